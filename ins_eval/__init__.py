@@ -1,0 +1,58 @@
+"""Strapdown INS navigation evaluation: quartz flexible accelerometers, their compensation, what it is worth in flight.
+
+Conventions, the same in every module
+-------------------------------------
+Frames: ``n`` north-east-down at the vehicle (WGS-84), ``b`` body axes forward-right-down, ``i`` inertial, ``e`` Earth.
+``velocity_n`` is a vector in n, ``mat_nb`` takes b to n. Attitude is roll, pitch, heading, applied in the order
+heading, pitch, roll; heading is clockwise from true north. Quaternions are scalar first and take b to n.
+
+Units: SI, angles in rad. Where a quantity is not SI its name says so: ``temperature_c``, ``bias_ug``,
+``rate_c_per_min``, ``latitude_deg``. 1 g of an accelerometer's data is 9.80665 m/s^2, 1 nmi is 1852 m (`units`).
+
+Samples: row k of a recording covers the time from row k-1 to its own ``time_s``. Gyros deliver angle increments,
+accelerometers pulses or velocity increments.
+
+Errors: indicated = true + bias; indicated = (1 + 1e-6 ppm) true. A navigation error is INS minus reference, in the
+reference's north-east-down, in m and m/s.
+
+Rate of temperature: dT/dt always means the causal, first-order filtered derivative of the reading, in degC/min
+(`thermal.filtered_rate`), in chamber, oven and flight alike.
+
+Random numbers: each source of error has its own named stream below one seed (`streams`), so adding a source moves no
+other draw, and compensations are compared on the same instruments.
+
+One way through
+---------------
+profile -> trajectory -> thermal -> imu -> recording -> compensation -> alignment, strapdown -> reference -> metrics
+-> report. A recording may come from a file instead; nothing after it can tell. An estimator (`calibration`,
+`compensation`) never sees how the truth was made.
+"""
+
+from __future__ import annotations
+
+import importlib
+
+_PUBLIC = {
+    "Recording": "recording",
+    "Imu": "recording",
+    "Fixes": "recording",
+    "Start": "recording",
+    "ChamberReadings": "recording",
+    "Samples": "compensation",
+    "CompensationModel": "compensation",
+    "check_model": "compensation.check",
+    "load_model": "compensation.registry",
+    "four_point": "calibration.four_point",
+    "align": "alignment",
+    "navigate": "strapdown",
+    "compare": "reference",
+}
+
+__all__ = list(_PUBLIC)
+
+
+def __getattr__(name: str):
+    """Public names are imported when first asked for, so that the command line starts quickly."""
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'ins_eval' has no attribute '{name}'")
+    return getattr(importlib.import_module(f"ins_eval.{_PUBLIC[name]}"), name)

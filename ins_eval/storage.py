@@ -1,0 +1,39 @@
+"""Writing files so that a reader never meets half of one, whatever ends the program meanwhile."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from ins_eval.errors import StorageError
+
+
+def write_whole(path: Path, content: bytes | Callable[[BinaryIO], object]) -> Path:
+    """Write `content`, bytes or a function that writes them, aside; sync it; then put it in place of `path`.
+
+    Raises StorageError for a full disk or a folder that cannot be written; what stood at `path` then still stands.
+    """
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(part, "wb") as file:
+            content(file) if callable(content) else file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except OSError as error:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise cannot_write(path, error) from None
+    return path
+
+
+def cannot_write(path: Path, error: OSError) -> StorageError:
+    """The sentence for a folder or disk that does not take a file."""
+    return StorageError(
+        f"{path}: cannot be written ({error.strerror}); what was finished is kept, so free some space or choose "
+        "another folder with --output and run again"
+    )
