@@ -1,0 +1,122 @@
+"""From flight to ambient, to the temperature of the IMU, to its reading and the rate of that reading."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from ambiance import Atmosphere
+
+from ins_eval.errors import UsageError
+from ins_eval.profile import load
+from ins_eval.trajectory import Trajectory
+
+AIR_HEAT_CAPACITY = 1004.7  # J/(kg K), dry air at constant pressure
+
+
+@numba.njit(cache=True)
+def _lagged(time_s, signal, time_constant_s, start):
+    y = np.empty(signal.size)
+    y[0] = start
+    for k in range(1, signal.size):
+        dt = time_s[k] - time_s[k - 1]
+        decay = np.exp(-dt / time_constant_s)
+        slope = (signal[k] - signal[k - 1]) / dt
+        # exact response to a straight line between the two samples
+        y[k] = signal[k] - slope * time_constant_s + (y[k - 1] - signal[k - 1] + slope * time_constant_s) * decay
+    return y
+
+
+def lagged(time_s: np.ndarray, signal: np.ndarray, time_constant_s: float, start: float | None = None) -> np.ndarray:
+    """First-order lag, exact for a signal that is straight between samples.
+
+    tau y' = x - y,   y(0) = `start`, or x(0) where it is None.
+
+    Parameters: `time_s`, `signal` (n,); `time_constant_s` > 0. Returns (n,) in the unit of `signal`.
+    """
+    signal = np.ascontiguousarray(signal, dtype=float)
+    return _lagged(
+        np.ascontiguousarray(time_s, dtype=float), signal, time_constant_s, signal[0] if start is None else start
+    )
+
+
+def filtered_rate(time_s: np.ndarray, temperature_c: np.ndarray, time_constant_s: float = 180.0) -> np.ndarray:
+    """Causal rate of a temperature in degC/min: tau y' = T - y, r = 60 (T - y) / tau.
+
+    The same filter serves chamber, oven and flight, so that a coefficient means the same in all three.
+    y starts at the first reading. Parameters: (n,), (n,), s. Returns (n,).
+    """
+    return 60.0 * (temperature_c - lagged(time_s, temperature_c, time_constant_s)) / time_constant_s
+
+
+@dataclass(frozen=True)
+class Thermometer:
+    """A digital thermometer: a first-order lag, a conversion every `period_s`, whole steps, held in between.
+
+    The step of 0.0625 degC is the DS18B20's 12-bit resolution (Paper A, section 3.1).
+    """
+
+    lag_s: float = 10.0
+    step_c: float = 0.0625
+    period_s: float = 1.0
+
+    def read(self, time_s: np.ndarray, temperature_c: np.ndarray) -> np.ndarray:
+        """Readings (n,) in degC at `time_s` of the true `temperature_c`, both (n,)."""
+        felt = lagged(time_s, temperature_c, self.lag_s) if self.lag_s > 0 else temperature_c
+        conversion = np.floor((time_s - time_s[0]) / self.period_s + 1e-9)
+        latest = np.searchsorted(conversion, conversion, side="left")  # first sample of the current period
+        return np.round(felt[latest] / self.step_c) * self.step_c
+
+
+@dataclass(frozen=True)
+class Temperature:
+    """True temperature of the IMU (n,) in degC at `time_s` (n,)."""
+
+    time_s: np.ndarray
+    temperature_c: np.ndarray
+
+
+def imu_temperature(trajectory: Trajectory, period_s: float = 1.0) -> Temperature:
+    """Lumped heat balance of the IMU over a flight, from switching it on at ambient temperature.
+
+    tau T' = T_amb(h) + r V^2 / (2 c_p) + P - T
+
+    T_amb is the standard atmosphere shifted to the ground temperature, the second term the recovery of the air
+    stream's stagnation temperature, P the self-heating in degC: given, or solved so that T meets ``thermal.anchor``.
+    A profile with ``thermal.same_as`` repeats the history of that profile.
+    """
+    thermal = trajectory.profile.thermal
+    if thermal.same_as is not None:
+        other = Trajectory(load(thermal.same_as))
+        if (other.start_s, other.end_s) != (trajectory.start_s, trajectory.end_s):
+            raise UsageError(
+                f"{trajectory.profile.name}: runs from {trajectory.start_s:g} s to {trajectory.end_s:g} s, but repeats "
+                f"the temperatures of '{thermal.same_as}' from {other.start_s:g} s to {other.end_s:g} s; give both the "
+                "same duration_s and stand_s"
+            )
+        return imu_temperature(other, period_s)
+    time_s = np.arange(trajectory.start_s, trajectory.end_s + 0.5 * period_s, period_s)
+    truth = trajectory.truth(time_s)
+    shift = thermal.ground_c - _standard_temperature_c(truth.height_m[:1])[0]
+    speed_squared = np.sum(truth.velocity_n**2, axis=1)
+    ambient = (
+        _standard_temperature_c(truth.height_m)
+        + shift
+        + thermal.recovery_factor * speed_squared / (2.0 * AIR_HEAT_CAPACITY)
+    )
+    cold = lagged(time_s, ambient, thermal.time_constant_s)
+    warmed = 1.0 - np.exp(-(time_s - time_s[0]) / thermal.time_constant_s)  # response to one degree of self-heating
+    if thermal.anchor is None:
+        return Temperature(time_s, cold + thermal.self_heating_c * warmed)
+    at = np.searchsorted(time_s, thermal.anchor.time_s)
+    if not 0 < at < time_s.size:
+        raise UsageError(
+            f"{trajectory.profile.name}: thermal.anchor.time_s = {thermal.anchor.time_s:g} lies outside the flight; "
+            "move it inside"
+        )
+    return Temperature(time_s, cold + (thermal.anchor.temperature_c - cold[at]) / warmed[at] * warmed)
+
+
+def _standard_temperature_c(height_m: np.ndarray) -> np.ndarray:
+    return Atmosphere(height_m).temperature - 273.15
