@@ -1,0 +1,151 @@
+"""Self-alignment at rest: a coarse attitude from gravity and Earth rate, refined by a Kalman filter.
+
+Fine alignment mechanizes the stretch from the coarse attitude and treats the velocity it reports, which should
+be zero, as the measurement of a linear error model (psi angles; Titterton and Weston, 2nd ed., section 12.3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from filterpy.common import van_loan_discretization
+from filterpy.kalman import KalmanFilter
+from scipy.spatial.transform import Rotation
+
+from ins_eval.earth import EARTH_RATE, gravity, radii
+from ins_eval.errors import DataRefused
+from ins_eval.recording import Start
+from ins_eval.strapdown import SAMPLES_PER_STEP, attitude_from_quaternion, navigate
+from ins_eval.units import DEG, DEG_PER_H, DEG_PER_SQRT_H, UG
+
+COARSE_S = 120.0
+UPDATE_S = 10.0
+MINIMUM_S = 60.0
+
+
+@dataclass(frozen=True)
+class AlignmentNoise:
+    """One sigma of what the fine alignment allows for."""
+
+    gyro_bias_deg_per_h: float = 0.014
+    angle_random_walk_deg_per_sqrt_h: float = 0.001
+    velocity_random_walk_ug_per_sqrt_hz: float = 10.0
+    velocity_mps: float = 2e-3  # sway of a vehicle that stands
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """The state at the end of the stretch, ready for navigation; sigmas of roll-pitch (level) and heading in rad."""
+
+    start: Start
+    level_sigma_rad: float
+    heading_sigma_rad: float
+    coarse_attitude_rad: tuple[float, float, float]
+
+
+def coarse_attitude(mean_rate_b: np.ndarray, mean_force_b: np.ndarray) -> np.ndarray:
+    """Roll, pitch, heading from mean body rate (rad/s) and mean specific force (m/s^2) at rest.
+
+    down = -f / |f|,  east = down x w / |down x w|,  north = east x down: the rows of the matrix from b to n.
+    """
+    down = -mean_force_b / np.linalg.norm(mean_force_b)
+    east = np.cross(down, mean_rate_b)
+    horizontal_rate = np.linalg.norm(east)
+    if horizontal_rate < 0.1 * EARTH_RATE:
+        raise DataRefused(
+            f"alignment: the gyros feel a horizontal rate of {horizontal_rate / DEG_PER_H:.2g} deg/h, expected about "
+            "15 deg/h times the cosine of the latitude; these gyros cannot find north, give the attitude in [start]"
+        )
+    east /= horizontal_rate
+    mat_nb = np.array([np.cross(east, down), east, down])
+    return np.ascontiguousarray(Rotation.from_matrix(mat_nb).as_euler("ZYX")[::-1])
+
+
+def align(
+    time_s: np.ndarray, gyro: np.ndarray, velocity: np.ndarray, at: Start, noise: AlignmentNoise | None = None
+) -> Alignment:
+    """Attitude at the end of a stretch at rest.
+
+    Parameters
+    ----------
+    time_s, gyro, velocity : (n,), (n, 3) rad, (n, 3) m/s: increments of the stretch, body axes
+    at : known position; `time_s` is where the first sample begins; its attitude is not used
+    noise : what the filter allows for
+
+    Returns
+    -------
+    Alignment, whose `start` is the state at the last sample that was used.
+
+    Raises
+    ------
+    DataRefused : stretch shorter than a minute, or gyros that do not feel the Earth turn.
+
+    Notes
+    -----
+    dv' = f x psi,   psi' = -w_in x psi - C eps + dw_in(dv),   z = dv = 0 every 10 s, horizontal only.
+    """
+    noise = noise or AlignmentNoise()
+    duration = time_s[-1] - at.time_s
+    if duration < MINIMUM_S:
+        raise DataRefused(
+            f"alignment: {duration:.1f} s at rest, expected at least {MINIMUM_S:g} s; give a longer standstill or the "
+            "attitude in [start]"
+        )
+    first = time_s <= at.time_s + min(COARSE_S, duration)
+    span = time_s[first][-1] - at.time_s
+    coarse = coarse_attitude(gyro[first].sum(axis=0) / span, velocity[first].sum(axis=0) / span)
+
+    sample_s = duration / time_s.size
+    every = max(1, round(UPDATE_S / (SAMPLES_PER_STEP * sample_s)))
+    usable = time_s.size - time_s.size % (SAMPLES_PER_STEP * every)
+    solution = navigate(
+        time_s[:usable],
+        gyro[:usable],
+        velocity[:usable],
+        replace(at, attitude_rad=tuple(coarse), velocity_n=(0.0, 0.0, 0.0)),
+        every=every,
+    )
+    psi, covariance = _filter(solution, SAMPLES_PER_STEP * every * sample_s, at, noise)
+    computed = Rotation.from_quat(solution.quaternion_nb[-1], scalar_first=True)
+    attitude = attitude_from_quaternion((Rotation.from_rotvec(psi) * computed).as_quat(scalar_first=True))
+    return Alignment(
+        start=replace(
+            at,
+            time_s=float(solution.time_s[-1]),
+            velocity_n=(0.0, 0.0, 0.0),
+            attitude_rad=tuple(float(a) for a in attitude),
+        ),
+        level_sigma_rad=float(np.sqrt(covariance[2:4, 2:4].trace() / 2.0)),
+        heading_sigma_rad=float(np.sqrt(covariance[4, 4])),
+        coarse_attitude_rad=tuple(float(a) for a in coarse),
+    )
+
+
+def _filter(solution, step_s: float, at: Start, noise: AlignmentNoise) -> tuple[np.ndarray, np.ndarray]:
+    """psi (3,) at the end of the solution and the covariance of [dv_N dv_E psi_N psi_E psi_D eps_N eps_E eps_D]."""
+    g = gravity(at.latitude_rad, at.height_m)
+    meridian, transverse = (r + at.height_m for r in radii(at.latitude_rad))
+    north_rate, down_rate = EARTH_RATE * np.cos(at.latitude_rad), -EARTH_RATE * np.sin(at.latitude_rad)
+    f = np.zeros((8, 8))
+    f[0, 3], f[1, 2] = g, -g
+    f[0, 1], f[1, 0] = 2.0 * down_rate, -2.0 * down_rate
+    f[2:5, 2:5] = -np.array([[0.0, -down_rate, 0.0], [down_rate, 0.0, -north_rate], [0.0, north_rate, 0.0]])
+    f[2, 1], f[3, 0], f[4, 1] = 1.0 / transverse, -1.0 / meridian, -np.tan(at.latitude_rad) / transverse
+    f[2:5, 5:8] = -np.eye(3)
+    drive = np.diag(
+        [UG * noise.velocity_random_walk_ug_per_sqrt_hz] * 2
+        + [DEG_PER_SQRT_H * noise.angle_random_walk_deg_per_sqrt_h] * 3
+        + [0.0] * 3
+    )
+
+    kf = KalmanFilter(dim_x=8, dim_z=2)
+    kf.F, kf.Q = van_loan_discretization(f, drive, step_s)
+    kf.H = np.eye(2, 8)
+    kf.R = np.eye(2) * noise.velocity_mps**2
+    bias = DEG_PER_H * noise.gyro_bias_deg_per_h
+    kf.P = np.diag([1e-4, 1e-4, 2e-3, 2e-3, 5.0 * DEG, bias, bias, bias]) ** 2
+    for velocity in solution.velocity_n[1:, :2]:
+        kf.predict()
+        kf.update(velocity)
+    return kf.x[2:5, 0], kf.P
