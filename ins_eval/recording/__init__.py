@@ -1,0 +1,86 @@
+"""What was recorded: the one type that simulated and real data share.
+
+After a `Recording` is made nothing can tell whether it was simulated. All quantities are SI with angles in
+rad, body axes are forward-right-down and the navigation frame is north-east-down, whatever the file held.
+Row k of `Imu` covers the time from row k-1 (the first: from ``start.time_s``) to its own ``time_s``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Start:
+    """The believed state at `time_s`; `attitude_rad` is roll, pitch, heading, or None when it must be aligned."""
+
+    time_s: float
+    latitude_rad: float
+    longitude_rad: float
+    height_m: float
+    velocity_n: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m/s
+    attitude_rad: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Imu:
+    """Increments of a strapdown triad.
+
+    `gyro` (n, 3) is rad over the sample. `accelerometer` (n, 3) is counts over the sample where
+    `accelerometer_form` is ``"pulse"`` and m/s over the sample where it is ``"increment"``.
+    `temperature_c` is the thermometer's reading, (n,) for the whole unit or (n, 3) for each accelerometer.
+    """
+
+    time_s: np.ndarray
+    gyro: np.ndarray
+    accelerometer: np.ndarray
+    accelerometer_form: Literal["pulse", "increment"]
+    temperature_c: np.ndarray | None = None
+    height_baro_m: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Fixes:
+    """Positions and velocities of another navigator: GPS, or a better INS (then with attitude)."""
+
+    time_s: np.ndarray  # (m,)
+    latitude_rad: np.ndarray
+    longitude_rad: np.ndarray
+    height_m: np.ndarray
+    velocity_n: np.ndarray  # (m, 3) m/s
+    valid: np.ndarray  # (m,) bool, False in an outage
+    attitude_rad: np.ndarray | None = None  # (m, 3) roll, pitch, heading
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One uninterrupted recording of one instrument."""
+
+    name: str
+    kind: Literal["flight", "drive", "oven", "static"]
+    start: Start
+    imu: Imu
+    gps: Fixes | None = None
+    reference: Fixes | None = None
+    notes: tuple[str, ...] = field(default=())  # what a reader found and what it assumed, one sentence each
+
+
+@dataclass(frozen=True, eq=False)
+class ChamberReadings:
+    """One accelerometer in a thermal chamber: one row a reading, as in the table ``chamber`` on disk.
+
+    `run` numbers each uninterrupted stay in one position, `input_g` is the specific force along the input axis
+    in units of standard gravity, `rate_c_per_min` the commanded ramp, `temperature_c` the thermometer's
+    reading at the accelerometer's surface, `output` the mean output over the reading in pulse/s.
+    """
+
+    time_s: np.ndarray
+    run: np.ndarray
+    input_g: np.ndarray
+    rate_c_per_min: np.ndarray
+    temperature_c: np.ndarray
+    output: np.ndarray
+    unit_id: str = ""

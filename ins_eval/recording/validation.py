@@ -1,0 +1,263 @@
+"""What must hold of any recording before it is navigated: one sentence for the first thing that does not.
+
+`validate` refuses what cannot be right and writes down what is only suspicious (a stuck or saturated channel).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ins_eval.earth import EARTH_RATE, gravity
+from ins_eval.errors import DataRefused
+from ins_eval.recording import Fixes, Imu, Recording
+from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
+
+LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing
+GRAVITY_TOLERANCE = 0.03  # of gravity: far above any accelerometer error, far below any mix-up of units
+EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degrees for radians is a factor 57
+LARGEST_TILT_DEG = 45.0  # between gravity as measured and as the start has it
+LARGEST_RATE_RADPS = 100.0
+LARGEST_SPECIFIC_FORCE_MPS2 = 1e4
+LARGEST_PULSE_COUNT = 1e9
+STUCK_S = 1.0
+CHANCE_RUN_FACTOR = 5.0  # of the longest run of equal values that chance makes, beyond which it is not chance
+PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit
+CHANNELS = ("gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z")
+
+
+def validate(recording: Recording) -> Recording:
+    """Return the recording with suspicions added to its notes.
+
+    Checked are shapes, finite values, time (strictly increasing, no step beyond 1.5 times the median) and
+    plausible magnitudes; of a recording at rest also that the specific force is gravity, on the axis and with
+    the sign that the start's attitude gives it (level if there is none), and that the gyros show about Earth rate.
+    Raises `DataRefused`.
+    """
+    where = f"recording '{recording.name}'"
+    _check_start(recording, where)
+    _check_shapes(recording.imu, where)
+    _check_finite(recording.imu, where)
+    step_s = _check_time(recording, where)
+    _check_range(recording.imu, step_s, where)
+    for table, fixes in (("gps", recording.gps), ("reference", recording.reference)):
+        if fixes is not None:
+            _check_fixes(fixes, f"{where}, {table}")
+    if recording.kind in ("oven", "static"):
+        _check_rest(recording, where)
+    suspicions = _suspicions(recording.imu, step_s)
+    return replace(recording, notes=(*recording.notes, *(note for note in suspicions if note not in recording.notes)))
+
+
+def _check_start(recording: Recording, where: str) -> None:
+    start = recording.start
+    values = [start.time_s, start.latitude_rad, start.longitude_rad, start.height_m, *start.velocity_n]
+    if not np.isfinite([*values, *(start.attitude_rad or ())]).all():
+        raise DataRefused(f"{where}: the start holds a value that is not finite; give every number of the start")
+    if abs(start.latitude_rad) > np.pi / 2:
+        raise DataRefused(
+            f"{where}: the start's latitude is {start.latitude_rad / DEG:g} degrees, expected -90 to 90; correct it"
+        )
+
+
+def _check_shapes(imu: Imu, where: str) -> None:
+    n = len(imu.time_s)
+    if n < 2:
+        raise DataRefused(f"{where}: {n} IMU samples, expected at least two; check that the file is complete")
+    expected = {"time_s": [(n,)], "gyro": [(n, 3)], "accelerometer": [(n, 3)]}
+    expected |= {"temperature_c": [(n,), (n, 3)], "height_baro_m": [(n,)]}
+    for column, shapes in expected.items():
+        values = getattr(imu, column)
+        if values is not None and values.shape not in shapes:
+            raise DataRefused(
+                f"{where}: IMU column {column} has shape {values.shape}, expected {shapes[0]} beside {n} times; "
+                "check the table's columns"
+            )
+
+
+def _check_finite(imu: Imu, where: str) -> None:
+    for column in ("time_s", "gyro", "accelerometer", "temperature_c", "height_baro_m"):
+        values = getattr(imu, column)
+        if values is None or np.isfinite(values).all():
+            continue
+        bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+        raise DataRefused(
+            f"{where}: {column} is not finite in {bad.sum()} IMU samples, first in sample {np.argmax(bad) + 1} of "
+            f"{len(bad)}; remove or repair them, a missing IMU sample cannot be navigated over"
+        )
+
+
+def _check_time(recording: Recording, where: str) -> float:
+    """Return the median step in s."""
+    time_s = recording.imu.time_s
+    steps = np.diff(time_s)
+    step_s = float(np.median(steps))
+    back = np.flatnonzero(steps <= 0.0)
+    if back.size:
+        k = back[0]
+        raise DataRefused(
+            f"{where}: time goes from {time_s[k]:.6g} to {time_s[k + 1]:.6g} s at IMU sample {k + 2}, "
+            "expected strictly increasing times; sort the rows and drop repeated ones"
+        )
+    first_s = float(time_s[0] - recording.start.time_s)
+    if not 0.0 < first_s <= LONGEST_STEP * step_s:
+        raise DataRefused(
+            f"{where}: the first IMU sample ends {first_s:.6g} s after the start, expected about one step of "
+            f"{step_s:.6g} s; set the start's time one step before the first sample"
+        )
+    gaps = np.flatnonzero(steps > LONGEST_STEP * step_s)
+    if gaps.size:
+        k = gaps[0]
+        more = f" and {gaps.size - 1} more" if gaps.size > 1 else ""
+        raise DataRefused(
+            f"{where}: a gap of {steps[k]:.6g} s after {time_s[k]:.6g} s (IMU sample {k + 1}){more}, expected steps of "
+            f"{step_s:.6g} s; cut the recording there, it cannot be navigated over lost samples"
+        )
+    return step_s
+
+
+def _check_range(imu: Imu, step_s: float, where: str) -> None:
+    """Refuse what no navigation instrument measures."""
+    pulses = imu.accelerometer_form == "pulse"
+    for name, values, limit, unit in (
+        ("gyro", imu.gyro, LARGEST_RATE_RADPS * step_s, "rad"),
+        ("accelerometer", imu.accelerometer, LARGEST_SPECIFIC_FORCE_MPS2 * step_s, "m/s"),
+    ):
+        limit, unit = (LARGEST_PULSE_COUNT, "pulses") if pulses and name == "accelerometer" else (limit, unit)
+        size = np.abs(values).max(axis=1)
+        if size.max() > limit:
+            k = np.argmax(size)
+            raise DataRefused(
+                f"{where}: {name} reads {size[k]:.3g} {unit} in sample {k + 1} at {imu.time_s[k]:.6g} s, expected at "
+                f"most {limit:.3g}; check its unit and whether increments or rates are given"
+            )
+
+
+def _check_fixes(fixes: Fixes, where: str) -> None:
+    m = len(fixes.time_s)
+    expected = {"latitude_rad": (m,), "longitude_rad": (m,), "height_m": (m,), "velocity_n": (m, 3), "valid": (m,)}
+    for column, shape in (expected | {"attitude_rad": (m, 3)}).items():
+        values = getattr(fixes, column)
+        if values is not None and values.shape != shape:
+            raise DataRefused(
+                f"{where}: {column} has shape {values.shape}, expected {shape} beside {m} times; check its columns"
+            )
+    if not np.isfinite(fixes.time_s).all() or (np.diff(fixes.time_s) <= 0.0).any():
+        raise DataRefused(
+            f"{where}: times are not finite and strictly increasing; sort the rows and drop repeated ones"
+        )
+    valid = fixes.valid.astype(bool)
+    position = np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m])[valid]
+    if not np.isfinite(position).all():
+        raise DataRefused(f"{where}: a fix marked valid has no position; mark it valid = 0 or leave the row out")
+    if (np.abs(position[:, 0]) > np.pi / 2).any():
+        raise DataRefused(
+            f"{where}: a latitude of {np.abs(position[:, 0]).max() / DEG:.6g} degrees, expected -90 to 90; "
+            "check the unit and the order of the columns"
+        )
+
+
+def _check_rest(recording: Recording, where: str) -> None:
+    """At rest the accelerometers show gravity upwards and the gyros about Earth rate."""
+    imu, start = recording.imu, recording.start
+    duration_s = imu.time_s[-1] - start.time_s
+    force_b = imu.accelerometer.sum(axis=0) / duration_s
+    size = float(np.linalg.norm(force_b))
+    if imu.accelerometer_form == "increment":
+        expected = float(gravity(start.latitude_rad, start.height_m))
+        if abs(size / expected - 1.0) > GRAVITY_TOLERANCE:
+            raise DataRefused(
+                f"{where}: the mean specific force at rest is {size:.4g} m/s^2, {size / expected:.3g} times gravity, "
+                f"expected {expected:.5g}{_mix_up(size / expected, duration_s / len(imu.time_s), 'accelerometer')}; "
+                "convert the accelerometer to m/s over the sample"
+            )
+    if size > 0.0:
+        _check_direction(force_b / size, start.attitude_rad, where)
+
+    rate = float(np.linalg.norm(imu.gyro.sum(axis=0)) / duration_s)
+    if not 1.0 / EARTH_RATE_FACTOR < rate / EARTH_RATE < EARTH_RATE_FACTOR:
+        raise DataRefused(
+            f"{where}: the mean gyro rate at rest is {rate / DEG_PER_H:.4g} deg/h, {rate / EARTH_RATE:.3g} times Earth "
+            f"rate, expected about 15.04{_mix_up(rate / EARTH_RATE, duration_s / len(imu.time_s), 'gyro')}; "
+            "convert the gyro to rad over the sample, or check that the vehicle stood still"
+        )
+
+
+def _check_direction(up_b: np.ndarray, attitude_rad: tuple[float, float, float] | None, where: str) -> None:
+    """The specific force at rest points up: against the down axis, as the start's attitude turns it."""
+    roll, pitch, _ = attitude_rad or (0.0, 0.0, 0.0)
+    expected_b = np.array([np.sin(pitch), -np.sin(roll) * np.cos(pitch), -np.cos(roll) * np.cos(pitch)])
+    cosine = float(up_b @ expected_b)
+    if cosine >= np.cos(LARGEST_TILT_DEG * DEG):
+        return
+    shown = ", ".join(f"{value:.2f}" for value in up_b)
+    guess = "does z point up?" if cosine < -np.cos(LARGEST_TILT_DEG * DEG) else "are the axes in another order?"
+    raise DataRefused(
+        f"{where}: at rest the specific force points along ({shown}) in forward, right, down, expected near "
+        f"({', '.join(f'{value:.2f}' for value in expected_b)}); {guess} turn the axes to forward-right-down"
+    )
+
+
+def _mix_up(factor: float, step_s: float, sensor: str) -> str:
+    """Name the mix-up of units that makes `factor`, or nothing."""
+    known = {
+        "accelerometer": {
+            1.0 / STANDARD_GRAVITY: "g given for m/s^2",
+            STANDARD_GRAVITY: "multiplied by g twice",
+            1.0 / step_s: "rates given for increments",
+            1.0 / step_s / STANDARD_GRAVITY: "rates in g given for increments in m/s",
+            step_s: "increments divided or multiplied by the interval twice",
+        },
+        "gyro": {
+            1.0 / DEG: "degrees given for radians",
+            DEG: "radians converted from degrees twice",
+            1.0 / ARCSEC: "arc seconds given for radians",
+            1.0 / step_s: "rates given for increments",
+            1.0 / step_s / DEG: "rates in degrees given for increments in radians",
+        },
+    }[sensor]
+    if factor <= 0.0:
+        return ""
+    tolerance = GRAVITY_TOLERANCE if sensor == "accelerometer" else 0.35  # a gyro shows its bias beside Earth rate
+    near = min(known, key=lambda mix_up: abs(np.log(factor / mix_up)))
+    return f" ({known[near]}?)" if abs(np.log(factor / near)) < tolerance else ""
+
+
+def _suspicions(imu: Imu, step_s: float) -> list[str]:
+    """One sentence for each channel that seems stuck or saturated."""
+    notes = []
+    for name, values in zip(CHANNELS, np.column_stack([imu.gyro, imu.accelerometer]).T, strict=True):
+        notes += _stuck(name, values, imu.time_s, step_s) + _saturated(name, values)
+    return notes
+
+
+def _stuck(name: str, values: np.ndarray, time_s: np.ndarray, step_s: float) -> list[str]:
+    """A run of one value far longer than the channel's resolution makes by chance.
+
+    If neighbours are equal with probability p, the longest run among n samples is about ln(n (1 - p)) / ln(1 / p).
+    """
+    changes = np.flatnonzero(np.diff(values) != 0.0)
+    if not changes.size:
+        return [f"The {name} channel holds one value throughout: dead, or an ideal simulation."]
+    edges = np.concatenate([[-1], changes, [len(values) - 1]])
+    runs = np.diff(edges)
+    equal = 1.0 - changes.size / (len(values) - 1)
+    chance = np.log(max(changes.size, 2)) / -np.log(equal) if equal > 0.0 else 1.0
+    k = int(np.argmax(runs))
+    if runs[k] * step_s <= STUCK_S or runs[k] <= CHANCE_RUN_FACTOR * max(chance, 1.0):
+        return []
+    end_s = time_s[edges[k + 1]]
+    return [f"The {name} channel holds one value for {runs[k] * step_s:.4g} s up to {end_s:.6g} s: stuck?"]
+
+
+def _saturated(name: str, values: np.ndarray) -> list[str]:
+    """The largest or smallest value taken far more often than its neighbour: a limit of the converter."""
+    seen, counts = np.unique(values, return_counts=True)
+    if len(seen) <= PILE_UP:
+        return []
+    return [
+        f"The {name} channel is at its {which} value in {counts[end]} samples: saturated?"
+        for which, end, inner in (("smallest", 0, 1), ("largest", -1, -2))
+        if counts[end] >= PILE_UP * counts[inner] and counts[end] >= PILE_UP
+    ]

@@ -1,0 +1,234 @@
+"""Validation before navigation: each refusal has its sentence, and sound recordings pass untouched."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ins_eval.errors import DataRefused
+from ins_eval.recording import Fixes, Imu, Recording, Start
+from ins_eval.recording.psins import read_imu_text
+from ins_eval.recording.validation import validate
+
+LATITUDE_RAD = np.radians(45.0)
+GRAVITY_45 = 9.806199203  # m/s^2, normal gravity at 45 degrees and height 0, WGS-84
+EARTH_RATE = 7.292115e-5  # rad/s
+STEP_S = 0.01
+SAMPLES = 2000
+
+
+def parked(kind="static", seed=1, **start) -> Recording:
+    """Level, heading north, at 45 degrees: Earth rate along forward and up, gravity down, a little noise."""
+    rng = np.random.default_rng(seed)
+    rate = np.array([np.cos(LATITUDE_RAD), 0.0, -np.sin(LATITUDE_RAD)]) * EARTH_RATE
+    return Recording(
+        name="parked",
+        kind=kind,
+        start=replace(Start(0.0, LATITUDE_RAD, 0.0, 0.0, attitude_rad=(0.0, 0.0, 0.0)), **start),
+        imu=Imu(
+            time_s=STEP_S * np.arange(1, SAMPLES + 1),
+            gyro=rate * STEP_S + 1e-9 * rng.standard_normal((SAMPLES, 3)),
+            accelerometer=np.array([0.0, 0.0, -GRAVITY_45]) * STEP_S + 1e-5 * rng.standard_normal((SAMPLES, 3)),
+            accelerometer_form="increment",
+        ),
+        notes=("from a test",),
+    )
+
+
+def with_imu(recording: Recording, **columns) -> Recording:
+    return replace(recording, imu=replace(recording.imu, **columns))
+
+
+def refusal(recording: Recording) -> str:
+    with pytest.raises(DataRefused) as refused:
+        validate(recording)
+    message = str(refused.value)
+    assert message.startswith("recording 'parked'") and "\n" not in message
+    return message
+
+
+def test_a_sound_recording_passes_without_a_word():
+    assert validate(parked()).notes == ("from a test",)
+
+
+def test_a_recording_in_motion_is_not_measured_against_rest():
+    imu = parked().imu
+    moving = with_imu(parked(kind="flight"), gyro=imu.gyro + 0.01, accelerometer=1.3 * imu.accelerometer)
+    assert validate(moving).notes == ("from a test",)
+
+
+def test_a_gap_is_refused_with_place_and_length():
+    time_s = parked().imu.time_s.copy()
+    time_s[1200:] += 0.05
+    message = refusal(with_imu(parked(), time_s=time_s))
+    assert "gap of 0.06 s after 12 s (IMU sample 1200)" in message and "cut the recording there" in message
+    time_s[1500:] += 0.05
+    assert "(IMU sample 1200) and 1 more" in refusal(with_imu(parked(), time_s=time_s))
+
+
+def test_a_step_just_below_the_limit_is_no_gap():
+    time_s = parked().imu.time_s.copy()
+    time_s[1200:] += 0.49 * STEP_S
+    validate(with_imu(parked(), time_s=time_s))
+
+
+@pytest.mark.parametrize("shift_s", [-0.01, -0.5])
+def test_time_that_stands_still_or_goes_back_is_refused(shift_s):
+    time_s = parked().imu.time_s.copy()
+    time_s[700:] += shift_s
+    message = refusal(with_imu(parked(), time_s=time_s))
+    assert "at IMU sample 701" in message and "strictly increasing" in message
+
+
+@pytest.mark.parametrize("time_s", [0.01, 5.0, -3.0])
+def test_the_start_is_one_step_before_the_first_sample(time_s):
+    assert "set the start's time one step before" in refusal(parked(time_s=time_s))
+
+
+@pytest.mark.parametrize("column", ["gyro", "accelerometer", "temperature_c", "height_baro_m", "time_s"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_value_that_is_not_finite_is_refused_with_its_sample(column, bad):
+    recording = with_imu(parked(), temperature_c=np.full(SAMPLES, 20.0), height_baro_m=np.zeros(SAMPLES))
+    values = np.array(getattr(recording.imu, column))
+    values[41] = bad
+    message = refusal(with_imu(recording, **{column: values}))
+    assert f"{column} is not finite" in message and "sample 42 of 2000" in message
+
+
+@pytest.mark.parametrize(
+    ("column", "shape"),
+    [("gyro", (SAMPLES, 2)), ("accelerometer", (SAMPLES - 1, 3)), ("temperature_c", (SAMPLES, 2)), ("gyro", (9,))],
+)
+def test_a_wrong_shape_is_refused(column, shape):
+    assert f"{column} has shape" in refusal(with_imu(parked(), **{column: np.zeros(shape)}))
+
+
+def test_a_single_sample_is_refused():
+    imu = parked().imu
+    one = with_imu(parked(), time_s=imu.time_s[:1], gyro=imu.gyro[:1], accelerometer=imu.accelerometer[:1])
+    assert "1 IMU samples, expected at least two" in refusal(one)
+
+
+@pytest.mark.parametrize(
+    ("factor", "shown", "guess"),
+    [
+        (1.0 / 9.80665, "0.102 times gravity", "g given for m/s^2"),
+        (9.80665, "9.81 times gravity", "multiplied by g twice"),
+        (100.0, "100 times gravity", "rates given for increments"),
+        (1.05, "1.05 times gravity", "expected 9.8062;"),
+        (0.0, "0 times gravity", "expected 9.8062;"),
+    ],
+)
+def test_a_mix_up_of_accelerometer_units_is_refused_with_its_factor(factor, shown, guess):
+    message = refusal(with_imu(parked(), accelerometer=factor * parked().imu.accelerometer))
+    assert shown in message and guess in message and "convert the accelerometer" in message
+
+
+@pytest.mark.parametrize(
+    ("factor", "guess"),
+    [
+        (180.0 / np.pi, "degrees given for radians"),
+        (np.pi / 180.0, "radians converted from degrees twice"),
+        (100.0, "rates given for increments"),
+        (648000.0 / np.pi, "arc seconds given for radians"),
+        (0.0, "expected about 15.04;"),
+    ],
+)
+def test_a_mix_up_of_gyro_units_is_refused(factor, guess):
+    message = refusal(with_imu(parked(), gyro=factor * parked().imu.gyro))
+    assert "times Earth rate" in message and guess in message and "convert the gyro" in message
+
+
+@pytest.mark.parametrize("bias_deg_per_h", [-100.0, -5.0, 5.0, 100.0])
+def test_a_poor_gyro_is_not_mistaken_for_a_mix_up(bias_deg_per_h):
+    bias = np.radians(bias_deg_per_h / 3600.0) * STEP_S
+    validate(with_imu(parked(), gyro=parked().imu.gyro + bias))
+
+
+def test_accelerometer_axes():
+    accelerometer = parked().imu.accelerometer
+    assert "does z point up?" in refusal(with_imu(parked(), accelerometer=-accelerometer))
+    assert "another order?" in refusal(with_imu(parked(), accelerometer=accelerometer[:, [2, 0, 1]]))
+    in_pulses = with_imu(parked(), accelerometer=-3e5 * accelerometer, accelerometer_form="pulse")
+    assert "does z point up?" in refusal(in_pulses)
+    validate(with_imu(in_pulses, accelerometer=-in_pulses.imu.accelerometer))
+
+
+def test_gravity_is_expected_where_the_attitude_of_the_start_puts_it():
+    """Nose straight up, the specific force points along the forward axis."""
+    upwards = -parked().imu.accelerometer[:, [2, 1, 0]]
+    turned = with_imu(parked(attitude_rad=(0.0, np.pi / 2, 0.0)), accelerometer=upwards)
+    validate(turned)
+    assert "another order?" in refusal(replace(turned, start=replace(turned.start, attitude_rad=None)))
+
+
+@pytest.mark.parametrize("column", ["gyro", "accelerometer"])
+def test_what_no_instrument_measures_is_refused(column):
+    values = getattr(parked().imu, column).copy()
+    values[9, 1] = 1e300
+    assert "in sample 10 at 0.1 s" in refusal(with_imu(parked(kind="flight"), **{column: values}))
+
+
+@pytest.mark.parametrize(
+    ("start", "said"), [({"latitude_rad": 2.0}, "latitude is 114.592"), ({"height_m": np.nan}, "is not finite")]
+)
+def test_an_impossible_start_is_refused(start, said):
+    assert said in refusal(parked(**start))
+
+
+def fixes(**columns) -> Fixes:
+    m = 5
+    sound = Fixes(1.0 + np.arange(m), np.zeros(m), np.zeros(m), np.zeros(m), np.zeros((m, 3)), np.ones(m, bool))
+    return replace(sound, **columns)
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"velocity_n": np.zeros((5, 2))}, "velocity_n has shape (5, 2)"),
+        ({"time_s": np.array([1.0, 2.0, 2.0, 3.0, 4.0])}, "strictly increasing"),
+        ({"height_m": np.array([0.0, np.nan, 0.0, 0.0, 0.0])}, "mark it valid = 0"),
+        ({"latitude_rad": np.full(5, 34.0)}, "check the unit"),
+    ],
+)
+def test_bad_fixes_are_refused(columns, said):
+    message = refusal(replace(parked(), gps=fixes(**columns)))
+    assert "'parked', gps:" in message and said in message
+
+
+def test_an_outage_is_allowed():
+    outage = fixes(latitude_rad=np.array([0.0, np.nan, 0.0, 0.0, 0.0]), valid=np.array([1, 0, 1, 1, 1], bool))
+    validate(replace(parked(), reference=outage))
+
+
+def test_stuck_dead_and_saturated_channels_are_noted_not_refused():
+    gyro, accelerometer = parked().imu.gyro.copy(), parked().imu.accelerometer.copy()
+    gyro[500:800, 0] = gyro[500, 0]
+    accelerometer[:, 1] = 0.0
+    accelerometer[:, 0] = np.clip(accelerometer[:, 0], -2e-5, 1e-5)
+    low, high = (accelerometer[:, 0] == -2e-5).sum(), (accelerometer[:, 0] == 1e-5).sum()
+    recording = validate(with_imu(parked(), gyro=gyro, accelerometer=accelerometer))
+    assert recording.notes[1:] == (
+        "The gyro x channel holds one value for 3 s up to 8 s: stuck?",
+        f"The accelerometer x channel is at its smallest value in {low} samples: saturated?",
+        f"The accelerometer x channel is at its largest value in {high} samples: saturated?",
+        "The accelerometer y channel holds one value throughout: dead, or an ideal simulation.",
+    )
+    assert validate(recording).notes == recording.notes
+
+
+def test_coarse_counts_are_neither_stuck_nor_saturated():
+    """A channel of a few distinct counts repeats values by chance for a second and longer."""
+    rng = np.random.default_rng(3)
+    gyro = parked().imu.gyro.copy()
+    gyro[:, 1] = 1e-7 * (rng.random(SAMPLES) < 0.02)
+    quantum = 2e-6
+    accelerometer = quantum * np.round(parked().imu.accelerometer / quantum)
+    assert validate(with_imu(parked(), gyro=gyro, accelerometer=accelerometer)).notes == ("from a test",)
+
+
+def test_the_real_laser_gyro_recording_passes(laser_gyro):
+    recording = read_imu_text(laser_gyro)
+    assert validate(recording).notes == recording.notes
