@@ -1,0 +1,153 @@
+"""A curve with two branches: one for falling temperature, one for rising, blended where it hardly moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+KNOTS_C = np.array([-60.0, -40.0, -20.0, -5.0, 10.0, 22.0, 40.0, 55.0, 70.0])
+BLEND_C_PER_MIN = 0.24  # from all falling at -0.12 to all rising at +0.12
+KNOT_MARGIN_C = 1.0  # a knot nearer than this to the end of the readings would have next to none of its own
+
+MIDDLE_RIDGE = 1e-3  # of the ridge: bridges temperatures that neither branch has seen, and bends nothing else
+
+
+@dataclass(frozen=True, eq=False)
+class BranchCurve:
+    """Piecewise linear in temperature for either direction, constant beyond the first and the last knot.
+
+    K(T, r) = w F(T) + (1 - w) R(T),   w = min(1, max(0, 1/2 - r / 0.24))
+
+    F, R: straight between the knots `knots_c` (m,) with the values `falling` (m,) and `rising` (m,); r in
+    degC/min, so w = 1 where the temperature falls by 0.12 degC/min or faster.
+    """
+
+    knots_c: np.ndarray
+    falling: np.ndarray
+    rising: np.ndarray
+
+    def evaluate(self, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray:
+        """The curve at temperatures (n,) in degC and rates (n,) or scalar in degC/min; returns (n,)."""
+        temperature, rate = np.broadcast_arrays(np.atleast_1d(temperature_c), np.atleast_1d(rate_c_per_min))
+        return _evaluate(self.knots_c, self.falling, self.rising, _floats(temperature), _floats(rate))
+
+
+def branches(
+    temperature_c: np.ndarray,
+    rate_c_per_min: np.ndarray,
+    values: np.ndarray,
+    knots_c: np.ndarray = KNOTS_C,
+    ridge: float = 1e-6,
+    run: np.ndarray | None = None,
+) -> BranchCurve:
+    """Least squares of a `BranchCurve`.
+
+    Knots outside the readings are left out and the ends of the readings become knots themselves, so that no value
+    is an extrapolation. `ridge` is the weight, in readings, with which the two branches are held together and their
+    width is held even: a branch without readings follows the other, at the width that its neighbours have.
+
+    With `run` (n,), which numbers the run of each reading, every run has a constant of its own that is not the
+    curve's; the curve then has zero mean over the readings.
+
+    Parameters: temperature (n,) in degC, its rate (n,) in degC/min, `values` (n,) in any unit, finite.
+    Source: the "simple piecewise function" for the bias of Paper A, section 3.1, which it leaves unspecified;
+    knots and blending are ours.
+    """
+    temperature, rate, values = _floats(temperature_c), _floats(rate_c_per_min), _floats(values)
+    knots = _supported(np.asarray(knots_c, dtype=float), temperature.min(), temperature.max())
+    normal = np.zeros((2 * knots.size, 2 * knots.size))
+    right = np.zeros(2 * knots.size)
+    weight = np.zeros(2 * knots.size)  # sum of the rows of the design; each row sums to one
+    for rows in [slice(None)] if run is None else [run == number for number in np.unique(run)]:
+        part, part_right = _normal_equations(knots, temperature[rows], rate[rows], values[rows])
+        part_weight = part.sum(axis=1)
+        weight += part_weight
+        if run is not None:  # take the mean of the run out of design and values
+            part -= np.outer(part_weight, part_weight) / part_weight.sum()
+            part_right -= part_weight * part_right.sum() / part_weight.sum()
+        normal += part
+        right += part_right
+    normal += ridge * _roughness(knots.size)
+    if run is not None:
+        normal += weight.sum() / normal.shape[0] ** 2  # the constant is open: any value will do, it goes below
+    solution = np.linalg.solve(normal, right)
+    if run is not None:
+        solution -= weight @ solution / weight.sum()
+    return BranchCurve(knots, solution[: knots.size], solution[knots.size :])
+
+
+def _supported(knots: np.ndarray, lowest: float, highest: float) -> np.ndarray:
+    inside = knots[(knots > lowest + KNOT_MARGIN_C) & (knots < highest - KNOT_MARGIN_C)]
+    if highest - lowest < KNOT_MARGIN_C:
+        return np.array([0.5 * (lowest + highest)])
+    return np.concatenate(([lowest], inside, [highest]))
+
+
+def _roughness(count: int) -> np.ndarray:
+    """Quadratic form of a width that is large or uneven and, far weaker, of a middle that is uneven.
+
+    The width is the rising minus the falling branch, the middle their mean.
+    """
+    step = np.diff(np.eye(count), axis=0)
+    width = np.hstack((-np.eye(count), np.eye(count)))
+    middle = np.hstack((np.eye(count), np.eye(count))) / 2.0
+    rows = np.vstack((width, step @ width, np.sqrt(MIDDLE_RIDGE) * step @ middle))
+    return rows.T @ rows
+
+
+def _floats(array: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(array, dtype=float)
+
+
+@numba.njit(cache=True)
+def _place(knots, temperature):
+    """Knots on either side and the share of the upper one."""
+    last = knots.size - 1
+    if last == 0 or temperature <= knots[0]:
+        return 0, 0, 0.0
+    if temperature >= knots[last]:
+        return last, last, 0.0
+    j = 0
+    while j < last - 1 and temperature >= knots[j + 1]:
+        j += 1
+    return j, j + 1, (temperature - knots[j]) / (knots[j + 1] - knots[j])
+
+
+@numba.njit(cache=True)
+def _weight(rate):
+    return min(1.0, max(0.0, 0.5 - rate / BLEND_C_PER_MIN))
+
+
+@numba.njit(cache=True)
+def _evaluate(knots, falling, rising, temperature, rate):
+    curve = np.empty(temperature.size)
+    for k in range(temperature.size):
+        i, j, share = _place(knots, temperature[k])
+        w = _weight(rate[k])
+        low = w * falling[i] + (1.0 - w) * rising[i]
+        high = w * falling[j] + (1.0 - w) * rising[j]
+        curve[k] = low + share * (high - low)
+    return curve
+
+
+@numba.njit(cache=True)
+def _normal_equations(knots, temperature, rate, values):
+    """Normal matrix and right side; a row of the design has four entries, which sum to one."""
+    m = knots.size
+    normal = np.zeros((2 * m, 2 * m))
+    right = np.zeros(2 * m)
+    column = np.empty(4, np.int64)
+    entry = np.empty(4)
+    for k in range(temperature.size):
+        i, j, share = _place(knots, temperature[k])
+        w = _weight(rate[k])
+        column[0], column[1], column[2], column[3] = i, j, m + i, m + j
+        entry[0], entry[1] = w * (1.0 - share), w * share
+        entry[2], entry[3] = (1.0 - w) * (1.0 - share), (1.0 - w) * share
+        for p in range(4):
+            right[column[p]] += entry[p] * values[k]
+            for s in range(4):
+                normal[column[p], column[s]] += entry[p] * entry[s]
+    return normal, right

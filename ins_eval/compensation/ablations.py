@@ -1,0 +1,22 @@
+"""The hysteresis compensation with a part left out: what each part of it is worth."""
+
+from __future__ import annotations
+
+from ins_eval.calibration.branches import branches
+from ins_eval.calibration.fits import line, polynomial, quadratic
+from ins_eval.compensation.scale_and_bias import ScaleAndBias
+
+
+def hysteresis_scale_only() -> ScaleAndBias:
+    """The six-term scale factor of `hysteresis`, the bias of `simple`."""
+    return ScaleAndBias("hysteresis_scale_only", scale=polynomial, bias=line)
+
+
+def hysteresis_bias_only() -> ScaleAndBias:
+    """The scale factor of `simple`, the two-branch bias of `hysteresis`."""
+    return ScaleAndBias("hysteresis_bias_only", scale=line, bias=branches)
+
+
+def hysteresis_without_rate() -> ScaleAndBias:
+    """`hysteresis` with a scale factor that does not know the rate: eq. (6) in place of eq. (11)."""
+    return ScaleAndBias("hysteresis_without_rate", scale=quadratic, bias=branches)

@@ -1,0 +1,157 @@
+"""Models by name: the built-in ones, and a user's own from a file or an installed package."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import inspect
+import re
+import sys
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+from ins_eval.compensation import CompensationModel
+from ins_eval.compensation.ablations import hysteresis_bias_only, hysteresis_scale_only, hysteresis_without_rate
+from ins_eval.compensation.hysteresis import hysteresis
+from ins_eval.compensation.mirrored import Mirrored
+from ins_eval.compensation.none import none
+from ins_eval.compensation.quadratic import quadratic
+from ins_eval.compensation.refined import Refined
+from ins_eval.compensation.simple import simple
+from ins_eval.errors import UsageError, did_you_mean
+
+BUILT_IN: dict[str, Callable[[], CompensationModel]] = {
+    "none": none,
+    "simple": simple,
+    "simple_anchored": functools.partial(simple, anchored=True),
+    "quadratic": quadratic,
+    "hysteresis": hysteresis,
+    "hysteresis_scale_only": hysteresis_scale_only,
+    "hysteresis_bias_only": hysteresis_bias_only,
+    "hysteresis_without_rate": hysteresis_without_rate,
+}
+REFINED = "_refined"  # after any name, a user's too: that model with the oven refinement
+_MIRRORED = re.compile(r"2 (\S+) - (\S+)")
+_METHODS = ("fit", "specific_force")
+
+
+def model_names() -> list[str]:
+    """Names of the built-in models, each without and with refinement."""
+    return [name + suffix for name in BUILT_IN for suffix in ("", REFINED)]
+
+
+def load_model(spec: str) -> CompensationModel:
+    """A new, unfitted model.
+
+    `spec` is a built-in name, ``file.py:Class``, ``package.module:Class``, any of these followed by
+    ``_refined``, or ``2 A - B`` of two of them (see `mirrored`).
+
+    Raises: UsageError where there is no such model or it cannot be made.
+    """
+    if mirrored := _MIRRORED.fullmatch(spec):
+        return Mirrored(load_model(mirrored[1]), load_model(mirrored[2]))
+    if spec in BUILT_IN:
+        return BUILT_IN[spec]()
+    if ":" in spec:
+        return _load_users(spec)
+    if spec.endswith(REFINED) and spec.removesuffix(REFINED) in BUILT_IN:
+        return Refined(load_model(spec.removesuffix(REFINED)))
+    if spec.endswith(".py"):
+        raise UsageError(f"compensation model '{spec}' names a file but no class in it; write '{spec}:MyModel'")
+    raise UsageError(f"no compensation model is called '{spec}'{did_you_mean(spec, model_names())}")
+
+
+def missing_parts(model: object) -> str | None:
+    """What an object lacks to be a compensation model, or None."""
+    name = getattr(model, "name", None)
+    if not isinstance(name, str) or not name:
+        return f'its name is {name!r}; expected a non-empty text, so give the class a line like name = "mine"'
+    lacking = [method for method in _METHODS if not callable(getattr(model, method, None))]
+    if lacking:
+        return f"it has no method {' and no method '.join(lacking)}; expected fit(chamber) and specific_force(samples)"
+    if name in model_names() and not type(model).__module__.startswith("ins_eval."):
+        return f"its name '{name}' is that of a built-in model; its results would be taken for that one's, so rename it"
+    return None
+
+
+def _load_users(spec: str) -> CompensationModel:
+    where, _, attribute = spec.rpartition(":")
+    module = _from_file(spec, Path(where)) if where.endswith(".py") else _from_package(spec, where)
+    factory = getattr(module, attribute, None)
+    if factory is None and attribute.endswith(REFINED):
+        return Refined(load_model(spec.removesuffix(REFINED)))
+    if not callable(factory):
+        classes = [name for name, thing in vars(module).items() if inspect.isclass(thing)]
+        known = did_you_mean(attribute, classes) if classes else "; it has no class at all"
+        raise UsageError(f"compensation model '{spec}': {where} has no class '{attribute}'{known}")
+    try:
+        model = factory()
+    except Exception as error:
+        raise UsageError(
+            f"compensation model '{spec}': {attribute}() raised {describe_error(error)}; "
+            f"expected a class that can be made without arguments, so give each a default"
+        ) from error
+    if lack := missing_parts(model):
+        raise UsageError(f"compensation model '{spec}': {lack}")
+    return model
+
+
+def _from_file(spec: str, path: Path) -> ModuleType:
+    if not path.is_file():
+        near = did_you_mean(path.name, [p.name for p in path.parent.glob("*.py")]) if path.parent.is_dir() else ""
+        raise UsageError(f"compensation model '{spec}': there is no file {path}{near if 'mean' in near else ''}")
+    return _import_file(spec, path.resolve(), path.stat().st_mtime_ns)
+
+
+@functools.lru_cache(maxsize=32)  # an ensemble makes a model for every accelerometer of every instrument
+def _import_file(spec: str, path: Path, _modified_ns: int) -> ModuleType:
+    name = f"ins_eval_model_{path.stem}_{abs(hash(path)):x}"
+    module = ModuleType(name)
+    module.__file__ = str(path)
+    sys.modules[name] = module  # dataclasses look their module up
+    try:
+        # compiled here rather than by an importer, which would leave a __pycache__ beside the user's file
+        exec(compile(path.read_bytes(), path, "exec"), module.__dict__)
+    except (Exception, SystemExit) as error:
+        del sys.modules[name]
+        raise _import_failed(spec, str(path), error) from error
+    return module
+
+
+def _from_package(spec: str, name: str) -> ModuleType:
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name and (name == error.name or name.startswith(error.name + ".")):
+            file = Path(*name.split(".")).with_suffix(".py")
+            remedy = (
+                f"a file {file} is here, so write"
+                if file.is_file()
+                else "install the package that has it, or name a file:"
+            )
+            attribute = spec.rpartition(":")[2]
+            raise UsageError(
+                f"compensation model '{spec}': there is no module '{error.name}'; {remedy} '{file}:{attribute}'"
+            ) from error
+        raise _import_failed(spec, name, error) from error
+    except (Exception, SystemExit) as error:
+        raise _import_failed(spec, name, error) from error
+
+
+def _import_failed(spec: str, where: str, error: BaseException) -> UsageError:
+    return UsageError(
+        f"compensation model '{spec}': importing {where} raised {describe_error(error)}; "
+        f"expected a module that imports cleanly"
+    )
+
+
+def describe_error(error: BaseException) -> str:
+    """The kind, first line and place of a stranger's exception, for one sentence."""
+    text = str(error).strip().split("\n")[0]
+    if isinstance(error, SyntaxError) and error.lineno:
+        return f"SyntaxError: {error.msg}, line {error.lineno}"
+    frames = traceback.extract_tb(error.__traceback__)
+    line = f", line {frames[-1].lineno} of {Path(frames[-1].filename).name}" if frames else ""
+    return f"{type(error).__name__}{': ' + text if text else ''}{line}"

@@ -1,0 +1,51 @@
+"""What the built-in models share: a curve for the scale factor, a curve for the bias, and eq. (5)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from ins_eval.calibration.four_point import four_point
+from ins_eval.compensation import Samples
+from ins_eval.recording import ChamberReadings
+from ins_eval.units import STANDARD_GRAVITY, UG
+
+
+class Curve(Protocol):
+    """A quantity against temperature and its rate."""
+
+    def evaluate(self, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray: ...
+
+
+CurveFit = Callable[[np.ndarray, np.ndarray, np.ndarray], Curve]  # of temperature, rate and values, all (n,)
+
+
+@dataclass(eq=False)
+class ScaleAndBias:
+    """a = g0 (E / K1(T, r) - K0(T, r)), Paper A eq. (5).
+
+    E: output in pulse/s; K1: `scale_` in pulse/(g s); K0: `bias_ug_` in micro-g; g0: standard gravity. Both
+    curves are drawn by `scale` and `bias` through the four-point points of the chamber.
+    """
+
+    name: str
+    scale: CurveFit
+    bias: CurveFit
+    scale_: Curve = field(init=False, repr=False)
+    bias_ug_: Curve = field(init=False, repr=False)
+
+    def fit(self, chamber: ChamberReadings) -> ScaleAndBias:
+        """Draw both curves; raises DataRefused where the readings do not determine them."""
+        points = four_point(chamber)
+        self.scale_ = self.scale(points.temperature_c, points.rate_c_per_min, points.scale)
+        self.bias_ug_ = self.bias(points.temperature_c, points.rate_c_per_min, points.bias_ug)
+        return self
+
+    def specific_force(self, samples: Samples) -> np.ndarray:
+        """Specific force along the input axis, (n,) m/s^2."""
+        scale = self.scale_.evaluate(samples.temperature_c, samples.rate_c_per_min)
+        bias_ug = self.bias_ug_.evaluate(samples.temperature_c, samples.rate_c_per_min)
+        return STANDARD_GRAVITY * samples.output / scale - UG * bias_ug
