@@ -1,0 +1,28 @@
+"""The absent effect: its constants are drawn as ever, so that no other draw moves, and it does nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ins_eval.accelerometer.effect import Effect
+
+
+class Absent(Effect):
+    """Stands for an effect that is switched off."""
+
+    of: Effect
+
+    @property
+    def name(self) -> str:
+        """The name of the effect that is switched off."""
+        return self.of.name
+
+    def for_axes(self, rng: np.random.Generator) -> tuple[Effect, Effect, Effect]:
+        x, y, z = self.of.for_axes(rng)
+        return Absent(of=x), Absent(of=y), Absent(of=z)
+
+    def draw(self, rng: np.random.Generator, drawn: Mapping[str, Any]) -> Any:
+        return self.of.draw(rng, drawn)

@@ -1,0 +1,66 @@
+"""What a physical effect is: parameters of a population, and where they act on the way from force to pulses.
+
+    surface temperature -> `inside` -> `contribution` (slow errors of bias and scale factor)
+    specific force -> `force_error_ug` -> `noise_ug` -> pulses -> `counted`
+
+An effect overrides the one or two places where it acts; everywhere else it does nothing. To add one, write a
+file like ``turn_on.py`` and name its class in ``model.EFFECTS``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from ins_eval.accelerometer.run import ThermalRun
+from ins_eval.tables import Strict
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+
+
+class Contribution(NamedTuple):
+    """What one effect adds over a run: bias in ug and scale factor in ppm of gamma, each (n,) or a constant."""
+
+    bias_ug: np.ndarray | float = 0.0
+    scale_ppm: np.ndarray | float = 0.0
+
+
+class Effect(Strict):
+    """An effect that does nothing; its fields are the parameters of a population, units in their names.
+
+    `unit` is what `draw` returned for one accelerometer: its constants for life.
+    """
+
+    name: ClassVar[str]
+
+    def for_axes(self, rng: np.random.Generator) -> tuple[Effect, Effect, Effect]:
+        """This effect for the axes x, y, z of one instrument, where they differ by more than chance."""
+        return self, self, self
+
+    def draw(self, rng: np.random.Generator, drawn: Mapping[str, Any]) -> Any:
+        """Constants of one accelerometer; `drawn` holds those of the effects that stand earlier in the population."""
+        return None
+
+    def inside(self, run: ThermalRun) -> ThermalRun:
+        """The run with the temperature of the inner elements."""
+        return run
+
+    def contribution(self, unit: Any, run: ThermalRun, rng: np.random.Generator) -> Contribution:
+        """Slow errors over a run; `rng` is for what is redrawn at each run."""
+        return Contribution()
+
+    def force_error_ug(self, unit: Any, force_g: np.ndarray) -> np.ndarray | float:
+        """Error in ug that depends on the specific force `force_g` (..., 3) along input, pendulous and output axis."""
+        return 0.0
+
+    def noise_ug(self, interval_s: np.ndarray, rng: np.random.Generator) -> np.ndarray | float:
+        """Noise in ug, the mean over each interval (n,)."""
+        return 0.0
+
+    def counted(self, pulses: np.ndarray) -> np.ndarray:
+        """What leaves as counts of the `pulses` (n,) that were due in each interval."""
+        return pulses

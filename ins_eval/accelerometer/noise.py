@@ -1,0 +1,23 @@
+"""White noise of the output.
+
+The mean over an interval of length t has the standard deviation N / sqrt(t), N being the velocity random walk.
+Source: assumed 2 ug/sqrt(Hz).
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from ins_eval.accelerometer.effect import Effect, NotNegative
+
+
+class Noise(Effect):
+    """White noise; independent from interval to interval."""
+
+    name: ClassVar[str] = "noise"
+    density_ug_per_sqrt_hz: NotNegative
+
+    def noise_ug(self, interval_s: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        return self.density_ug_per_sqrt_hz / np.sqrt(interval_s) * rng.standard_normal(np.size(interval_s))

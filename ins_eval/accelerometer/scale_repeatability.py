@@ -1,0 +1,23 @@
+"""Scale-factor repeatability: a constant that is new at each switch-on.
+
+Source: Paper A, Table 5 (30 ppm in a month).
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ins_eval.accelerometer.effect import Contribution, Effect, NotNegative
+from ins_eval.accelerometer.run import ThermalRun
+
+
+class ScaleRepeatability(Effect):
+    """Normal, redrawn at each run."""
+
+    name: ClassVar[str] = "scale_repeatability"
+    sigma_ppm: NotNegative
+
+    def contribution(self, unit: Any, run: ThermalRun, rng: np.random.Generator) -> Contribution:
+        return Contribution(scale_ppm=self.sigma_ppm * rng.standard_normal())

@@ -1,0 +1,63 @@
+"""The gyro triad: constant bias, slow bias instability, angle random walk, scale factor (Table 5 of Paper A)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ins_eval.random_processes import gauss_markov
+from ins_eval.streams import Streams
+from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, PPM
+
+
+@dataclass(frozen=True)
+class GyroPopulation:
+    """One sigma of each error over a population of gyros; 0 switches an error off.
+
+    The bias of a switch-on is the stability and the repeatability of Table 5, 0.01 deg/h each, together (the table
+    labels the latter "scale factor repeatability"). Instability and random walk are assumed. `asymmetry_ppm` is the
+    table's scale factor linearity: an error of the scale factor that changes sign with the rate.
+    """
+
+    bias_deg_per_h: float = 0.014
+    instability_deg_per_h: float = 0.003
+    instability_time_s: float = 1800.0
+    angle_random_walk_deg_per_sqrt_h: float = 0.001
+    scale_ppm: float = 20.0
+    asymmetry_ppm: float = 20.0
+
+    def perfect(self) -> GyroPopulation:
+        """The same population with every error switched off."""
+        return replace(
+            self,
+            bias_deg_per_h=0.0,
+            instability_deg_per_h=0.0,
+            angle_random_walk_deg_per_sqrt_h=0.0,
+            scale_ppm=0.0,
+            asymmetry_ppm=0.0,
+        )
+
+    def increments(
+        self, time_s: np.ndarray, start_s: float, true_increments: np.ndarray, streams: Streams
+    ) -> np.ndarray:
+        """What a triad drawn from this population indicates in one run.
+
+        d = (1 + s + a sign(w)) d_true + (b + m(t)) dt + N sqrt(dt) n
+
+        `time_s` (n,) ends of the samples, `true_increments` (n, 3) rad; returns (n, 3) rad.
+        """
+        dt = np.diff(time_s, prepend=start_s)
+        scale = PPM * self.scale_ppm * streams.at("scale").rng().standard_normal(3)
+        asymmetry = PPM * self.asymmetry_ppm * streams.at("asymmetry").rng().standard_normal(3)
+        bias = DEG_PER_H * self.bias_deg_per_h * streams.at("bias").rng().standard_normal(3)
+        out = true_increments * (1.0 + scale) + np.abs(true_increments) * asymmetry + bias * dt[:, None]
+        if self.instability_deg_per_h:
+            slow_s = np.arange(start_s, time_s[-1] + 10.0, 10.0)
+            for axis, rng in enumerate(streams.at("instability", axis).rng() for axis in range(3)):
+                wander = gauss_markov(slow_s, DEG_PER_H * self.instability_deg_per_h, self.instability_time_s, rng)
+                out[:, axis] += np.interp(time_s - 0.5 * dt, slow_s, wander) * dt
+        if self.angle_random_walk_deg_per_sqrt_h:
+            noise = streams.at("angle_random_walk").rng().standard_normal(true_increments.shape)
+            out += DEG_PER_SQRT_H * self.angle_random_walk_deg_per_sqrt_h * np.sqrt(dt)[:, None] * noise
+        return out

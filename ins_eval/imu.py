@@ -1,0 +1,158 @@
+"""Truth and sensors to a recording: one instrument on one mission."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from ins_eval import accelerometer, gps
+from ins_eval.accelerometer import Accelerometer, ThermalRun
+from ins_eval.gyro import GyroPopulation
+from ins_eval.profile import Profile
+from ins_eval.random_processes import gauss_markov
+from ins_eval.recording import Fixes, Imu, Recording, Start
+from ins_eval.streams import Streams
+from ins_eval.thermal import Temperature, Thermometer, imu_temperature
+from ins_eval.trajectory import Increments, Trajectory
+
+
+@dataclass(frozen=True)
+class Population:
+    """What instruments are drawn from."""
+
+    accelerometers: accelerometer.Population
+    gyros: GyroPopulation = GyroPopulation()
+
+    def draw(self, streams: Streams) -> Instrument:
+        """One instrument; what its parts are is decided here, what they do in a run is drawn at that run."""
+        return Instrument(self.accelerometers.draw(streams.at("accelerometers")), self.gyros)
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """Three accelerometers along x, y, z and a gyro triad."""
+
+    accelerometers: tuple[Accelerometer, Accelerometer, Accelerometer]
+    gyros: GyroPopulation
+
+
+class Mission:
+    """A profile at a sample rate: all that is the same whichever instrument records it."""
+
+    def __init__(self, profile: Profile, rate_hz: float):
+        self.profile = profile
+        self.rate_hz = rate_hz
+        self.trajectory = Trajectory(profile)
+        self.thermometer = Thermometer()
+
+    def in_oven(self, rate_hz: float) -> Mission:
+        """An oven that repeats the temperatures of this mission around a level IMU at the same place."""
+        still = {"kind": "static", "speed": (), "height": (), "turn": (), "wing_rock": None}
+        oven = Mission(
+            self.profile.model_copy(update={**still, "name": f"oven with the temperatures of {self.profile.name}"}),
+            rate_hz,
+        )
+        oven.temperature = self.temperature
+        return oven
+
+    @cached_property
+    def increments(self) -> Increments:
+        """What an ideal IMU feels."""
+        return self.trajectory.increments(self.rate_hz)
+
+    @cached_property
+    def temperature(self) -> Temperature:
+        """True temperature of the IMU, every second."""
+        return imu_temperature(self.trajectory)
+
+    @cached_property
+    def run(self) -> ThermalRun:
+        """The same as a run of the accelerometers."""
+        kind: Literal["oven", "flight"] = "oven" if self.profile.kind == "static" else "flight"
+        return ThermalRun(self.temperature.time_s, self.temperature.temperature_c, kind)
+
+    @cached_property
+    def reading_c(self) -> np.ndarray:
+        """The thermometer's reading at every sample."""
+        reading = self.thermometer.read(self.temperature.time_s, self.temperature.temperature_c)
+        latest = np.searchsorted(self.temperature.time_s, self.increments.time_s + 1e-9, side="right") - 1
+        return reading[latest]
+
+    @cached_property
+    def height_m(self) -> np.ndarray:
+        """True height at every sample."""
+        return self.trajectory.truth(self.increments.time_s).height_m
+
+    def start(self, time_s: float, aligned: bool) -> Start:
+        """The true state at `time_s`, with attitude where `aligned`."""
+        truth = self.trajectory.truth(np.array([time_s]))
+        return Start(
+            time_s=time_s,
+            latitude_rad=float(truth.latitude_rad[0]),
+            longitude_rad=float(truth.longitude_rad[0]),
+            height_m=float(truth.height_m[0]),
+            velocity_n=tuple(float(v) for v in truth.velocity_n[0]),
+            attitude_rad=tuple(float(a) for a in truth.attitude_rad[0]) if aligned else None,
+        )
+
+    def record(self, instrument: Instrument, streams: Streams) -> Recording:
+        """What `instrument` records, from switching it on; `streams` are those of this one run."""
+        true = self.increments
+        counts = np.empty_like(true.velocity)
+        for axis, unit in enumerate(instrument.accelerometers):
+            slow = unit.slow(self.run, streams)
+            noise = streams.at(f"accelerometer.{unit.axis}", "samples").rng()
+            counts[:, axis] = unit.pulses(true.time_s, self.trajectory.start_s, true.velocity, self.run, slow, noise)
+        return Recording(
+            name=self.profile.name,
+            kind="oven" if self.profile.kind == "static" else "flight",
+            start=self.start(self.trajectory.start_s, aligned=self.profile.kind == "static"),
+            imu=Imu(
+                time_s=true.time_s,
+                gyro=instrument.gyros.increments(true.time_s, self.trajectory.start_s, true.gyro, streams.at("gyros")),
+                accelerometer=counts,
+                accelerometer_form="pulse",
+                temperature_c=self.reading_c,
+                height_baro_m=self._baro(streams),
+            ),
+            gps=self._gps(streams),
+        )
+
+    def ideal(self) -> Recording:
+        """What an IMU without any error records from time 0 on, the true attitude given: for the numeric floor."""
+        keep = self.increments.time_s > 0.5 / self.rate_hz
+        truth = self.trajectory.truth(np.arange(0.0, self.trajectory.end_s + 0.5))
+        return Recording(
+            name=f"{self.profile.name}, no errors",
+            kind="flight",
+            start=self.start(0.0, aligned=True),
+            imu=Imu(
+                time_s=self.increments.time_s[keep],
+                gyro=self.increments.gyro[keep],
+                accelerometer=self.increments.velocity[keep],
+                accelerometer_form="increment",
+                height_baro_m=self.height_m[keep],
+            ),
+            reference=Fixes(
+                truth.time_s,
+                truth.latitude_rad,
+                truth.longitude_rad,
+                truth.height_m,
+                truth.velocity_n,
+                np.ones(truth.time_s.size, dtype=bool),
+                truth.attitude_rad,
+            ),
+        )
+
+    def _baro(self, streams: Streams) -> np.ndarray:
+        """Baro height at every sample: agrees with the true one at the start and then wanders."""
+        baro = self.profile.baro
+        slow_s = np.arange(self.trajectory.start_s, self.trajectory.end_s + 10.0, 10.0)
+        wander = gauss_markov(slow_s, baro.sigma_m, baro.correlation_s, streams.at("baro").rng(), start=0.0)
+        return self.height_m + np.interp(self.increments.time_s, slow_s, wander)
+
+    def _gps(self, streams: Streams) -> Fixes | None:
+        return gps.receive(self.trajectory, streams.at("gps")) if self.profile.kind == "flight" else None

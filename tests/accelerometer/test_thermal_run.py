@@ -1,0 +1,54 @@
+"""What all units of a run share is computed once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ins_eval.accelerometer import Population, ThermalRun
+from ins_eval.streams import Streams
+
+
+def test_a_state_is_computed_once(flight: ThermalRun) -> None:
+    calls: list[ThermalRun] = []
+
+    def compute(run: ThermalRun) -> np.ndarray:
+        calls.append(run)
+        return run.temperature_c + 1.0
+
+    first = flight.state("one warmer", compute)
+    assert flight.state("one warmer", compute) is first
+    assert calls == [flight]
+
+
+def test_a_second_unit_computes_no_state(population: Population, flight: ThermalRun, monkeypatch) -> None:
+    first, second, third = population.draw(Streams(1))
+    first.slow(flight, Streams(1))
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("a state was computed again")
+
+    monkeypatch.setattr("ins_eval.accelerometer.run.lagged", refuse)
+    monkeypatch.setattr("ins_eval.accelerometer.run.filtered_rate", refuse)
+    monkeypatch.setattr("ins_eval.accelerometer.magnet_hysteresis.play", refuse)
+    monkeypatch.setattr("ins_eval.accelerometer.creep.relax", refuse)
+    second.slow(flight, Streams(1))
+    third.slow(flight, Streams(2))
+    with pytest.raises(AssertionError, match="computed again"):
+        first.slow(ThermalRun(flight.time_s, flight.temperature_c, "flight"), Streams(1))
+
+
+def test_a_run_without_lag_has_elements_at_the_surface(flight: ThermalRun) -> None:
+    assert flight.element_c is flight.temperature_c
+    lagged = flight.with_element_lag(180.0)
+    assert lagged is flight.with_element_lag(180.0)
+    assert not np.allclose(lagged.element_c, flight.temperature_c, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("time_s", "temperature_c"),
+    [((0.0, 1.0, 1.0), (1.0, 2.0, 3.0)), ((0.0, 1.0), (1.0, 2.0, 3.0)), ((0.0, 1.0), (1.0, np.nan)), ((0.0,), (1.0,))],
+)
+def test_refuses_what_is_no_run(time_s: tuple[float, ...], temperature_c: tuple[float, ...]) -> None:
+    with pytest.raises(ValueError, match="thermal run"):
+        ThermalRun(np.array(time_s), np.array(temperature_c), "flight")
