@@ -1,0 +1,290 @@
+"""The comparator: a navigation solution against GPS, against a better navigator, or against a known standstill.
+
+The reference is never interpolated where it is silent. The INS, which is denser and smooth, is brought to the
+epochs of the reference; over a gap it is the INS-minus-reference difference that is carried across (`bridge`),
+and bridged epochs stay marked as not valid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ins_eval import earth
+from ins_eval.errors import DataRefused
+from ins_eval.recording import Fixes, Start
+from ins_eval.strapdown import Solution
+
+MISSING_ROW_FACTOR = 1.5  # a spacing above this many medians means that rows are missing
+_CLOCK_ROUNDING_S = 1e-6  # a stamp this far outside the solution still belongs to it
+_VELOCITY_NODES = 6  # samples of the INS through which its velocity is interpolated
+
+
+class Gap(NamedTuple):
+    """A silence of the reference, from its last valid epoch to the next one (or to the end of the record)."""
+
+    start_s: float
+    end_s: float
+
+    @property
+    def duration_s(self) -> float:
+        return self.end_s - self.start_s
+
+
+class GapSummary(NamedTuple):
+    """How often and how long a reference was silent."""
+
+    count: int
+    total_s: float
+    longest_s: float
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """INS minus reference at the epochs of the reference, in the local NED of the reference.
+
+    `time_s` (m,) is on the clock of the IMU and includes the epochs of missing rows. `north_m`, `east_m`,
+    `down_m` (m,) are in m, `velocity_n` (m, 3) in m/s; NaN where the reference is silent. `valid` (m,) is
+    False there: only valid epochs enter a metric.
+    """
+
+    time_s: np.ndarray
+    north_m: np.ndarray
+    east_m: np.ndarray
+    down_m: np.ndarray
+    velocity_n: np.ndarray
+    valid: np.ndarray
+    gaps: tuple[Gap, ...]
+
+
+def compare(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> Errors:
+    """Error of a solution at the epochs of a reference.
+
+    north = (M + h) dL,   east = (N + h) cos(L) dl,   down = -dh,   d = INS - reference
+
+    with radii, latitude L and height h of the reference and the longitude difference wrapped to +-pi. A stamp t
+    of the reference means the instant t - `time_offset_s` on the clock of the IMU.
+
+    Raises
+    ------
+    DataRefused
+        The reference does not overlap the solution, or they share fewer than 2 valid epochs.
+    """
+    fixes = _common(solution, fixes, time_offset_s)
+    return _differences(solution, _without_lost(fixes), fixes.valid)
+
+
+def raw_vertices(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> Errors:
+    """What `compare` would give if the reference *itself* were drawn straight across its gaps: for display only.
+
+    Across a turn this makes the vertices of Paper A, Fig. 12. They are errors of the straight line, not of
+    the INS; the epochs stay not valid. A gap at the start or the end stays empty.
+    """
+    fixes = _common(solution, fixes, time_offset_s)
+    return _differences(solution, _drawn_straight(fixes), fixes.valid)
+
+
+def outages(fixes: Fixes) -> tuple[Gap, ...]:
+    """Stretches in which a reference is silent: marked not valid, not a number, or its rows are missing.
+
+    Rows are missing where two stamps are more than 1.5 median spacings apart. A quantity that the
+    reference never delivers (a navigator without velocity) is not an outage.
+    """
+    fixes = _with_missing_rows(fixes)
+    return _gaps(fixes.time_s, fixes.valid)
+
+
+def summary(gaps: Sequence[Gap]) -> GapSummary:
+    """Number, total and longest duration of `gaps`."""
+    durations = [gap.duration_s for gap in gaps]
+    return GapSummary(len(durations), float(sum(durations)), float(max(durations, default=0.0)))
+
+
+def bridge(errors: Errors, window_s: float = 60.0) -> Errors:
+    """Carry the INS-minus-reference difference across each gap, so that its curve can be drawn.
+
+    Each component of the difference is regressed linearly on the valid epochs within `window_s` on either side
+    of the gap. Bridged epochs stay not valid, so they enter no RMS. A gap at the start or the end is not
+    extrapolated and stays NaN.
+    """
+    time_s, valid = errors.time_s, errors.valid
+    values = np.column_stack([errors.north_m, errors.east_m, errors.down_m, errors.velocity_n])
+    for start_s, end_s in errors.gaps:
+        inside = ~valid & (time_s >= start_s) & (time_s <= end_s)
+        if inside[0] or inside[-1]:
+            continue
+        around = valid & (time_s >= start_s - window_s) & (time_s <= end_s + window_s)
+        centre_s = time_s[around].mean()
+        t = time_s[around] - centre_s
+        level = values[around].mean(axis=0)
+        slope = t @ (values[around] - level) / (t @ t)
+        values[inside] = level + (time_s[inside] - centre_s)[:, None] * slope
+    north_m, east_m, down_m = values[:, :3].T
+    return replace(errors, north_m=north_m, east_m=east_m, down_m=down_m, velocity_n=values[:, 3:])
+
+
+def standstill(solution: Solution, start: Start, period_s: float = 1.0) -> Fixes:
+    """The reference of a parked vehicle: the position of `start` and no velocity, every `period_s`."""
+    first, last = solution.time_s[0], solution.time_s[-1]
+    time_s = first + period_s * np.arange(np.floor((last - first + _CLOCK_ROUNDING_S) / period_s) + 1)
+    return Fixes(
+        time_s=time_s,
+        latitude_rad=np.full(time_s.size, start.latitude_rad),
+        longitude_rad=np.full(time_s.size, start.longitude_rad),
+        height_m=np.full(time_s.size, start.height_m),
+        velocity_n=np.zeros((time_s.size, 3)),
+        valid=np.ones(time_s.size, dtype=bool),
+    )
+
+
+def _common(solution: Solution, fixes: Fixes, time_offset_s: float) -> Fixes:
+    """The part of the reference that lies inside the solution, on its clock, with its missing rows put in."""
+    if fixes.time_s.size == 0:
+        raise DataRefused("reference: it has no rows; expected at least 2 epochs inside the solution")
+    instants = np.asarray(fixes.time_s, dtype=float) - time_offset_s
+    first, last = float(solution.time_s[0]), float(solution.time_s[-1])
+    inside = (instants >= first - _CLOCK_ROUNDING_S) & (instants <= last + _CLOCK_ROUNDING_S)
+    spans = (
+        f"it covers {instants[0]:.3f} to {instants[-1]:.3f} s on the clock of the IMU "
+        f"and the solution {first:.3f} to {last:.3f} s"
+    )
+    if not inside.any():
+        raise DataRefused(f"reference: {spans}, which do not overlap; check its clock and its time_offset_s")
+    columns, valid = _columns(fixes)[inside], np.asarray(fixes.valid)[inside]
+    common = _with_missing_rows(_from_columns(fixes, instants[inside], columns, valid))
+    if np.count_nonzero(common.valid) < 2:
+        raise DataRefused(
+            f"reference: {spans}, with {np.count_nonzero(common.valid)} valid epoch(s) in common; expected at least 2"
+        )
+    return common
+
+
+def _columns(fixes: Fixes) -> np.ndarray:
+    return np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m, fixes.velocity_n])
+
+
+def _from_columns(fixes: Fixes, time_s: np.ndarray, columns: np.ndarray, valid: np.ndarray) -> Fixes:
+    latitude_rad, longitude_rad, height_m = columns[:, :3].T
+    return replace(
+        fixes,
+        time_s=time_s,
+        latitude_rad=latitude_rad,
+        longitude_rad=longitude_rad,
+        height_m=height_m,
+        velocity_n=columns[:, 3:],
+        valid=valid,
+        attitude_rad=None,  # not compared
+    )
+
+
+def _with_missing_rows(fixes: Fixes) -> Fixes:
+    """The same reference on an unbroken series of epochs; `valid` tells which epochs it really delivers."""
+    time_s, columns = np.asarray(fixes.time_s, dtype=float), _columns(fixes)
+    finite = np.isfinite(columns)
+    delivered = finite.any(axis=0)  # a quantity that is never there is not an outage
+    valid = np.asarray(fixes.valid, dtype=bool) & finite[:, delivered].all(axis=1) & delivered.any()
+    if time_s.size < 2:
+        return _from_columns(fixes, time_s, columns, valid)
+    spacing = np.diff(time_s)
+    intervals = spacing / np.median(spacing)
+    # number of rows that stand for each row: itself, and after it the missing ones
+    copies = np.append(np.where(intervals > MISSING_ROW_FACTOR, np.rint(intervals), 1), 1).astype(int)
+    row = np.repeat(np.arange(time_s.size), copies)
+    place = np.arange(row.size) - np.searchsorted(row, row, side="left")
+    missing = place > 0
+    step = np.append(spacing, 0.0) / copies
+    columns = columns[row]
+    columns[missing] = np.nan
+    return _from_columns(fixes, time_s[row] + place * step[row], columns, valid[row] & ~missing)
+
+
+def _gaps(time_s: np.ndarray, valid: np.ndarray) -> tuple[Gap, ...]:
+    if time_s.size == 0:
+        return ()
+    edges = np.diff(np.concatenate([[0], ~valid, [0]]).astype(int))
+    before = np.maximum(np.flatnonzero(edges == 1) - 1, 0)
+    after = np.minimum(np.flatnonzero(edges == -1), time_s.size - 1)
+    return tuple(Gap(float(time_s[i]), float(time_s[j])) for i, j in zip(before, after, strict=True))
+
+
+def _without_lost(fixes: Fixes) -> Fixes:
+    columns = _columns(fixes)
+    columns[~fixes.valid] = np.nan
+    return _from_columns(fixes, fixes.time_s, columns, fixes.valid)
+
+
+def _drawn_straight(fixes: Fixes) -> Fixes:
+    time_s, valid, columns = fixes.time_s, fixes.valid, _columns(fixes)
+    known = columns[valid]
+    known[:, 1] = np.unwrap(known[:, 1])
+    for j in range(columns.shape[1]):
+        columns[~valid, j] = np.interp(time_s[~valid], time_s[valid], known[:, j], left=np.nan, right=np.nan)
+    return _from_columns(fixes, time_s, columns, valid)
+
+
+def _differences(solution: Solution, fixes: Fixes, valid: np.ndarray) -> Errors:
+    latitude_rad, longitude_rad, height_m, velocity_n = _interpolated(solution, fixes.time_s)
+    meridian_m, transverse_m = earth.radii(fixes.latitude_rad)
+    longitude_error = np.remainder(longitude_rad - fixes.longitude_rad + np.pi, 2.0 * np.pi) - np.pi
+    return Errors(
+        time_s=fixes.time_s,
+        north_m=(meridian_m + fixes.height_m) * (latitude_rad - fixes.latitude_rad),
+        east_m=(transverse_m + fixes.height_m) * np.cos(fixes.latitude_rad) * longitude_error,
+        down_m=fixes.height_m - height_m,
+        velocity_n=velocity_n - fixes.velocity_n,
+        valid=valid,
+        gaps=_gaps(fixes.time_s, valid),
+    )
+
+
+def _interpolated(solution: Solution, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Latitude, longitude, height (m,) and velocity (m, 3) of the solution at `time_s`, from the samples around each.
+
+    Position: cubic Hermite with the solution's own velocity, error h^4 x''''/384 for a sample spacing h.
+    Velocity: the polynomial through the nearest 6 samples, error below h^6 v^(6)/200.
+    """
+    samples = solution.time_s
+    if samples.size < 2:
+        raise DataRefused(f"solution: {samples.size} sample(s), expected at least 2 to compare with a reference")
+    left = np.clip(np.searchsorted(samples, time_s, side="right") - 1, 0, samples.size - 2)
+    pair = left[:, None] + np.arange(2)
+    step = samples[left + 1] - samples[left]
+    u = (time_s - samples[left]) / step
+
+    latitude, height = solution.latitude_rad[pair], solution.height_m[pair]
+    longitude = np.unwrap(solution.longitude_rad[pair], axis=1)
+    north, east, down = np.moveaxis(solution.velocity_n[pair], -1, 0)
+    meridian_m, transverse_m = earth.radii(latitude)
+    latitude_rate = north / (meridian_m + height)
+    longitude_rate = east / ((transverse_m + height) * np.cos(latitude))
+
+    count = min(_VELOCITY_NODES, samples.size)
+    first = np.clip(left - count // 2 + 1, 0, samples.size - count)
+    nodes = first[:, None] + np.arange(count)
+    weights = _lagrange_weights(samples[nodes] - time_s[:, None])
+    return (
+        _hermite(u, step, latitude, latitude_rate),
+        _hermite(u, step, longitude, longitude_rate),
+        _hermite(u, step, height, -down),
+        np.einsum("ij,ijk->ik", weights, solution.velocity_n[nodes]),
+    )
+
+
+def _hermite(u: np.ndarray, step: np.ndarray, value: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Cubic with `value` and `rate` (m, 2) at both ends of an interval of length `step`, at the fraction `u`."""
+    change = value[:, 1] - value[:, 0]
+    excess_0, excess_1 = rate[:, 0] * step - change, rate[:, 1] * step - change
+    return value[:, 0] + u * change + u * (1.0 - u) * ((1.0 - u) * excess_0 - u * excess_1)
+
+
+def _lagrange_weights(offset_s: np.ndarray) -> np.ndarray:
+    """Weights (m, k) of the samples at `offset_s` (m, k) in the polynomial through them, at offset zero."""
+    count = offset_s.shape[1]
+    weights = np.ones_like(offset_s)
+    for j in range(count):
+        others = [i for i in range(count) if i != j]
+        weights[:, j] = np.prod(offset_s[:, others] / (offset_s[:, others] - offset_s[:, [j]]), axis=1)
+    return weights
