@@ -1,0 +1,73 @@
+"""What a report says, before it is known where it will be read: `page` and `text` render the same sections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """Plain sentences, with a few words in bold before them."""
+
+    text: str
+    lead: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of ready-made text; `align` has one of ``l`` and ``r`` a column, by default ``lrr...``."""
+
+    title: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+    align: str = ""
+
+    @property
+    def alignment(self) -> str:
+        return self.align or "l" + "r" * (len(self.header) - 1)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure by its name, with a caption that says what to see; left out where no such figure was drawn."""
+
+    name: str
+    caption: str
+
+
+Block = Paragraph | Table | Picture
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what stands below it."""
+
+    heading: str
+    blocks: Sequence[Block]
+
+    @property
+    def anchor(self) -> str:
+        return "".join(c if c.isalnum() else "-" for c in self.heading.lower()).strip("-")
+
+
+def paragraphs(*texts: str) -> list[Paragraph]:
+    """One paragraph for each text that is not empty."""
+    return [Paragraph(text) for text in texts if text]
+
+
+def table(
+    title: str, header: Sequence[str], rows: Sequence[Sequence[str]], note: str = "", align: str = ""
+) -> list[Table]:
+    """A table, or nothing where there are no rows."""
+    return [Table(title, header, rows, note, align)] if rows else []
+
+
+def pick(tree: Mapping, *path: str):
+    """The value at a path of keys, or None where a part of it is missing."""
+    for key in path:
+        if not isinstance(tree, Mapping) or key not in tree:
+            return None
+        tree = tree[key]
+    return tree

@@ -1,0 +1,36 @@
+"""Figures: each function takes plain arrays and numbers and returns a matplotlib `Figure`; nothing is global.
+
+`traces` draws one flight or recording against time, `population` many instruments.
+"""
+
+from ins_eval.report.figures.population import (
+    cep_over_time,
+    error_budget,
+    improvement_per_instrument,
+    single_flight_rates,
+    velocity_rms_by_compensation,
+)
+from ins_eval.report.figures.traces import (
+    activity,
+    angle_error,
+    attitude,
+    flight_path,
+    position_error,
+    temperature_and_rate,
+    velocity_error,
+)
+
+__all__ = [
+    "activity",
+    "angle_error",
+    "attitude",
+    "cep_over_time",
+    "error_budget",
+    "flight_path",
+    "improvement_per_instrument",
+    "position_error",
+    "single_flight_rates",
+    "temperature_and_rate",
+    "velocity_error",
+    "velocity_rms_by_compensation",
+]

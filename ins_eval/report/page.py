@@ -1,0 +1,80 @@
+"""The report as one self-contained HTML page, with the figures also as files beside it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from ins_eval.report import style
+from ins_eval.report.content import Paragraph, Picture, Section, Table
+from ins_eval.report.wording import unbroken
+from ins_eval.storage import write_whole
+
+
+def write_page(
+    folder: str | Path,
+    *,
+    title: str,
+    answer: str,
+    sections: Sequence[Section],
+    figures: Mapping[str, Figure],
+    metrics: Mapping,
+) -> Path:
+    """Write ``index.html`` and ``figures/<name>.svg`` into `folder` and return the path of the page.
+
+    The page asks for nothing outside itself and runs no script. A figure that no section mentions is shown at
+    the end; a section's mention of a figure that does not exist is left out. Raises StorageError.
+    """
+    folder = Path(folder)
+    drawings = {name: style.svg(figure) for name, figure in figures.items()}
+    html = render(title=title, answer=answer, sections=sections, drawings=drawings, metrics=metrics)
+    for name, drawing in drawings.items():
+        write_whole(folder / "figures" / f"{name}.svg", drawing.encode())
+    return write_whole(folder / "index.html", html.encode())
+
+
+def render(
+    *, title: str, answer: str, sections: Sequence[Section], drawings: Mapping[str, str], metrics: Mapping
+) -> str:
+    """The page as text; `drawings` name -> SVG."""
+    environment = Environment(
+        loader=PackageLoader("ins_eval.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.tests.update(
+        {
+            kind.__name__.lower(): lambda block, kind=kind: isinstance(block, kind)
+            for kind in (Paragraph, Table, Picture)
+        }
+    )
+    environment.filters["unbroken"] = unbroken
+    mentioned = {block.name for section in sections for block in section.blocks if isinstance(block, Picture)}
+    rest = [Picture(name, name.replace("_", " ").capitalize() + ".") for name in drawings if name not in mentioned]
+    if rest:
+        sections = [*sections, Section("Further figures", rest)]
+    inline = {name: Markup(inline_svg(name, drawing)) for name, drawing in drawings.items()}
+    facts = [f"{key} {metrics[key]}" for key in ("profile", "seed") if key in metrics]
+    return environment.get_template("page.html").render(
+        title=title, answer=answer, sections=sections, drawings=inline, facts=facts
+    )
+
+
+def inline_svg(name: str, drawing: str) -> str:
+    """An SVG file made fit to stand among others in a page: no prologue or metadata, ids of its own."""
+    drawing = drawing[drawing.index("<svg") :]
+    drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
+    drawing = re.sub(r"<style[^>]*>.*?</style>", "", drawing, flags=re.DOTALL)  # it would act on the whole page
+    drawing = re.sub(r' xmlns(:\w+)?="[^"]*"', "", drawing)
+    drawing = re.sub(r'\bid="([^"]+)"', rf'id="{name}-\1"', drawing)
+    drawing = re.sub(r'href="#([^"]+)"', rf'href="#{name}-\1"', drawing)
+    drawing = re.sub(r"url\(#([^)]+)\)", rf"url(#{name}-\1)", drawing)
+    size = re.search(r'<svg[^>]* viewBox="[^"]*"', drawing)[0]
+    return drawing.replace(size, re.sub(r' (width|height)="[^"]*"', "", size) + ' role="img"', 1)

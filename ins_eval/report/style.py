@@ -1,0 +1,169 @@
+"""One look for every figure: colours, names of compensations, type, decimation and SVG output."""
+
+from __future__ import annotations
+
+import functools
+import io
+import re
+import textwrap
+import zlib
+from collections.abc import Callable, Iterable, Sequence
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ins_eval.report.wording import unbroken
+
+WIDTH_IN = 8.0
+TITLE_PT = 11.0
+NOTE_PT = 8.5
+NOTE_CHARACTERS = 126  # of NOTE_PT across WIDTH_IN
+INK, QUIET, FAINT = "#222222", "#666666", "#d9d9d9"
+OUTAGE = "#f3e2b3"
+ACCENT = "#b8860b"  # the published values, on every figure
+
+# Simple is blue and hysteresis red, as in Paper A; a refined one is dark, its unrefined twin light.
+# Blue and red differ in lightness too, so that they stay apart in grey and for colour-blind readers.
+COLOUR = {
+    "none": "#8a8a8a",
+    "quadratic": "#8073ac",
+    "simple": "#4a9bd4",
+    "simple_refined": "#12508f",
+    "hysteresis": "#f0876a",
+    "hysteresis_refined": "#b2182b",
+    "hysteresis_scale_only": "#f4b183",
+    "hysteresis_bias_only": "#d6604d",
+    "hysteresis_without_rate": "#dba0a8",
+}
+OTHER_COLOURS = ("#1b7837", "#35978f", "#7fa53a")  # a user's own models
+
+LABEL = {
+    "none": "none",
+    "quadratic": "quadratic",
+    "simple": "simple",
+    "simple_refined": "simple, refined",
+    "hysteresis": "hysteresis",
+    "hysteresis_refined": "hysteresis, refined",
+    "hysteresis_scale_only": "hysteresis, scale factor only",
+    "hysteresis_bias_only": "hysteresis, bias only",
+    "hysteresis_without_rate": "hysteresis, without rate terms",
+}
+
+RC = {
+    "font.family": ["DejaVu Sans"],  # comes with matplotlib: the layout is the same everywhere
+    "font.size": 9.0,
+    "axes.titlesize": 9.0,
+    "axes.labelsize": 9.0,
+    "axes.edgecolor": QUIET,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#ececec",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.2,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "text.color": INK,
+    "xtick.color": QUIET,
+    "ytick.color": QUIET,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "axes.unicode_minus": True,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "ins_eval",
+}
+
+
+def colour(name: str) -> str:
+    """The colour of a compensation, the same in every figure."""
+    return COLOUR.get(name) or OTHER_COLOURS[zlib.crc32(name.encode()) % len(OTHER_COLOURS)]
+
+
+def label(name: str) -> str:
+    """The name of a compensation as a reader sees it."""
+    return LABEL.get(name, name)
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Compensations in the order of `COLOUR`, a user's own models last."""
+    order = list(COLOUR)
+    return sorted(names, key=lambda name: (order.index(name) if name in order else len(order), name))
+
+
+def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
+    """Let a figure function run under `RC`, whatever the settings around it."""
+
+    @functools.wraps(draw)
+    def wrapped(*args, **kwargs) -> Figure:
+        with mpl.rc_context():
+            mpl.rcdefaults()
+            mpl.rcParams.update(RC)
+            return draw(*args, **kwargs)
+
+    return wrapped
+
+
+def sheet(height_in: float, title: str, note: str, *, rows: int = 1, columns: int = 1, **grid):
+    """A figure with a title and, below it in grey, the definition and window: (Figure, Axes or array of them)."""
+    figure = Figure(figsize=(WIDTH_IN, height_in), dpi=72, layout="constrained")  # dpi of SVG
+    lines = textwrap.wrap(unbroken(note), NOTE_CHARACTERS)
+    # The layout keeps room for a figure title only, so the title carries blank lines where the note will stand.
+    figure.suptitle(title + "\n" * len(lines), x=0.008, ha="left", fontsize=TITLE_PT, fontweight="bold")
+    if lines:
+        top = 1.0 - (1.45 * TITLE_PT + 4.0) / (72.0 * height_in)
+        figure.text(0.008, top, "\n".join(lines), va="top", fontsize=NOTE_PT, color=QUIET, linespacing=1.3)
+    axes = figure.subplots(rows, columns, **grid)
+    return figure, axes
+
+
+def legend_below(figure: Figure, *axes: Axes, columns: int = 4) -> None:
+    """One legend under the panels, where it covers no data; equal entries once."""
+    entries: dict[str, object] = {}
+    for ax in axes:
+        for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
+            entries.setdefault(text, handle)
+    if entries:
+        figure.legend(entries.values(), entries.keys(), loc="outside lower left", ncols=columns, handlelength=1.8)
+
+
+def shade(ax: Axes, spans: Sequence[tuple[float, float]], text: str, *, color: str = OUTAGE) -> None:
+    """Shade spans of time; only the first enters the legend."""
+    for k, (start, end) in enumerate(spans):
+        ax.axvspan(start, end, color=color, linewidth=0, zorder=0.5, label=text if k == 0 else "_")
+
+
+def decimate(time_s: np.ndarray, values: np.ndarray, limit: int = 800) -> tuple[np.ndarray, np.ndarray]:
+    """At most about `limit` points of a series that keep every visible extreme and every gap (NaN).
+
+    The lowest and the highest point of each of limit/2 stretches are kept, so a spike of one sample survives.
+    """
+    time_s, values = np.asarray(time_s, dtype=float), np.asarray(values, dtype=float)
+    n = values.size
+    if n <= limit:
+        return time_s, values
+    finite = np.isfinite(values)
+    edges = np.linspace(0, n, limit // 2 + 1).astype(int)
+    keep = [0, n - 1, *(np.flatnonzero(np.diff(finite)) + 1), *np.flatnonzero(np.diff(finite))]
+    for start, end in zip(edges[:-1], edges[1:], strict=True):
+        if finite[start:end].any():
+            keep += [start + np.nanargmin(values[start:end]), start + np.nanargmax(values[start:end])]
+    kept = np.unique(keep)
+    return time_s[kept], values[kept]
+
+
+def svg(figure: Figure) -> str:
+    """The figure as an SVG file: text stays text, no date, coordinates to 0.01 pt; the same bytes each time."""
+    buffer = io.StringIO()
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(RC)
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+        figure.set_layout_engine("none")  # a second layout would start from the first and shift by a hair
+    return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), buffer.getvalue())

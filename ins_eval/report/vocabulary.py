@@ -1,0 +1,89 @@
+"""Names of measures, definitions and sources as the metrics spell them and as a reader sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ins_eval.report.content import Table, pick, table
+
+PAPER = "Paper A (Sensors 2021, 21, 294)"
+FIRST, SECOND = "simple", "hysteresis_refined"  # what the paper compares, as far as it tells
+HEADLINE = f"{SECOND}/{FIRST}"
+# The paper's "compensated" arm was refined in the oven, so it stands beside our refined one.
+PAPER_ARM = {"simple": FIRST, "hysteresis": SECOND}
+VELOCITY, CEP = "velocity_rms_horizontal", "cep_rate_final"
+COMPONENTS = ("east", "north", "horizontal", "down")
+
+DEFINITION_NAME = {
+    "velocity_rms": "velocity RMS",
+    "final": "final",
+    "rms_08326": "0.8326 RMS",
+    "elliptical": "elliptical",
+    "circular_05887": "0.5887 (σN + σE)",
+    "least_squares": "least squares",
+    "radial_error_rate_rms": "radial error rate RMS",
+    "trms": "time RMS",
+}
+
+MEASURE_NAME = {
+    "velocity_rms_north": "north velocity RMS",
+    "velocity_rms_east": "east velocity RMS",
+    "velocity_rms_down": "down velocity RMS",
+    "velocity_rms_horizontal": "horizontal velocity RMS",
+    **{f"cep_rate_{key}": f"CEP rate ({name})" for key, name in DEFINITION_NAME.items() if key != "velocity_rms"},
+    "radial_error_rate_final": "radial error rate (final)",
+    "radial_error_rate_least_squares": "radial error rate (least squares)",
+    "radial_error_rate_rms": "radial error rate (RMS)",
+}
+
+SOURCE_NAME = {
+    "all": "all together",
+    "accelerometer": "accelerometers, all",
+    "accelerometer_bias": "accelerometer bias",
+    "accelerometer_bias_thermal": "bias, thermal and creep",
+    "accelerometer_scale_factor": "accelerometer scale factor",
+    "gyro": "gyros, all",
+    "gyro_bias": "gyro bias",
+    "gyro_noise": "gyro noise",
+}
+
+DEFINITIONS = tuple(key for key in DEFINITION_NAME if key != "velocity_rms")  # of a CEP rate
+MAIN_DEFINITIONS = ("final", "least_squares", "radial_error_rate_rms")  # those that one flight has too
+
+
+def definition_name(key: str) -> str:
+    return DEFINITION_NAME.get(key, key.replace("_", " "))
+
+
+def measure_name(key: str) -> str:
+    return MEASURE_NAME.get(key, key.replace("_", " "))
+
+
+def source_name(key: str) -> str:
+    return SOURCE_NAME.get(key, key.replace("_", " "))
+
+
+def single_flight_name(definition: str) -> str:
+    """What a definition of a CEP rate is called when there is one flight only."""
+    return measure_name("radial_error_rate_" + definition.removeprefix("radial_error_rate_"))
+
+
+def of_ensemble(metrics: Mapping, name: str, measure: str) -> Mapping | None:
+    """The statistic of compensation `name`, by the name its measure has among the improvements, or None."""
+    if measure.startswith("velocity_rms_"):
+        return pick(metrics, "ensemble", name, "velocity_rms_mps", measure.removeprefix("velocity_rms_"))
+    return pick(metrics, "ensemble", name, "cep_rate_nmi_per_h", measure.removeprefix("cep_rate_"))
+
+
+def improvement(metrics: Mapping, pair: str, measure: str) -> Mapping | None:
+    """Ratio and interval of a pair ``new/old`` in one measure, or None."""
+    return pick(metrics, "ensemble", "improvement", pair, measure)
+
+
+def definitions_table(metrics: Mapping) -> list[Table]:
+    """Each definition in words, as a formula, with its window and source."""
+    rows = [
+        (definition_name(key), *(d.get(part, "") for part in ("words", "formula", "window", "source")))
+        for key, d in (metrics.get("definitions") or {}).items()
+    ]
+    return table("", ("name", "in words", "formula", "window", "source"), rows, align="lllll")

@@ -1,0 +1,129 @@
+"""Numbers into words: every sentence about a difference is derived from its ratio and 95 % interval."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+Statistic = Mapping[str, object]  # {"value": float, "interval95": [low, high]}
+Ratio = Mapping[str, object]  # {"ratio": float, "interval95": [low, high]}
+Verdict = Literal["better", "worse", "open", "equal"]
+
+MISSING = "–"
+
+
+def verdict(ratio: Ratio) -> Verdict:
+    """What a ratio of errors (below 1: smaller error) and its 95 % interval establish."""
+    low, high = ratio["interval95"]
+    if low == high == 1.0:
+        return "equal"
+    if high < 1.0:
+        return "better"
+    return "worse" if low > 1.0 else "open"
+
+
+def change(ratio: Ratio) -> str:
+    """A ratio as a change in per cent with its interval, such as ``−19 % [−24, −14]``."""
+    low, high = ratio["interval95"]
+    percent = [100.0 * (x - 1.0) for x in (ratio["ratio"], low, high)]
+    value, low, high = _alike(percent, signed=True)
+    return f"{value} % [{low}, {high}]"
+
+
+def effect(who: str, what: str, ratio: Ratio) -> str:
+    """``<who> lowers <what> by 19 % (95 % interval 14 to 24 %)``, or what else the interval allows to say."""
+    low, high = ratio["interval95"]
+    decided = verdict(ratio)
+    if decided == "equal":
+        return f"{who} leaves {what} exactly as it is"
+    if decided == "better":
+        value, least, most = _alike([100.0 * (1.0 - x) for x in (ratio["ratio"], high, low)])
+        return f"{who} lowers {what} by {value} % (95 % interval {least} to {most} %)"
+    if decided == "worse":
+        value, least, most = _alike([100.0 * (x - 1.0) for x in (ratio["ratio"], low, high)])
+        return f"{who} raises {what} by {value} % (95 % interval {least} to {most} %)"
+    value, least, most = _alike([100.0 * (x - 1.0) for x in (ratio["ratio"], low, high)], signed=True)
+    return f"{who} changes {what} by {value} % (95 % interval {least} to {most} %)"
+
+
+def certainty(ratio: Ratio) -> str:
+    """The short judgement that follows `effect`."""
+    return {
+        "better": "the difference is real",
+        "worse": "it is worse, and the difference is real",
+        "open": "a difference is not established",
+        "equal": "there is no difference",
+    }[verdict(ratio)]
+
+
+def at_most(ratio: Ratio) -> float:
+    """The largest change in per cent, of either sign, that the 95 % interval leaves possible."""
+    low, high = ratio["interval95"]
+    return 100.0 * max(abs(low - 1.0), abs(high - 1.0))
+
+
+def with_interval(entry: Statistic | None, digits: int = 2) -> str:
+    """``1.26 [1.18, 1.35]``; the value alone where there is no interval."""
+    if entry is None:
+        return MISSING
+    if not isinstance(entry, Mapping):
+        return number(entry, digits)
+    value = entry.get("value", entry.get("ratio"))
+    interval = entry.get("interval95")
+    text = number(value, digits)
+    return text if interval is None else f"{text} [{number(interval[0], digits)}, {number(interval[1], digits)}]"
+
+
+def number(value: float | None, digits: int = 2) -> str:
+    """A number with fixed decimals, a real minus sign, and a dash where it is missing."""
+    if value is None:
+        return MISSING
+    text = f"{value:.{digits}f}"
+    return (text.lstrip("-") if float(text) == 0.0 else text).replace("-", "−")
+
+
+def small(value: float | None, unit: str) -> str:
+    """A magnitude of unknown size in two digits and a readable unit: ``0.31 mm``, ``12 m``."""
+    if value is None:
+        return MISSING
+    if value == 0.0:
+        return f"below 1 n{unit}"
+    for factor, prefix in ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")):
+        if abs(value) >= 0.1 * factor:
+            scaled = value / factor
+            return f"{scaled:.0f} {prefix}{unit}" if abs(scaled) >= 10.0 else f"{scaled:.2g} {prefix}{unit}"
+    return f"{value:.1e} {unit}"
+
+
+def percent(entry: Statistic | float) -> str:
+    """A fraction as ``69 % [62, 75]``, in whole per cent."""
+    if not isinstance(entry, Mapping):
+        return f"{100.0 * entry:.0f} %"
+    text = f"{100.0 * entry['value']:.0f} %"
+    interval = entry.get("interval95")
+    return text if interval is None else f"{text} [{100.0 * interval[0]:.0f}, {100.0 * interval[1]:.0f}]"
+
+
+def listed(items: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return items[0] if len(items) == 1 else ", ".join(items[:-1]) + " and " + items[-1]
+
+
+def sentence(text: str) -> str:
+    """With a capital at the start and one full stop at the end."""
+    return text[:1].upper() + text[1:].rstrip(".") + "."
+
+
+def unbroken(text: str) -> str:
+    """With no-break spaces between a number and its unit, so that no line ends between them; ``Table 7`` too."""
+    text = re.sub(r"\b(Paper|Table|Fig\.) (?=[\dA])", "\\1\u00a0", text)
+    return re.sub(r"(?<=\d) (?=(?:%|m/s|nmi/h|nmi|Hz|min|[mkµn]?[ms])(?![\w/]))", "\u00a0", text)
+
+
+def _alike(values: Sequence[float], signed: bool = False) -> list[str]:
+    """The values with the fewest common decimals at which none that is not 0 prints as 0."""
+    digits = 0
+    while digits < 3 and any(v != 0.0 and round(v, digits) == 0.0 for v in values):
+        digits += 1
+    return [("+" if signed and round(v, digits) > 0 else "") + number(v, digits) for v in values]

@@ -1,0 +1,141 @@
+"""The page is one file that asks for nothing, escapes what it is given, and loses no figure; the text says the same."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import pytest
+
+from ins_eval.errors import StorageError
+from ins_eval.report import page, style, text
+from ins_eval.report.content import Paragraph, Picture, Section, Table
+from ins_eval.report.flight import flight_content
+
+WIDTHS = (80, 100, 110)
+VOID = {"meta", "link", "br", "hr", "img", "input"}
+NASTY = "<script>alert('x')</script> & \"5 < 6\""
+
+
+class Balance(HTMLParser):
+    """Refuses a page whose tags do not close in order; collects ids and references."""
+
+    def __init__(self):
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.references: list[str] = []
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in VOID:
+            self.open.append(tag)
+        for name, value in attributes:
+            if name == "id":
+                self.ids.append(value)
+            if name in ("href", "xlink:href", "src", "action", "data", "srcset", "poster"):
+                self.references.append(value)
+            self.references += re.findall(r"url\(([^)]*)\)", value or "")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def drawings(drawn):
+    return {name: style.svg(figure) for name, figure in drawn.items()}
+
+
+@pytest.fixture
+def html(flight_metrics, drawings):
+    answer, sections = flight_content(flight_metrics)
+    return page.render(
+        title="Flight report", answer=answer, sections=sections, drawings=drawings, metrics=flight_metrics
+    )
+
+
+def test_page_is_self_contained_and_well_formed(html):
+    parser = Balance()
+    parser.feed(html)
+    assert parser.open == []
+    assert len(parser.ids) == len(set(parser.ids)), "an id stands twice"
+    inside = {f"#{name}" for name in parser.ids}
+    assert {r for r in parser.references if r != "data:,"} <= inside
+    assert "http://" not in html and "https://" not in html and "<script" not in html and "@import" not in html
+
+
+def test_first_words_of_the_body_are_the_answer(html, flight_metrics):
+    body = re.sub(r"<[^>]+>", " ", html[html.index("<body>") :]).replace("\u00a0", " ")
+    assert body.split()[:4] == flight_content(flight_metrics)[0].split()[:4]
+
+
+def test_a_figure_without_a_place_is_still_shown(html):
+    assert html.count("<figure ") == html.count("<svg") == 14
+    assert html.index("Further figures") < html.index('id="figure-activity"')
+
+
+def test_everything_given_is_escaped():
+    sections = [
+        Section(NASTY, [Paragraph(NASTY, NASTY), Table(NASTY, (NASTY,), [(NASTY,)], NASTY), Picture("none", NASTY)])
+    ]
+    html = page.render(title=NASTY, answer=NASTY, sections=sections, drawings={}, metrics={"profile": NASTY})
+    assert "<script" not in html
+    assert html.count("&lt;script&gt;") == 12
+
+
+def test_files_are_written_whole_and_the_same_each_time(tmp_path, drawn, flight_metrics):
+    answer, sections = flight_content(flight_metrics)
+    some = {name: drawn[name] for name in ("position_error", "error_budget")}
+    arguments = {
+        "title": "Flight report",
+        "answer": answer,
+        "sections": sections,
+        "figures": some,
+        "metrics": flight_metrics,
+    }
+    first, second = page.write_page(tmp_path / "a", **arguments), page.write_page(tmp_path / "b", **arguments)
+    assert first == tmp_path / "a" / "index.html" and first.read_bytes() == second.read_bytes()
+    names = sorted(str(p.relative_to(tmp_path / "a")) for p in (tmp_path / "a").rglob("*") if p.is_file())
+    assert names == ["figures/error_budget.svg", "figures/position_error.svg", "index.html"]
+    for name in names[:2]:
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+        assert ElementTree.parse(tmp_path / "a" / name).getroot().tag.endswith("svg")
+
+
+def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path):
+    (tmp_path / "taken").write_text("a file, not a folder")
+    with pytest.raises(StorageError, match=r"cannot be written .*choose another folder"):
+        page.write_page(tmp_path / "taken", title="t", answer="a", sections=[], figures={}, metrics={})
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_text_keeps_its_width_and_says_what_the_page_says(flight_metrics, drawn, width):
+    answer, sections = flight_content(flight_metrics)
+    report = text.render("Flight report", answer, sections, figures=drawn, width=width)
+    assert max(map(len, report.splitlines())) <= width
+    flat = " ".join(report.split())
+    assert flat.startswith(answer.split("\n")[0])
+    for section in sections:
+        assert section.heading in report
+        for block in section.blocks:
+            if isinstance(block, Paragraph):
+                assert " ".join(f"{block.lead} {block.text}".split()) in flat
+            if isinstance(block, Picture):
+                assert f"[figure: figures/{block.name}.svg]" in report
+
+
+def test_text_table_is_aligned_and_wraps_words_before_numbers():
+    table = Table(
+        "",
+        ("a compensation with a long name", "value"),
+        [("one two three four five six", "1.26 [1.18, 1.35]"), ("seven", "2")],
+    )
+    lines = text.format_table(table, width=34).splitlines()
+    assert max(map(len, lines)) <= 34
+    assert sum("1.26 [1.18, 1.35]" in line for line in lines) == 1
+    assert lines[-1].endswith(" 2") and len(lines[-1]) == max(map(len, lines))
+
+
+def test_figures_that_do_not_exist_are_not_mentioned(flight_metrics):
+    answer, sections = flight_content(flight_metrics)
+    assert "[figure" not in text.render("Flight report", answer, sections)

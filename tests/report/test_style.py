@@ -1,0 +1,198 @@
+"""Figures: decimation keeps what matters, every panel is labelled, the same bytes each time."""
+
+from __future__ import annotations
+
+import io
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib import colors
+from matplotlib.backends.backend_svg import RendererSVG
+from matplotlib.transforms import Bbox
+
+from ins_eval.report import figures, style
+
+LARGEST_SVG_BYTES = 150_000
+LARGEST_PAGE_BYTES = 5_000_000
+SMALLEST_COLOUR_DISTANCE = 25.0  # in CIE Lab; about 2 is just visible side by side
+SMALLEST_CONTRAST = 1.6  # of a colour on white; the lightest is used for bars only
+
+# Viénot, Brettel & Mollon (1999): linear RGB as a person without the long- or the middle-wave cones sees it
+PROTANOPIA = np.array([[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]])
+DEUTERANOPIA = np.array([[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]])
+TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+
+
+def linear_rgb(colour: str) -> np.ndarray:
+    rgb = np.array(colors.to_rgb(colour))
+    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+
+
+def lab(linear: np.ndarray) -> np.ndarray:
+    f = np.cbrt(TO_XYZ @ np.clip(linear, 0.0, 1.0) / np.array([0.9505, 1.0, 1.089]))
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("eye", [np.eye(3), PROTANOPIA, DEUTERANOPIA], ids=["normal", "protanopia", "deuteranopia"])
+def test_compensations_that_share_a_line_plot_stay_apart(eye):
+    names = ("simple", "simple_refined", "hysteresis", "hysteresis_refined")
+    seen = [lab(eye @ linear_rgb(style.colour(name))) for name in names]
+    distances = [np.linalg.norm(a - b) for k, a in enumerate(seen) for b in seen[:k]]
+    assert min(distances) > SMALLEST_COLOUR_DISTANCE
+
+
+def test_every_colour_shows_on_white_and_refined_is_darker_than_unrefined():
+    luminance = {name: float(TO_XYZ[1] @ linear_rgb(style.colour(name))) for name in (*style.COLOUR, "mine")}
+    assert min(1.05 / (value + 0.05) for value in luminance.values()) > SMALLEST_CONTRAST
+    assert luminance["simple_refined"] < luminance["simple"]
+    assert luminance["hysteresis_refined"] < luminance["hysteresis"]
+
+
+def test_decimation_keeps_extremes_and_gaps():
+    time = np.arange(100_000.0)
+    values = np.sin(time / 5000.0)
+    values[41_234], values[77_777] = 9.0, -9.0
+    values[50_000:50_010] = np.nan
+    t, v = style.decimate(time, values, limit=500)
+    assert v.size < 600
+    assert np.nanmax(v) == 9.0 and t[np.nanargmax(v)] == 41_234.0
+    assert np.nanmin(v) == -9.0 and t[np.nanargmin(v)] == 77_777.0
+    assert np.isnan(v[(t >= 50_000) & (t < 50_010)]).all() and ((t >= 50_000) & (t < 50_010)).any()
+    assert (t[0], t[-1]) == (0.0, 99_999.0) and np.all(np.diff(t) > 0)
+
+
+def test_decimation_leaves_a_short_series_alone():
+    time = np.arange(10.0)
+    t, v = style.decimate(time, time**2)
+    assert np.array_equal(t, time) and np.array_equal(v, time**2)
+
+
+def panels(figure):
+    return [ax for ax in figure.axes if ax.get_visible()]
+
+
+def test_every_figure_function_is_drawn_here(drawn):
+    """So that the checks below miss none."""
+    used = {"angle_error": "latitude_error", "velocity_error": "east_velocity_error"}
+    assert {used.get(name, name) for name in figures.__all__} <= set(drawn)
+
+
+def test_titles_labels_and_legends(drawn):
+    for name, figure in drawn.items():
+        assert figure.get_suptitle().strip(), name
+        assert any(len(text.get_text()) > 25 for text in figure.texts), f"{name}: no note on definition or window"
+        assert any(ax.get_xlabel() for ax in panels(figure)), name
+        for ax in panels(figure):
+            shared = (
+                len(ax.get_shared_x_axes().get_siblings(ax)) > 1 or len(ax.get_shared_y_axes().get_siblings(ax)) > 1
+            )
+            assert ax.get_ylabel() or shared, name
+            for text in (ax.get_xlabel(), ax.get_ylabel()):
+                assert not text or "[" in text or text in ("compensation", "source of error"), (
+                    f"{name}: {text} has no unit"
+                )
+        assert figure.legends, name
+        entries = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert entries and len(entries) == len(set(entries)), name
+
+
+def extent(text, renderer) -> Bbox:
+    """The box of a text without the blank lines at its end, which keep room for the note below a title."""
+    box = text.get_window_extent(renderer)
+    lines = text.get_text().split("\n")
+    share = len(text.get_text().rstrip("\n").split("\n")) / len(lines)
+    return Bbox([[box.x0, box.y1 - share * box.height], [box.x1, box.y1]])
+
+
+def overlaps(a, b) -> bool:
+    return a.x0 < b.x1 - 0.5 and b.x0 < a.x1 - 0.5 and a.y0 < b.y1 - 0.5 and b.y0 < a.y1 - 0.5
+
+
+def test_no_text_overlaps_or_leaves_the_sheet(drawn):
+    for name, figure in drawn.items():
+        style.svg(figure)  # lays it out
+        renderer = RendererSVG(figure.bbox.width, figure.bbox.height, io.StringIO())
+        sheet = figure.bbox
+        texts = [*figure.texts, *figure.legends[0].get_texts()]
+        for ax in panels(figure):
+            texts += [ax.xaxis.label, ax.yaxis.label, ax.title, *ax.texts]
+            # a tick outside the limits is not drawn
+            x, y = sorted(ax.get_xlim()), sorted(ax.get_ylim())
+            texts += [t.label1 for t in ax.xaxis.get_major_ticks() if x[0] <= t.get_loc() <= x[1]]
+            texts += [t.label1 for t in ax.yaxis.get_major_ticks() if y[0] <= t.get_loc() <= y[1]]
+        boxes = [(t.get_text(), extent(t, renderer)) for t in texts if t.get_text().strip() and t.get_visible()]
+        for k, (text, box) in enumerate(boxes):
+            inside = box.x0 >= -1 and box.y0 >= -1 and box.x1 <= sheet.width + 1 and box.y1 <= sheet.height + 1
+            assert inside, f"{name}: {text!r} leaves the sheet"
+            for other, rival in boxes[:k]:
+                assert not overlaps(box, rival), f"{name}: {text!r} over {other!r}"
+
+
+def test_svg_is_small_and_dateless(drawn):
+    sizes = {name: len(style.svg(figure).encode()) for name, figure in drawn.items()}
+    assert max(sizes.values()) < LARGEST_SVG_BYTES, sizes
+    assert sum(sizes.values()) < LARGEST_PAGE_BYTES
+    assert not any("dc:date" in style.svg(figure) for figure in drawn.values())
+
+
+def test_same_arguments_give_the_same_bytes_whatever_the_settings_around(series):
+    def draw() -> str:
+        return style.svg(
+            figures.position_error(
+                time_s=series["time_s"], errors_m=series["radial"], bridged=series["bridged"], outages=series["outages"]
+            )
+        )
+
+    first = draw()
+    with mpl.rc_context({"font.size": 20.0, "axes.grid": False, "svg.fonttype": "path", "svg.hashsalt": None}):
+        assert draw() == first
+
+
+def test_a_compensation_has_one_colour_in_every_figure(drawn):
+    for name in ("latitude_error", "position_error", "cep_over_time", "single_flight_rates"):
+        lines = {line.get_label(): line.get_color() for line in panels(drawn[name])[0].lines}
+        assert lines["simple"] == style.COLOUR["simple"], name
+        assert lines["hysteresis, refined"] == style.COLOUR["hysteresis_refined"], name
+
+
+def test_bridged_epochs_are_dotted_and_not_in_the_solid_line(series):
+    figure = figures.velocity_error(
+        time_s=series["time_s"],
+        errors_mps={"simple": series["east"]["simple"]},
+        component="east",
+        bridged=series["bridged"],
+        outages=series["outages"],
+    )
+    solid, dotted = [line for line in figure.axes[0].lines if line.get_color() == style.COLOUR["simple"]]
+    start, end = series["outages"][0]
+    within = (solid.get_xdata() > start) & (solid.get_xdata() < end)
+    assert np.isnan(solid.get_ydata()[within]).all()
+    within = (dotted.get_xdata() > start) & (dotted.get_xdata() < end)
+    assert np.isfinite(dotted.get_ydata()[within]).all() and within.any()
+    assert dotted.get_linestyle() != solid.get_linestyle()
+
+
+def test_optional_parts_of_figures_may_be_missing(series):
+    t = series["time_s"]
+    one = {"mine": series["radial"]["simple"]}
+    drawn = [
+        figures.temperature_and_rate(
+            time_s=t, temperature_c=None, reading_c=series["reading_c"], rate_c_per_min=series["rate_c_per_min"]
+        ),
+        figures.position_error(time_s=t, errors_m=one),
+        figures.angle_error(time_s=t, errors_arcmin=one, component="latitude"),
+        figures.velocity_error(time_s=t, errors_mps=one, component="down", reference="standstill"),
+        figures.cep_over_time(time_s=t, cep_m=one, band_m={}, size=3),
+        figures.error_budget(budget={"size": 3, "gyro": {"simple": {"cep_rate_final": {"value": 0.7}}}}),
+        figures.velocity_rms_by_compensation(rms_mps={"mine": {"east": {"value": 1.0}}}),
+        figures.single_flight_rates(rates_nmi_per_h={"final": {"mine": np.array([0.3, 0.5])}}),
+        figures.improvement_per_instrument(ratios={"velocity_rms_horizontal": np.array([0.5, 1.5])}),
+        figures.flight_path(
+            time_s=t,
+            latitude_deg=series["latitude_deg"],
+            longitude_deg=series["longitude_deg"],
+            height_m=series["height_m"],
+        ),
+    ]
+    assert all("<svg" in style.svg(figure) for figure in drawn)

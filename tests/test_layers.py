@@ -1,0 +1,72 @@
+"""The directions of imports hold, and the check that says so can fail."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+LINT = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+
+
+def lint_imports(folder: Path, contract: str) -> subprocess.CompletedProcess[str]:
+    """Check the package in `folder` against one contract of its pyproject.toml."""
+    command = [sys.executable, "-c", LINT, "--no-logo", "--no-cache", "--contract", contract]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture
+def copy(repository: Path, tmp_path: Path) -> Path:
+    """A copy of the package that a test may spoil."""
+    shutil.copytree(repository / "ins_eval", tmp_path / "ins_eval", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(repository / "pyproject.toml", tmp_path)
+    return tmp_path
+
+
+def add_import(folder: Path, importer: str, imported: str) -> None:
+    """Let one module of the copy import another."""
+    path = folder / "ins_eval" / importer
+    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    path.write_text(f"{path.read_text()}\nimport ins_eval.{imported}\n")
+
+
+@pytest.mark.parametrize("contract", ["layers", "wall"])
+def test_the_package_keeps_its_contracts(repository: Path, contract: str) -> None:
+    result = lint_imports(repository, contract)
+    assert result.returncode == 0, result.stdout
+    assert "1 kept, 0 broken" in result.stdout
+
+
+@pytest.mark.parametrize("estimator", ["calibration", "compensation"])
+@pytest.mark.parametrize("truth", ["accelerometer", "gyro", "imu", "laboratory"])
+def test_the_wall_refuses_an_estimator_that_sees_the_truth(copy: Path, estimator: str, truth: str) -> None:
+    add_import(copy, estimator, truth)
+    result = lint_imports(copy, "wall")
+    assert result.returncode == 1, result.stdout
+    assert f"ins_eval.{estimator} is not allowed to import ins_eval.{truth}" in result.stdout
+
+
+def test_the_wall_refuses_a_way_round(copy: Path) -> None:
+    add_import(copy, "compensation", "units")
+    add_import(copy, "units", "imu")
+    result = lint_imports(copy, "wall")
+    assert result.returncode == 1, result.stdout
+    assert "ins_eval.compensation is not allowed to import ins_eval.imu" in result.stdout
+    assert "ins_eval.units -> ins_eval.imu" in result.stdout
+
+
+def test_the_layers_refuse_an_import_upwards(copy: Path) -> None:
+    add_import(copy, "earth", "strapdown")
+    result = lint_imports(copy, "layers")
+    assert result.returncode == 1, result.stdout
+    assert "ins_eval.earth is not allowed to import ins_eval.strapdown" in result.stdout
+
+
+def test_the_layers_refuse_a_module_without_a_place(copy: Path) -> None:
+    (copy / "ins_eval" / "nowhere.py").write_text('"""A module that no layer names."""\n')
+    result = lint_imports(copy, "layers")
+    assert result.returncode == 1, result.stdout
+    assert "nowhere" in result.stdout

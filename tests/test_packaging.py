@@ -1,0 +1,104 @@
+"""What a user installs: the wheel, the lock file and the targets of the Makefile."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.xdist_group("wheel")
+
+PIP = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+
+
+@pytest.fixture(scope="module")
+def wheel(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from the checkout."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [*PIP, "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder), str(repository)]
+    subprocess.run(build, check=True, cwd=folder)
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder, far from the checkout, that holds the installed wheel."""
+    folder = tmp_path_factory.mktemp("installed")
+    subprocess.run([*PIP, "install", "--no-deps", "--target", str(folder), str(wheel)], check=True, cwd=folder)
+    return folder
+
+
+def run_installed(installed: Path, folder: Path, *arguments: str) -> str:
+    """Run Python in `folder` with the installed wheel before everything else, and return what it prints."""
+    environment = {**os.environ, "PYTHONPATH": str(installed)}
+    command = [sys.executable, *arguments]
+    result = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def files_under(folder: Path) -> set[str]:
+    """Names of the files under a folder of the checkout as the wheel should hold them."""
+    files = (path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
+    return {f"ins_eval/{path.relative_to(folder).as_posix()}" for path in files}
+
+
+def test_the_wheel_holds_the_package_and_its_data_and_nothing_else(repository: Path, wheel: Path) -> None:
+    held = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
+    profiles = {f"ins_eval/trajectories/{path.name}" for path in (repository / "trajectories").glob("*.toml")}
+    assert held == files_under(repository / "ins_eval") | profiles
+    assert "ins_eval/trajectories/climb-cruise-landing.toml" in held
+    assert any(re.fullmatch(r"ins_eval/accelerometer/presets/.*\.toml", name) for name in held)
+    assert any(re.fullmatch(r"ins_eval/report/templates/.*", name) for name in held)
+
+
+def test_the_installed_wheel_runs_outside_the_checkout(installed: Path, tmp_path: Path) -> None:
+    where = run_installed(installed, tmp_path, "-c", "import ins_eval; print(ins_eval.__file__)")
+    assert Path(where.strip()).is_relative_to(installed)
+    assert "flight-report" in run_installed(installed, tmp_path, "-m", "ins_eval.cli", "--help")
+
+
+@pytest.mark.slow
+def test_the_installed_wheel_makes_the_flight_report(installed: Path, tmp_path: Path) -> None:
+    command = str(installed / "bin" / "ins-eval")
+    run_installed(installed, tmp_path, command, "flight-report", "--ensemble", "4", "--output", "flight", "--quiet")
+    assert (tmp_path / "flight" / "index.html").stat().st_size > 0
+    assert (tmp_path / "flight" / "metrics.json").stat().st_size > 0
+
+
+def test_every_locked_requirement_has_a_hash_and_no_address(repository: Path) -> None:
+    text = (repository / "requirements.lock").read_text()
+    entries = re.split(r"\n(?=[A-Za-z0-9])", text.replace("\\\n", " ").strip())
+    pinned = re.compile(r"[A-Za-z0-9._-]+==\S+( ; [^#]+?)?( +--hash=sha256:[0-9a-f]{64})+(\s+#.*)*")
+    assert len(entries) > 20
+    assert [entry for entry in entries if not pinned.fullmatch(entry.rstrip())] == []
+    assert "://" not in text
+
+
+def test_the_lock_holds_every_dependency(repository: Path) -> None:
+    project = tomllib.loads((repository / "pyproject.toml").read_text())
+    wanted = project["project"]["dependencies"] + project["dependency-groups"]["dev"]
+    locked = re.findall(r"^([A-Za-z0-9._-]+)==", (repository / "requirements.lock").read_text(), re.MULTILINE)
+    assert {re.match(r"[A-Za-z0-9_-]+", line)[0] for line in wanted} <= set(locked)
+
+
+def test_make_alone_prints_every_target(repository: Path) -> None:
+    makefile = (repository / "Makefile").read_text()
+    targets = set(re.search(r"^\.PHONY: (.*)$", makefile, re.MULTILINE)[1].split())
+    defined = set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE))
+    printed = subprocess.run(["make", "-s"], cwd=repository, capture_output=True, text=True, check=True).stdout
+    assert targets == defined
+    assert set(re.findall(r"^  make ([a-z-]+) +\S", printed, re.MULTILINE)) == targets
+
+
+def test_the_readme_names_the_two_commands(repository: Path) -> None:
+    readme = (repository / "README.md").read_text()
+    assert "make flight-report" in readme
+    assert "make test" in readme

@@ -1,0 +1,183 @@
+"""The report page, opened in a real headless browser, asks the network for nothing and has no complaint."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+BROWSER = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+FLAGS = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--disable-dev-shm-usage",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--host-resolver-rules=MAP * ~NOTFOUND",  # nothing that the browser itself wants leaves the machine
+    "--enable-logging=stderr",
+    "--virtual-time-budget=5000",
+    "--dump-dom",
+]
+BROWSER_LIMIT_S = 120
+
+needs_browser = pytest.mark.skipif(BROWSER is None, reason=f"no browser here (looked for {', '.join(BROWSERS)})")
+
+
+@dataclass(frozen=True)
+class Visit:
+    """What the browser showed, asked for and complained about when it opened a page."""
+
+    document: str
+    requests: list[str]
+    console: list[str]
+
+
+def page_requests(netlog: dict) -> list[str]:
+    """URLs that the page asked for; what the browser asks for on its own account has no origin as initiator."""
+    start = netlog["constants"]["logEventTypes"]["URL_REQUEST_START_JOB"]
+    jobs = [event.get("params", {}) for event in netlog["events"] if event["type"] == start]
+    return [job["url"] for job in jobs if "url" in job and job["initiator"] != "not an origin"]
+
+
+def open_page(page: Path, scratch: Path) -> Visit:
+    """Open a file in the browser and wait until its timers of the first seconds have run."""
+    log = scratch / "netlog.json"
+    places = [f"--user-data-dir={scratch / 'profile'}", f"--log-net-log={log}"]
+    command = [BROWSER, *FLAGS, *places, page.as_uri()]
+    result = subprocess.run(command, capture_output=True, text=True, check=True, timeout=BROWSER_LIMIT_S)
+    console = re.findall(r":CONSOLE[:(]\d+\)?\] (.*)", result.stderr)
+    return Visit(result.stdout, page_requests(json.loads(log.read_text())), console)
+
+
+class References(HTMLParser):
+    """What a page loads by itself (`loaded`) and what its links lead to (`linked`)."""
+
+    LOADING = frozenset({"src", "srcset", "href", "xlink:href", "data", "poster", "background", "action", "manifest"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+        self.linked: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name in self.LOADING:
+                (self.linked if tag == "a" else self.loaded).append(value or "")
+            elif name == "style":
+                self.handle_data(value or "")
+
+    def handle_data(self, data: str) -> None:
+        self.loaded += re.findall(r"(?:url\(|@import)\s*['\"]?([^'\")\s;]+)", data)
+
+
+def references(document: str) -> References:
+    """Read the references of an HTML document."""
+    reader = References()
+    reader.feed(document)
+    reader.close()
+    return reader
+
+
+def not_inline(document: str) -> list[str]:
+    """References that make a browser open anything but the page itself."""
+    return [where for where in references(document).loaded if not where.startswith(("data:", "#"))]
+
+
+CONTROLS = {
+    "image": '<img src="http://127.0.0.1:9/x.png">',
+    "style": "<style>body { background: url(http://127.0.0.1:9/x.png) }</style>",
+    "fetch": '<script>fetch("http://127.0.0.1:9/x.json").catch(() => 0)</script>',
+    "late fetch": '<script>setTimeout(() => fetch("http://127.0.0.1:9/x.json").catch(() => 0), 3000)</script>',
+    "name": '<script src="https://example.org/x.js"></script>',
+}
+COMPLAINTS = {
+    "throw": ('<script>throw new Error("broken")</script>', "Uncaught Error: broken"),
+    "late throw": ('<script>setTimeout(() => { throw new Error("broken") }, 3000)</script>', "Uncaught Error: broken"),
+    "promise": ('<script>Promise.reject(new Error("broken"))</script>', "Uncaught (in promise) Error: broken"),
+    "console": ('<script>console.error("broken")</script>', "broken"),
+}
+
+
+def write_page(folder: Path, body: str) -> Path:
+    """Write a small page."""
+    page = folder / "control page.html"
+    page.write_text(f"<!doctype html><html><head><title>control</title></head><body>{body}</body></html>")
+    return page
+
+
+@needs_browser
+def test_a_clean_page_is_silent(tmp_path: Path) -> None:
+    image = '<img src="data:image/gif;base64,R0lGODlhAQABAIAAAAAAAP///yH5BAEAAAAALAAAAAABAAEAAAIBRAA7">'
+    visit = open_page(write_page(tmp_path, image), tmp_path)
+    assert "<title>control</title>" in visit.document
+    assert visit.requests == []
+    assert visit.console == []
+
+
+@needs_browser
+@pytest.mark.parametrize("name", CONTROLS)
+def test_a_request_is_seen(tmp_path: Path, name: str) -> None:
+    visit = open_page(write_page(tmp_path, CONTROLS[name]), tmp_path)
+    (url,) = visit.requests
+    assert url in CONTROLS[name]
+
+
+@needs_browser
+@pytest.mark.parametrize("name", COMPLAINTS)
+def test_a_complaint_is_seen(tmp_path: Path, name: str) -> None:
+    body, message = COMPLAINTS[name]
+    visit = open_page(write_page(tmp_path, body), tmp_path)
+    (line,) = visit.console
+    assert message in line
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<img src="figures/path.png">',
+        '<img srcset="https://example.org/x.png 2x">',
+        '<link rel="stylesheet" href="page.css">',
+        '<svg><image xlink:href="//example.org/x.png"/></svg>',
+        '<p style="background: url(\'x.png\')"></p>',
+        "<style>@import 'x.css';</style>",
+    ],
+)
+def test_a_reference_outwards_is_seen(body: str) -> None:
+    assert len(not_inline(body)) == 1
+
+
+def test_references_within_the_page_are_allowed() -> None:
+    assert not_inline('<a href="#top">top</a><a href="figures/path.svg">figure</a><svg><use href="#mark"/></svg>') == []
+
+
+@needs_browser
+def test_the_report_asks_for_nothing_and_shows_no_error(small_report: Path, tmp_path: Path) -> None:
+    alone = tmp_path / "index.html"
+    shutil.copy(small_report / "index.html", alone)
+    visit = open_page(alone, tmp_path)
+    assert "</html>" in visit.document
+    assert visit.requests == []
+    assert visit.console == []
+
+
+def test_the_report_is_one_file_and_its_links_lead_somewhere(small_report: Path) -> None:
+    document = (small_report / "index.html").read_text()
+    assert not_inline(document) == []
+    named = set(re.findall(r"\bid=[\"']([^\"']+)", document))
+    for link in references(document).linked:
+        parts = urlsplit(link)
+        assert not parts.scheme, link
+        assert not parts.path or (small_report / unquote(parts.path)).is_file(), link
+        assert parts.path or parts.fragment in named, link
