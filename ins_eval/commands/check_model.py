@@ -11,7 +11,7 @@ def run(spec: str) -> int:
     """Print one line for each point of the contract; a breach is refused with its sentence."""
     findings = check_model(load_model(spec))
     for finding in findings:
-        print(finding.line)
+        print(finding)
     refusals = [finding.refusal for finding in findings if finding.refusal]
     if refusals:
         raise UsageError(f"compensation model '{spec}': {refusals[0]}")
