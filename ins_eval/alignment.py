@@ -86,7 +86,7 @@ def align(
     dv' = f x psi,   psi' = -w_in x psi - C eps + dw_in(dv),   z = dv = 0 every 10 s, horizontal only.
     """
     noise = noise or AlignmentNoise()
-    duration = time_s[-1] - at.time_s
+    duration = time_s[-1] - at.time_s if time_s.size else 0.0
     if duration < MINIMUM_S:
         raise DataRefused(
             f"alignment: {duration:.1f} s at rest, expected at least {MINIMUM_S:g} s; give a longer standstill or the "

@@ -17,6 +17,7 @@ from ins_eval.recording import Fixes, Imu, Recording, Start
 from ins_eval.streams import Streams
 from ins_eval.thermal import Temperature, Thermometer, imu_temperature
 from ins_eval.trajectory import Increments, Trajectory
+from ins_eval.units import through_degrees
 
 
 @dataclass(frozen=True)
@@ -86,16 +87,17 @@ class Mission:
         """True height at every sample."""
         return self.trajectory.truth(self.increments.time_s).height_m
 
-    def start(self, time_s: float, aligned: bool) -> Start:
+    def start(self, time_s: float, aligned: bool, still_until_s: float | None = None) -> Start:
         """The true state at `time_s`, with attitude where `aligned`."""
         truth = self.trajectory.truth(np.array([time_s]))
         return Start(
             time_s=time_s,
-            latitude_rad=float(truth.latitude_rad[0]),
-            longitude_rad=float(truth.longitude_rad[0]),
+            latitude_rad=float(through_degrees(truth.latitude_rad[0])),
+            longitude_rad=float(through_degrees(truth.longitude_rad[0])),
             height_m=float(truth.height_m[0]),
             velocity_n=tuple(float(v) for v in truth.velocity_n[0]),
-            attitude_rad=tuple(float(a) for a in truth.attitude_rad[0]) if aligned else None,
+            attitude_rad=tuple(float(a) for a in through_degrees(truth.attitude_rad[0])) if aligned else None,
+            still_until_s=still_until_s,
         )
 
     def record(self, instrument: Instrument, streams: Streams) -> Recording:
@@ -109,7 +111,7 @@ class Mission:
         return Recording(
             name=self.profile.name,
             kind="oven" if self.profile.kind == "static" else "flight",
-            start=self.start(self.trajectory.start_s, aligned=self.profile.kind == "static"),
+            start=self.start(self.trajectory.start_s, aligned=self.profile.kind == "static", still_until_s=0.0),
             imu=Imu(
                 time_s=true.time_s,
                 gyro=instrument.gyros.increments(true.time_s, self.trajectory.start_s, true.gyro, streams.at("gyros")),

@@ -19,6 +19,9 @@ def write_whole(path: Path, content: bytes | Callable[[BinaryIO], object]) -> Pa
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        for leftover in path.parent.glob(f"{path.name}.*.part"):
+            if not _alive(leftover.suffixes[-2].removeprefix(".")):
+                leftover.unlink(missing_ok=True)
         with open(part, "wb") as file:
             content(file) if callable(content) else file.write(content)
             file.flush()
@@ -37,3 +40,16 @@ def cannot_write(path: Path, error: OSError) -> StorageError:
         f"{path}: cannot be written ({error.strerror}); what was finished is kept, so free some space or choose "
         "another folder with --output and run again"
     )
+
+
+def _alive(process: str) -> bool:
+    """Whether the process whose number a half-written file carries still runs; another run may share the folder."""
+    if not process.isdigit():
+        return False
+    try:
+        os.kill(int(process), 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True

@@ -25,6 +25,7 @@ from scipy.spatial.transform import Rotation
 
 from ins_eval.earth import EARTH_RATE, gravity, radii
 from ins_eval.recording import Start
+from ins_eval.recording.belief import EarthBelief
 
 SAMPLES_PER_STEP = 4
 VERTICAL_TIME_CONSTANT_S = 60.0
@@ -48,6 +49,11 @@ def _magnus_weights() -> np.ndarray:
 
 
 _WEIGHTS = _magnus_weights()
+
+
+def _earth_terms(earth: EarthBelief) -> tuple[float, ...]:
+    flags = (earth.rotation, earth.coriolis, earth.transport_rate, earth.gravity_height, earth.gravity_latitude)
+    return tuple(float(flag) for flag in flags)
 
 
 @dataclass(frozen=True)
@@ -167,8 +173,14 @@ def _mean_velocity(v, gained, moment, frame, acceleration, dt):
 
 
 @numba.njit(cache=True, nogil=True)
-def _navigate(time_s, gyro, velocity, aid_m, start, quaternion, weights, vertical, gains, every):
-    """The compiled loop. `vertical` is 0 damped, 1 free, 2 frozen. Returns one row every `every` steps: (m, 11)."""
+def _navigate(time_s, gyro, velocity, aid_m, start, quaternion, weights, vertical, gains, earth_terms, every):
+    """The compiled loop. `vertical` is 0 damped, 1 free, 2 frozen. Returns one row every `every` steps: (m, 11).
+
+    `earth_terms` holds a factor, 1 or 0, for each term of `EarthBelief`.
+    """
+    rotation_term, coriolis_term, transport_term, height_term, latitude_term = earth_terms
+    earth_rate = rotation_term * EARTH_RATE
+    fixed_latitude = (1.0 - latitude_term) * 0.25 * np.pi
     steps = gyro.shape[0] // 4
     out = np.empty((steps // every + 1, 11))
     t0, latitude, longitude, height = start[0], start[1], start[2], start[3]
@@ -180,8 +192,8 @@ def _navigate(time_s, gyro, velocity, aid_m, start, quaternion, weights, vertica
     offset = 0.0  # height minus aid at the start of the step
     # of the step before: radii, rate of the navigation frame, gravity less Coriolis
     meridian, transverse = radii(latitude)
-    frame = (EARTH_RATE * np.cos(latitude), 0.0, -EARTH_RATE * np.sin(latitude))
-    acceleration = (0.0, 0.0, gravity(latitude, height))
+    frame = (earth_rate * np.cos(latitude), 0.0, -earth_rate * np.sin(latitude))
+    acceleration = (0.0, 0.0, gravity(latitude_term * latitude + fixed_latitude, height_term * height))
     for step in range(steps):
         row = 4 * step
         t1 = time_s[row + 3]
@@ -195,12 +207,13 @@ def _navigate(time_s, gyro, velocity, aid_m, start, quaternion, weights, vertica
         height_mid = height - 0.5 * dt * mean[2]
         meridian, transverse = radii(latitude_mid)
         sine, cosine = np.sin(latitude_mid), np.cos(latitude_mid)
-        east_rate = mean[1] / (transverse + height_mid)
-        transport = (east_rate, -mean[0] / (meridian + height_mid), -east_rate * sine / cosine)
-        earth = (EARTH_RATE * cosine, 0.0, -EARTH_RATE * sine)
+        east_rate = transport_term * mean[1] / (transverse + height_mid)
+        transport = (east_rate, -transport_term * mean[0] / (meridian + height_mid), -east_rate * sine / cosine)
+        earth = (earth_rate * cosine, 0.0, -earth_rate * sine)
         frame = _add(transport, 1.0, earth)
-        coriolis = _cross(_add(transport, 2.0, earth), mean)
-        acceleration = (-coriolis[0], -coriolis[1], gravity(latitude_mid, height_mid) - coriolis[2])
+        coriolis = _cross(_add(transport, 2.0 * coriolis_term, earth), mean)
+        weight = gravity(latitude_term * latitude_mid + fixed_latitude, height_term * height_mid)
+        acceleration = (-coriolis[0], -coriolis[1], weight - coriolis[2])
         # final velocity; the navigation frame turns under the specific force
         mean = _mean_velocity(v, gained, moment, frame, acceleration, dt)
         turned = _cross(frame, _add(_scaled(0.5 * dt, gained), dt, moment))
@@ -234,6 +247,7 @@ def navigate(
     height_aid_m: np.ndarray | None = None,
     vertical: Vertical = "damped",
     every: int = 1,
+    earth: EarthBelief | None = None,
 ) -> Solution:
     """Integrate increments from a known state.
 
@@ -245,6 +259,7 @@ def navigate(
     height_aid_m : (n,) height that damps the vertical channel, m; None: the height of the start, held
     vertical : "damped" as above; "free" and "frozen" (height held, no vertical velocity) serve diagnostics only
     every : one row of the solution for so many steps of four samples
+    earth : terms of the navigation equations to leave out; None: all are in
 
     Returns
     -------
@@ -269,6 +284,7 @@ def navigate(
         _WEIGHTS,
         ("damped", "free", "frozen").index(vertical),
         gains,
+        _earth_terms(earth or EarthBelief()),
         every,
     )
     return Solution(rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 4:7], rows[:, 7:11])

@@ -46,7 +46,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise UsageError(f"{path}: no such file; give an existing .toml file") from None
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # not TOML, not UTF-8, a number of thousands of digits, deep nesting
         raise UsageError(f"{path}: not valid TOML ({error}); correct that place") from None
 
 
@@ -55,7 +55,9 @@ def parse(model: type[T], table: dict[str, Any], where: str) -> T:
     try:
         return model.model_validate(table)
     except ValidationError as error:
-        raise UsageError(f"{where}: {_sentence(model, error.errors()[0])}") from None
+        # an unknown key first: where one is misspelt, the right one is missing, too
+        faults = sorted(error.errors(), key=lambda fault: fault["type"] != "extra_forbidden")
+        raise UsageError(f"{where}: {_sentence(model, faults[0])}") from None
 
 
 def _sentence(model: type[BaseModel], fault: dict[str, Any]) -> str:

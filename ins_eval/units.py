@@ -5,6 +5,8 @@ Values are exact by definition, so ``3.0 * DEG_PER_H`` is three degrees an hour 
 
 from math import pi, sqrt
 
+import numpy as np
+
 DEG = pi / 180.0  # rad
 ARCSEC = DEG / 3600.0  # rad
 MINUTE = 60.0  # s
@@ -16,3 +18,23 @@ NMI_PER_H = NMI / HOUR  # m/s
 STANDARD_GRAVITY = 9.80665  # m/s^2, the g of accelerometer data sheets
 UG = 1e-6 * STANDARD_GRAVITY  # m/s^2
 PPM = 1e-6
+
+_READABLE_DIGITS = 12  # of a degree
+
+
+def to_degrees_exactly(rad: np.ndarray | float) -> np.ndarray:
+    """Degrees d whose product d * DEG is `rad` to the last bit, wherever a double has that property.
+
+    The quotient is the nearest double to the true one, so if any double has that property it has. Where one of few
+    decimals has it too, that one is given: 34.65 rather than 34.650000000000006. Every tenth value that did not
+    come from degrees has none; it gets the d with the nearest product. NaN stays NaN.
+    """
+    rad = np.asarray(rad, dtype=float)
+    quotient = rad / DEG
+    readable = np.round(quotient, _READABLE_DIGITS)
+    return np.where(readable * DEG == rad, readable, quotient)
+
+
+def through_degrees(rad: np.ndarray | float) -> np.ndarray:
+    """The nearest value to `rad` that a number of degrees can hold: at most one double away, 1e-9 m on the ground."""
+    return np.asarray(rad, dtype=float) / DEG * DEG

@@ -7,15 +7,21 @@ Row k of `Imu` covers the time from row k-1 (the first: from ``start.time_s``) t
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
+from ins_eval.recording.belief import Belief
+
 
 @dataclass(frozen=True)
 class Start:
-    """The believed state at `time_s`; `attitude_rad` is roll, pitch, heading, or None when it must be aligned."""
+    """The believed state at `time_s`; `attitude_rad` is roll, pitch, heading, or None when it must be aligned.
+
+    `still_until_s` is known where somebody wrote down until when the vehicle stood still from `time_s` on.
+    """
 
     time_s: float
     latitude_rad: float
@@ -23,6 +29,10 @@ class Start:
     height_m: float
     velocity_n: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m/s
     attitude_rad: tuple[float, float, float] | None = None
+    attitude_sigma_rad: tuple[float, float, float] | None = None
+    position_sigma_m: float = 0.0
+    velocity_sigma_mps: float = 0.0
+    still_until_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -40,6 +50,7 @@ class Imu:
     accelerometer_form: Literal["pulse", "increment"]
     temperature_c: np.ndarray | None = None
     height_baro_m: np.ndarray | None = None
+    further: Mapping[str, np.ndarray] = field(default_factory=dict)  # columns of any other sensor, by name
 
 
 @dataclass(frozen=True)
@@ -53,6 +64,8 @@ class Fixes:
     velocity_n: np.ndarray  # (m, 3) m/s
     valid: np.ndarray  # (m,) bool, False in an outage
     attitude_rad: np.ndarray | None = None  # (m, 3) roll, pitch, heading
+    position_sigma_m: np.ndarray | None = None  # (m,) where each fix states its own
+    velocity_sigma_mps: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -65,6 +78,7 @@ class Recording:
     imu: Imu
     gps: Fixes | None = None
     reference: Fixes | None = None
+    belief: Belief = field(default_factory=Belief)
     notes: tuple[str, ...] = field(default=())  # what a reader found and what it assumed, one sentence each
 
 

@@ -1,0 +1,126 @@
+"""What is believed of an instrument and of the simulation: the tables of ``recording.toml`` that are not data.
+
+A key that is absent has the default stated here; keys that are not known are kept. Units are in the names.
+Source of the form: RECORDING.md, `ins-recording/1`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from ins_eval.scale_factor import TERMS
+
+Vector = tuple[float, float, float]
+NotNegative = Annotated[float, Field(ge=0.0)]
+ZERO: Vector = (0.0, 0.0, 0.0)
+
+
+class Table(BaseModel):
+    """A table of the form: extra keys are allowed and kept, numbers are finite."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+
+
+class GpsBelief(Table):
+    """The receiver: where its antenna is, what its stamps mean, how well it measures."""
+
+    lever_arm_m: Vector = ZERO  # IMU to antenna, body axes
+    time_offset_s: float = 0.0  # stamp minus IMU stamp of the same instant
+    position_sigma_m: NotNegative = 2.5
+    velocity_sigma_mps: NotNegative = 0.05
+
+
+class ReferenceBelief(GpsBelief):
+    """A better navigator, seen as a receiver whose antenna is the navigator itself."""
+
+    position_sigma_m: NotNegative = 0.0
+    velocity_sigma_mps: NotNegative = 0.0
+
+
+class HeightBelief(Table):
+    """What steadies the vertical channel; `sigma_m` is its slow error."""
+
+    source: Literal["baro", "gps", "none"] = "baro"
+    sigma_m: NotNegative = 2.0
+
+
+class EarthBelief(Table):
+    """What the navigation equations contain."""
+
+    rotation: bool = True
+    coriolis: bool = True
+    transport_rate: bool = True
+    gravity_height: bool = True
+    gravity_latitude: bool = True
+
+
+class GyroBelief(Table):
+    """The gyros."""
+
+    bias_radps: Vector = ZERO
+    bias_sigma_deg_per_h: NotNegative = 0.014
+    angle_random_walk_deg_per_sqrt_h: NotNegative = 0.001
+
+
+class ScaleBelief(Table):
+    """Eq. (11) of Paper A: pulse/(g s), degC, degC/min."""
+
+    alpha: float = 0.0
+    beta: float = 0.0
+    eta: float = 0.0
+    epsilon: float = 0.0
+    mu: float = 0.0
+    gamma: Annotated[float, Field(gt=0.0)]
+
+    @property
+    def coefficients(self) -> np.ndarray:
+        """In the order of `scale_factor.TERMS`, (6,)."""
+        return np.array([getattr(self, term) for term in TERMS])
+
+
+class BiasBelief(Table):
+    """Eq. (4) of Paper A: K0 = k0 + omega (T - T0)."""
+
+    k0_ug: float = 0.0
+    omega_ug_per_c: float = 0.0
+
+
+class AxisBelief(Table):
+    """One accelerometer whose output is in pulses: scale and bias, or the file of a compensation model."""
+
+    scale: ScaleBelief | None = None
+    bias: BiasBelief = BiasBelief()
+    compensation: str | None = None  # path, relative to the folder of the recording
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> AxisBelief:
+        if (self.scale is None) == (self.compensation is None):
+            raise ValueError("give either scale (and bias) or compensation")
+        return self
+
+
+class AccelerometerBelief(Table):
+    """The accelerometers."""
+
+    reference_temperature_c: float = 22.0
+    rate_filter_s: Annotated[float, Field(gt=0.0)] = 180.0
+    bias_sigma_ug: NotNegative = 50.0
+    bias_mps2: Vector = ZERO  # of columns in increments or rates
+    velocity_random_walk_ug_per_sqrt_hz: NotNegative | None = None  # None: unknown
+    x: AxisBelief | None = None
+    y: AxisBelief | None = None
+    z: AxisBelief | None = None
+
+
+class Belief(Table):
+    """All that a recording believes."""
+
+    gps: GpsBelief = GpsBelief()
+    reference: ReferenceBelief = ReferenceBelief()
+    height: HeightBelief = HeightBelief()
+    earth: EarthBelief = EarthBelief()
+    gyro: GyroBelief = GyroBelief()
+    accelerometer: AccelerometerBelief = AccelerometerBelief()
