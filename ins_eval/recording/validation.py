@@ -22,6 +22,7 @@ LARGEST_RATE_RADPS = 100.0
 LARGEST_SPECIFIC_FORCE_MPS2 = 1e4
 LARGEST_PULSE_COUNT = 1e9
 STUCK_S = 1.0
+COARSE_STUCK_S = 30.0  # of a channel whose neighbours are mostly equal: smooth motion alone holds a count for seconds
 CHANCE_RUN_FACTOR = 5.0  # of the longest run of equal values that chance makes, beyond which it is not chance
 PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit
 CHANNELS = ("gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z")
@@ -149,9 +150,10 @@ def _check_fixes(fixes: Fixes, where: str) -> None:
         )
     valid = fixes.valid.astype(bool)
     position = np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m])[valid]
-    if not np.isfinite(position).all():
+    delivered = np.isfinite(position).any(axis=0)  # a reference may lack any of them throughout
+    if not np.isfinite(position[:, delivered]).all():
         raise DataRefused(f"{where}: a fix marked valid has no position; mark it valid = 0 or leave the row out")
-    if (np.abs(position[:, 0]) > np.pi / 2).any():
+    if (np.abs(position[:, 0]) > np.pi / 2).any():  # NaN compares false
         raise DataRefused(
             f"{where}: a latitude of {np.abs(position[:, 0]).max() / DEG:.6g} degrees, expected -90 to 90; "
             "check the unit and the order of the columns"
@@ -245,7 +247,8 @@ def _stuck(name: str, values: np.ndarray, time_s: np.ndarray, step_s: float) -> 
     equal = 1.0 - changes.size / (len(values) - 1)
     chance = np.log(max(changes.size, 2)) / -np.log(equal) if equal > 0.0 else 1.0
     k = int(np.argmax(runs))
-    if runs[k] * step_s <= STUCK_S or runs[k] <= CHANCE_RUN_FACTOR * max(chance, 1.0):
+    shortest_s = COARSE_STUCK_S if equal > 0.5 else STUCK_S
+    if runs[k] * step_s <= shortest_s or runs[k] <= CHANCE_RUN_FACTOR * max(chance, 1.0):
         return []
     end_s = time_s[edges[k + 1]]
     return [f"The {name} channel holds one value for {runs[k] * step_s:.4g} s up to {end_s:.6g} s: stuck?"]

@@ -7,8 +7,8 @@ import pytest
 
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Imu
-from ins_eval.recording.psins import read_imu_text
 from ins_eval.recording.quiet import Stretch, choose_alignment, quiet_stretches
+from ins_eval.recording.readers.psins_text import read_imu_text
 
 WINDOW_S = 1.0  # the rule's resolution: ends may lie one window beside the burst
 DURATION_S = 900

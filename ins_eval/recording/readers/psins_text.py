@@ -16,19 +16,23 @@ The format is the one written by the PSINS toolbox of G. Yan (2009-2015).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from ins_eval.errors import DataRefused, StorageError, UsageError
 from ins_eval.recording import Imu, Recording, Start
+from ins_eval.recording.readers.files import shown
+from ins_eval.recording.readers.layout import frd_from
 from ins_eval.units import ARCSEC, DEG
 
 COLUMNS = 6
 EXPECTED_ROW = "gyro x y z, accelerometer x y z"
 LARGEST_COUNT = 2.0**31
 CUT_NOTE = "The file does not end with a line break, so its last row may be cut and was left out."
-FRD_FROM_RFU = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+AXES = "RFU"
+KEYS = ("axes",)
 
 # What each number of the three header lines is, and what it can be.
 HEADER = (
@@ -55,7 +59,12 @@ HEADER = (
 )
 
 
-def read_imu_text(path: str | Path) -> Recording:
+def read(path: Path, assumed: Mapping[str, str]) -> Recording:
+    """As `read_imu_text`; ``axes`` may be assumed."""
+    return read_imu_text(path, assumed.get("axes", AXES))
+
+
+def read_imu_text(path: str | Path, axes: str = AXES) -> Recording:
     """Read a parked recording in the PSINS text format.
 
     gyro = counts * scale [arcsec],   accelerometer = counts * scale [ug s] * 1e-6 g, g as the header states it.
@@ -66,6 +75,7 @@ def read_imu_text(path: str | Path) -> Recording:
     `DataRefused`, with the line in the file, for content that cannot be right.
     """
     path = Path(path)
+    frd = frd_from(axes)
     rows, cut = _rows(path)
     header = _header(path, rows[: len(HEADER)])
     counts = _counts(path, rows[len(HEADER) :])
@@ -89,8 +99,8 @@ def read_imu_text(path: str | Path) -> Recording:
         ),
         imu=Imu(
             time_s=time_s + interval_s * np.arange(1, len(counts) + 1),
-            gyro=gyro @ FRD_FROM_RFU.T,
-            accelerometer=accelerometer @ FRD_FROM_RFU.T,
+            gyro=gyro @ frd.T,
+            accelerometer=accelerometer @ frd.T,
             accelerometer_form="increment",
         ),
         notes=(
@@ -100,7 +110,9 @@ def read_imu_text(path: str | Path) -> Recording:
             f"accelerometer {_listed(accelerometer_scale)} ug s per count, where 1 ug is 1e-6 of the header's "
             f"{gravity} m/s^2.",
             "Assumed: body axes are right-forward-up, as is the format's convention; they were turned to "
-            "forward-right-down.",
+            "forward-right-down."
+            if axes == AXES
+            else f"Body axes are taken as {axes}, because you assume so, where the format's convention is {AXES}.",
             f"Assumed: the first row covers the interval that starts at {time_s:g} s, and the vehicle is parked "
             "throughout.",
             f"The header gives roll {roll:g}, pitch {pitch:g}, heading {heading:g} degrees and itself calls them maybe "
@@ -161,7 +173,7 @@ def _header(path: Path, rows: list[tuple[int, list[bytes]]]) -> list[list[float]
             value = _number(field)
             if value is None:
                 raise DataRefused(
-                    f"{path}, line {number}: {_shown(field)} in the header, expected a number for {name} [{unit}]; "
+                    f"{path}, line {number}: {shown(field)} in the header, expected a number for {name} [{unit}]; "
                     "check that this is a file in the PSINS text format"
                 )
             if not low <= value <= high:
@@ -205,7 +217,7 @@ def _refuse_count(path: Path, rows: list[tuple[int, list[bytes]]]) -> None:
             value = _number(field)
             if value is None or not value.is_integer() or abs(value) > LARGEST_COUNT:
                 raise DataRefused(
-                    f"{path}, line {number}, column {column}: {_shown(field)}, expected a whole count; "
+                    f"{path}, line {number}, column {column}: {shown(field)}, expected a whole count; "
                     "correct that line or export the recording again"
                 )
 
@@ -217,13 +229,6 @@ def _number(field: bytes) -> float | None:
     except ValueError:
         return None
     return value if np.isfinite(value) and b"_" not in field else None
-
-
-def _shown(field: bytes) -> str:
-    """A field as it can be printed in a sentence: quoted, in ASCII, at most 20 characters."""
-    text = field.decode("ascii", errors="backslashreplace")
-    text = text if text.isprintable() else ascii(text)[1:-1]
-    return f"'{text}'" if len(text) <= 20 else f"'{text[:20]}...'"
 
 
 def _listed(scale: np.ndarray) -> str:

@@ -1,0 +1,20 @@
+"""The form `ins-recording/1`: a recording as a folder, written and read without losing a digit.
+
+    NAME/recording.toml        what it is and what is believed of the instrument
+    NAME/imu.parquet           or .csv, one row a sample
+    NAME/gps.parquet           or .csv, one row a fix, optional
+    NAME/reference.parquet     or .csv, a better navigator, optional
+    NAME/chamber.parquet       or .csv, one row a reading, of kind "chamber" only
+    NAME/truth.parquet         optional; nothing here ever opens it
+
+Degrees on disk, radians in memory; rates on disk become increments in memory. Whatever cannot be right is refused
+in one sentence.
+Source of the form: RECORDING.md.
+"""
+
+from __future__ import annotations
+
+from ins_eval.recording.form.reading import chamber_axis, read, read_belief, read_chamber
+from ins_eval.recording.form.writing import write, write_chamber
+
+__all__ = ["chamber_axis", "read", "read_belief", "read_chamber", "write", "write_chamber"]

@@ -1,0 +1,132 @@
+"""Mix-ups of units, axes and clocks that a recording betrays because its parts do not fit each other.
+
+Each check refuses only where one named mix-up would explain what is seen, or where nothing could.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ins_eval.earth import radii
+from ins_eval.errors import DataRefused
+from ins_eval.recording import Fixes, Recording
+from ins_eval.units import DEG, STANDARD_GRAVITY
+
+APART_M = 50e3  # the first fix from the start, beside what is travelled meanwhile: an airport, not a country
+FASTEST_MPS = 1000.0
+FORCE_TOLERANCE = 0.1  # of a mix-up's factor
+ORDINARY_FORCE = (0.5, 2.0)  # of gravity, for the median over a recording
+MOVING_MPS = 5.0  # above it a vehicle goes where it points
+ALONG_RAD = 0.2
+ASTRAY_RAD = 0.5
+ENOUGH_FIXES = 10
+
+
+def check_plausible(recording: Recording) -> None:
+    """Refuse a recording whose parts contradict each other; raises DataRefused."""
+    where = f"recording '{recording.name}'"
+    for name, fixes, believed in (
+        ("gps", recording.gps, recording.belief.gps),
+        ("reference", recording.reference, recording.belief.reference),
+    ):
+        if fixes is not None:
+            stamps_s = fixes.time_s - believed.time_offset_s
+            _check_clock(recording, stamps_s, f"{where}, {name}", name)
+            _check_place(recording, fixes, stamps_s, f"{where}, {name}")
+            _check_heading(fixes, f"{where}, {name}")
+    _check_force(recording, where)
+
+
+def _check_clock(recording: Recording, stamps_s: np.ndarray, where: str, name: str) -> None:
+    """Fixes and samples have some time in common."""
+    first_s, last_s = recording.start.time_s, float(recording.imu.time_s[-1])
+    if stamps_s[-1] < first_s or stamps_s[0] > last_s:
+        raise DataRefused(
+            f"{where}: covers {stamps_s[0]:.3f} to {stamps_s[-1]:.3f} s and the IMU {first_s:.3f} to {last_s:.3f} s, "
+            f"expected an overlap; bring both to one clock, or state time_offset_s in [{name}]"
+        )
+
+
+def _check_place(recording: Recording, fixes: Fixes, stamps_s: np.ndarray, where: str) -> None:
+    """The first fix is where the vehicle can be by then."""
+    known = np.flatnonzero(fixes.valid & np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad))
+    if not known.size:
+        return
+    start = recording.start
+    at = (start.latitude_rad, start.longitude_rad)
+    latitude, longitude = float(fixes.latitude_rad[known[0]]), float(fixes.longitude_rad[known[0]])
+    reach_m = APART_M + FASTEST_MPS * abs(float(stamps_s[known[0]]) - start.time_s)
+    if _distance_m(at, (latitude, longitude)) <= reach_m:
+        return
+    mix_ups = {
+        "radians given for degrees": (latitude / DEG, longitude / DEG),
+        "the start given in radians": (latitude * DEG, longitude * DEG),
+        "latitude and longitude exchanged": (longitude, latitude),
+        "west given as east": (latitude, -longitude),
+        "south given as north": (-latitude, longitude),
+    }
+    guess = next((f" ({mix_up}?)" for mix_up, place in mix_ups.items() if _distance_m(at, place) <= reach_m), "")
+    raise DataRefused(
+        f"{where}: the first fix is at latitude {latitude / DEG:.5f}, longitude {longitude / DEG:.5f} degrees, "
+        f"{_distance_m(at, (latitude, longitude)) / 1e3:.0f} km from the start at {at[0] / DEG:.5f}, {at[1] / DEG:.5f}"
+        f"{guess}, expected at most {reach_m / 1e3:.0f} km; correct the position that is wrong"
+    )
+
+
+def _distance_m(one: tuple[float, float], other: tuple[float, float]) -> float:
+    """Great-circle distance on the sphere of the transverse radius of the first place."""
+    (latitude, longitude), (latitude_2, longitude_2) = one, other
+    half = np.sin((latitude_2 - latitude) / 2.0) ** 2
+    half += np.cos(latitude) * np.cos(latitude_2) * np.sin((longitude_2 - longitude) / 2.0) ** 2
+    return float(2.0 * radii(latitude)[1] * np.arcsin(np.sqrt(np.clip(half, 0.0, 1.0))))
+
+
+def _check_heading(fixes: Fixes, where: str) -> None:
+    """A moving vehicle points about where it goes; refused where it does so only if the heading is in radians."""
+    if fixes.attitude_rad is None:
+        return
+    north, east = fixes.velocity_n[:, 0], fixes.velocity_n[:, 1]
+    heading = fixes.attitude_rad[:, 2]
+    moving = fixes.valid & (np.hypot(north, east) > MOVING_MPS) & np.isfinite(heading)
+    if np.count_nonzero(moving) < ENOUGH_FIXES:
+        return
+    course = np.arctan2(east[moving], north[moving])
+
+    def off_course(angle: np.ndarray) -> float:
+        return float(np.median(np.abs(np.remainder(angle - course + np.pi, 2.0 * np.pi) - np.pi)))
+
+    as_given, as_radians = off_course(heading[moving]), off_course(heading[moving] / DEG)
+    if as_given > ASTRAY_RAD and as_radians < ALONG_RAD:
+        raise DataRefused(
+            f"{where}: heading_deg is {as_given / DEG:.0f} degrees off the course of the velocity and fits it as "
+            "radians, expected degrees; convert roll, pitch and heading to degrees"
+        )
+
+
+def _check_force(recording: Recording, where: str) -> None:
+    """The median specific force is not that of gravity in another unit."""
+    imu, accelerometers = recording.imu, recording.belief.accelerometer
+    per_g = np.full(3, STANDARD_GRAVITY)
+    if imu.accelerometer_form == "pulse":
+        scales = [getattr(accelerometers, axis) and getattr(accelerometers, axis).scale for axis in "xyz"]
+        if not all(scales):
+            return
+        per_g = np.array([scale.gamma for scale in scales])
+    interval_s = np.diff(imu.time_s, prepend=recording.start.time_s)
+    step_s = float(np.median(interval_s))
+    force_g = float(np.median(np.linalg.norm(imu.accelerometer / per_g, axis=1) / interval_s))
+    if ORDINARY_FORCE[0] <= force_g <= ORDINARY_FORCE[1]:
+        return
+    mix_ups = {1.0 / step_s: "rates given for increments", step_s: "increments given for rates"}
+    if imu.accelerometer_form == "increment":
+        mix_ups |= {
+            1.0 / STANDARD_GRAVITY: "g given for m/s^2",
+            STANDARD_GRAVITY: "multiplied by g twice",
+            1.0 / step_s / STANDARD_GRAVITY: "rates in g given for increments in m/s",
+        }
+    guesses = [mix_up for factor, mix_up in mix_ups.items() if abs(force_g / factor - 1.0) < FORCE_TOLERANCE]
+    if guesses:
+        raise DataRefused(
+            f"{where}: the median specific force is {force_g:.4g} g ({', or '.join(guesses)}?), expected about 1 g; "
+            "state the form of the columns in [imu], or convert them"
+        )

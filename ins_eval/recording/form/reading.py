@@ -1,0 +1,272 @@
+"""From a folder to a recording."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ins_eval.errors import DataRefused, UsageError
+from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording
+from ins_eval.recording.belief import Belief
+from ins_eval.recording.form.columns import Columns, open_table
+from ins_eval.recording.form.description import CHAMBER, ImuTable, Opened, one_line, open_folder, shown
+from ins_eval.recording.form.names import (
+    ACCELEROMETER,
+    ATTITUDE,
+    BARO,
+    GYRO,
+    LIMITS,
+    POSITION,
+    READINGS,
+    SIGMAS,
+    TEMPERATURE,
+    TEMPERATURES,
+    UNIT,
+    VALID,
+    VELOCITY,
+)
+from ins_eval.recording.form.plausibility import check_plausible
+from ins_eval.recording.validation import validate
+from ins_eval.units import DEG
+
+CLOCK_TOLERANCE = 0.1  # of the step that rate_hz states; milliseconds for seconds is a factor of 1000
+POSITION_TOLERANCE_G = 0.1  # an index head stands within a few degrees, and local gravity within 0.5 %
+
+
+def read(folder: str | Path) -> Recording:
+    """Read a recording of kind flight, drive, oven or static.
+
+    Rates (at their times) become increments over the sample, by the trapezoid with the sample before:
+
+        increment_k = (rate_k-1 + rate_k) / 2 (t_k - t_k-1),   the first: rate_0 (t_0 - start)
+
+    Its notes say what was assumed and what is suspicious, one sentence each.
+    Raises UsageError for a folder that does not exist or holds a chamber, StorageError for a file that cannot be
+    read and DataRefused, with file, row and column, for content that cannot be right.
+    """
+    opened = open_folder(folder)
+    description = opened.description
+    if description.kind == CHAMBER:
+        raise UsageError(
+            f"{opened.file}: is of kind '{CHAMBER}', expected a flight, drive, oven or static; calibrate on it"
+        )
+    for key in ("imu", "start"):
+        if getattr(description, key) is None:
+            raise DataRefused(f"{opened.file}: '[{key}]' is missing; add that table")
+    table = _required(opened, "imu")
+    table.require(("time_s", *GYRO, *ACCELEROMETER))
+    time_s = table.increasing_time()
+    if time_s.size < 2:
+        raise DataRefused(f"{table.path}: holds {time_s.size} row, expected at least two samples; copy the file again")
+    step_s = float(np.median(np.diff(time_s)))
+    _check_rate(opened, step_s)
+    start = description.start.state(one_step_before_s=float(time_s[0]) - step_s)
+    imu, assumed = _imu(table, description.imu, time_s, start.time_s)
+    if description.start.time_s is None:
+        assumed.append("The start has no time_s: it was taken one step before the first sample.")
+    gps, of_gps = _fixes(opened, "gps")
+    reference, of_reference = _fixes(opened, "reference")
+    notes = dict.fromkeys((*opened.notes, *table.notes, *assumed, *of_gps, *of_reference))
+    recording = Recording(
+        name=opened.name,
+        kind=description.kind,
+        start=start,
+        imu=imu,
+        gps=gps,
+        reference=reference,
+        belief=opened.belief,
+        notes=tuple(notes),
+    )
+    return _validated(recording, opened)
+
+
+def read_chamber(folder: str | Path) -> ChamberReadings:
+    """Read the readings of one accelerometer in a chamber; `read_belief` gives what is believed of it.
+
+    Raises like `read`.
+    """
+    opened = open_folder(folder)
+    if opened.description.kind != CHAMBER:
+        raise UsageError(
+            f"{opened.file}: is of kind '{opened.description.kind}', expected kind = \"{CHAMBER}\"; "
+            "name the folder of a chamber recording"
+        )
+    if len(opened.axes) > 1:
+        raise DataRefused(
+            f"{opened.file}: has tables of the accelerometers {' and '.join(opened.axes)}, expected the one that was "
+            "in the chamber; keep the table of that axis"
+        )
+    table = _required(opened, CHAMBER)
+    table.require(("time_s", *READINGS))
+    time_s = table.increasing_time()
+    run, input_g, rate_c_per_min, temperature_c, output = (table.numbers(name) for name in READINGS)
+    _check_runs(table, run, input_g)
+    return ChamberReadings(
+        time_s, run.astype(np.int64), input_g, rate_c_per_min, temperature_c, output, unit_id=_unit_id(table)
+    )
+
+
+def read_belief(folder: str | Path) -> Belief:
+    """What a recording of any kind believes, without its tables."""
+    return open_folder(folder).belief
+
+
+def chamber_axis(folder: str | Path) -> str | None:
+    """Which accelerometer a chamber recording holds, "x", "y" or "z": the one that has a table; None: not said."""
+    axes = open_folder(folder).axes
+    return axes[0] if len(axes) == 1 else None
+
+
+def _required(opened: Opened, name: str) -> Columns:
+    table = open_table(opened.folder, name)
+    if table is None:
+        raise DataRefused(
+            f"{opened.folder}: holds neither {name}.parquet nor {name}.csv, expected one of them for kind "
+            f"'{opened.description.kind}'; add it"
+        )
+    return table
+
+
+def _check_rate(opened: Opened, step_s: float) -> None:
+    """The rate that is stated is that of the table."""
+    rate_hz = opened.description.imu.rate_hz
+    if rate_hz is None or abs(step_s * rate_hz - 1.0) <= CLOCK_TOLERANCE:
+        return
+    guess = " (milliseconds given for seconds?)" if abs(step_s * rate_hz / 1000.0 - 1.0) <= CLOCK_TOLERANCE else ""
+    raise DataRefused(
+        f"{opened.file}: rate_hz is {rate_hz:g}, but the samples of imu are {step_s:.6g} s apart, expected "
+        f"{1.0 / rate_hz:.6g} s{guess}; correct the one that is wrong"
+    )
+
+
+def _imu(table: Columns, meaning: ImuTable, time_s: np.ndarray, start_s: float) -> tuple[Imu, list[str]]:
+    known = ["time_s", *GYRO, *ACCELEROMETER]
+    interval_s = np.diff(time_s, prepend=start_s)[:, None]
+    notes = []
+
+    def triad(names: tuple[str, ...], form: str, sensor: str) -> np.ndarray:
+        values = np.column_stack([table.numbers(name) for name in names])
+        if form != "rate":
+            return values
+        notes.append(
+            f"The {sensor} was given as rates: they became increments by the trapezoid with the sample before, the "
+            "first by its own value."
+        )
+        before = np.concatenate([values[:1], values[:-1]])
+        return 0.5 * (before + values) * interval_s
+
+    def optional(names: tuple[str, ...]) -> list[np.ndarray] | None:
+        if not set(names) <= set(table.names):
+            return None
+        known.extend(names)
+        return [table.numbers(name) for name in names]
+
+    gyro = triad(GYRO, meaning.gyro, "gyro")
+    accelerometer = triad(ACCELEROMETER, meaning.accelerometer, "accelerometer")
+    temperature = optional(TEMPERATURES)
+    if temperature is None and TEMPERATURE not in table.names and (some := set(TEMPERATURES) & set(table.names)):
+        table.require([name for name in TEMPERATURES if name not in some])
+    temperature_c = np.column_stack(temperature) if temperature else (optional((TEMPERATURE,)) or [None])[0]
+    height_baro_m = (optional((BARO,)) or [None])[0]
+    slips = table.slips((*known, TEMPERATURE, *TEMPERATURES, BARO))
+    return (
+        Imu(
+            time_s=time_s,
+            gyro=gyro,
+            accelerometer=accelerometer,
+            accelerometer_form="pulse" if meaning.accelerometer == "pulse" else "increment",
+            temperature_c=temperature_c,
+            height_baro_m=height_baro_m,
+            further=table.others(known),
+        ),
+        notes + slips,
+    )
+
+
+def _fixes(opened: Opened, name: str) -> tuple[Fixes | None, list[str]]:
+    """The table ``gps``, or ``reference`` of which any column but the time may be missing, and notes on it."""
+    table = open_table(opened.folder, name)
+    if table is None:
+        return None, []
+    table.require(("time_s",) if name == "reference" else ("time_s", *POSITION, *VELOCITY))
+    time_s = table.increasing_time()
+    missing = np.full(time_s.size, np.nan)
+
+    def column(of: str) -> np.ndarray | None:
+        return table.numbers(of, *LIMITS.get(of, ()), gaps=True) if of in table.names else None
+
+    def filled(of: str) -> np.ndarray:
+        return missing.copy() if (values := column(of)) is None else values
+
+    latitude, longitude, height_m, *velocity = (filled(of) for of in (*POSITION, *VELOCITY))
+    motion = np.column_stack([latitude, longitude, height_m, *velocity])
+    delivered = motion[:, ~np.isnan(motion).all(axis=0)]  # a quantity that is never there is not an outage
+    valid = ~np.isnan(delivered).any(axis=1)
+    if (flag := column(VALID)) is not None:
+        valid &= np.nan_to_num(flag, nan=0.0) != 0.0
+    attitude = [filled(of) * DEG for of in ATTITUDE] if name == "reference" else []
+    known = ("time_s", *POSITION, *VELOCITY, VALID, *SIGMAS, *(ATTITUDE if name == "reference" else ()))
+    position_sigma_m, velocity_sigma_mps = (column(of) for of in SIGMAS)
+    fixes = Fixes(
+        time_s=time_s,
+        latitude_rad=latitude * DEG,
+        longitude_rad=longitude * DEG,
+        height_m=height_m,
+        velocity_n=motion[:, 3:].copy(),
+        valid=valid,
+        attitude_rad=np.column_stack(attitude) if set(ATTITUDE) & set(table.names) and attitude else None,
+        position_sigma_m=position_sigma_m,
+        velocity_sigma_mps=velocity_sigma_mps,
+    )
+    return fixes, [*table.notes, *table.slips(known)]
+
+
+def _validated(recording: Recording, opened: Opened) -> Recording:
+    """The recording with what `validate` has to say of it; of an incomplete reference it sees nothing."""
+    reference = recording.reference
+    complete = reference is not None and bool(
+        np.isfinite([reference.latitude_rad, reference.longitude_rad, reference.height_m]).any(axis=1).all()
+    )
+    try:
+        checked = validate(recording if complete else replace(recording, reference=None))
+        check_plausible(recording)
+    except DataRefused as refused:
+        raise DataRefused(one_line(f"{opened.folder}: {refused}")) from None
+    return replace(recording, notes=checked.notes)
+
+
+def _check_runs(table: Columns, run: np.ndarray, input_g: np.ndarray) -> None:
+    """Each run has a whole number, is one piece, and stays in one position of +1, 0 or -1 g."""
+
+    def refuse(row: int, column: str, seen: str, expected: str) -> None:
+        raise DataRefused(f"{table.path}, row {row + 1}, column {column}: {seen}, expected {expected}")
+
+    if (bad := np.flatnonzero((run != np.rint(run)) | (np.abs(run) > 2.0**53))).size:
+        refuse(bad[0], "run", f"{run[bad[0]]:g}", "a whole number; number the stays in one position 0, 1, 2, ...")
+    begins = np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1])
+    _, first = np.unique(run[begins], return_index=True)
+    if first.size < begins.size:
+        row = int(np.delete(begins, first)[0])
+        refuse(row, "run", f"run {run[row]:g} goes on after another", "one uninterrupted stay; give it a new number")
+    if (bad := np.flatnonzero(np.abs(input_g - np.clip(np.rint(input_g), -1, 1)) > POSITION_TOLERANCE_G)).size:
+        seen = f"{input_g[bad[0]]:g}"
+        refuse(bad[0], "input_g", seen, "+1, 0 or -1, the specific force along the input axis in g; convert it to g")
+    position_of_run = np.repeat(np.rint(input_g[begins]), np.diff(np.append(begins, run.size)))
+    if (bad := np.flatnonzero(np.rint(input_g) != position_of_run)).size:
+        seen = f"{input_g[bad[0]]:g} in run {run[bad[0]]:g} that began at {position_of_run[bad[0]]:+g} g"
+        refuse(bad[0], "input_g", seen, "one position in a run; give each position a run of its own")
+
+
+def _unit_id(table: Columns) -> str:
+    if UNIT not in table.names:
+        return ""
+    column = table.data.column(UNIT)
+    ids = column.unique().to_pylist()
+    if len(ids) > 1:
+        raise DataRefused(
+            f"{table.path}, column {UNIT}: names {len(ids)} units ({shown(ids[0])}, {shown(ids[1])}), expected one "
+            "accelerometer; make one recording of each"
+        )
+    return "" if ids[0] is None else str(ids[0])

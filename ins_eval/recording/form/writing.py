@@ -1,0 +1,163 @@
+"""From a recording to a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ins_eval.errors import UsageError
+from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording
+from ins_eval.recording.belief import Belief
+from ins_eval.recording.form.columns import CSV, PARQUET, parquet_bytes
+from ins_eval.recording.form.description import CHAMBER, FILE, FORMAT, Description, ImuTable, StartTable, table_of
+from ins_eval.recording.form.names import (
+    ACCELEROMETER,
+    ATTITUDE,
+    BARO,
+    GYRO,
+    POSITION,
+    READINGS,
+    SIGMAS,
+    TEMPERATURE,
+    TEMPERATURES,
+    UNIT,
+    VALID,
+    VELOCITY,
+)
+from ins_eval.recording.form.toml import dumps
+from ins_eval.storage import cannot_write, write_whole
+from ins_eval.tables import parse
+from ins_eval.units import to_degrees_exactly
+
+TABLES = ("imu", "gps", "reference", "chamber", "truth")
+HEAD = f"A recording in the form {FORMAT}. The unit of a value is in its name."
+Table = dict[str, np.ndarray]
+
+
+def write(recording: Recording, folder: str | Path, truth: Fixes | None = None) -> Path:
+    """Write a recording, and the `truth` beside it where it is known; returns the folder.
+
+    `form.read` gives back every array to the last bit. A radian value that no number of degrees can hold comes back
+    as the nearest that one can (`units.through_degrees`). The same recording gives the same bytes.
+
+    Every file is put in place whole, ``recording.toml`` last: an interrupted write leaves no recording behind, and
+    an earlier recording in the folder is replaced with all its tables.
+    Raises UsageError for a folder with tables of another origin, which would mix with these, and StorageError.
+    """
+    tables = {"imu": _imu(recording.imu)}
+    if recording.gps is not None:
+        tables["gps"] = _fixes(recording.gps, all_columns=True)
+    if recording.reference is not None:
+        tables["reference"] = _fixes(recording.reference, all_columns=False)
+    if truth is not None:
+        tables["truth"] = _fixes(truth, all_columns=False)
+    rate_hz = 1.0 / float(np.median(np.diff(recording.imu.time_s)))
+    description = Description(
+        format=FORMAT,
+        kind=recording.kind,
+        name=recording.name,
+        notes=recording.notes,
+        imu=ImuTable(rate_hz=float(f"{rate_hz:.9g}"), gyro="increment", accelerometer=recording.imu.accelerometer_form),
+        start=_start(recording),
+    )
+    unused = tuple(name for name in ("gps", "reference") if name not in tables)
+    return _write_folder(Path(folder), table_of(description, recording.belief, unused), tables)
+
+
+def write_chamber(
+    readings: ChamberReadings,
+    folder: str | Path,
+    axis: str = "x",
+    name: str = "",
+    belief: Belief | None = None,
+    notes: tuple[str, ...] = (),
+) -> Path:
+    """Write the readings of the accelerometer `axis`, as `write` does a recording; the belief in others is left out."""
+    columns = {"time_s": readings.time_s}
+    columns |= {column: getattr(readings, column) for column in READINGS}
+    if readings.unit_id:
+        columns[UNIT] = np.full(readings.time_s.size, readings.unit_id, dtype=object)
+    description = Description(format=FORMAT, kind=CHAMBER, name=name or readings.unit_id or None, notes=notes)
+    table = table_of(description, belief or Belief(), unused=("gps", "reference", "height", "earth", "gyro"))
+    of_axis = table["accelerometer"].get(axis, {})
+    table["accelerometer"] = {key: value for key, value in table["accelerometer"].items() if key not in tuple("xyz")}
+    table["accelerometer"][axis] = of_axis
+    return _write_folder(Path(folder), table, {CHAMBER: columns})
+
+
+def _write_folder(folder: Path, description: dict[str, Any], tables: dict[str, Table]) -> Path:
+    """Write all files in place of an earlier recording; what is not of one is left alone."""
+    theirs = [f"{name}{CSV}" for name in TABLES]
+    if not (folder / FILE).exists():
+        theirs += [f"{name}{PARQUET}" for name in TABLES if name not in tables]
+    for file in theirs:
+        if (folder / file).exists():
+            raise UsageError(
+                f"{folder}: holds {file}, which is not ours to replace, expected a new folder or that of an earlier "
+                "result; choose another folder or move the file away"
+            )
+    _remove(folder / FILE)
+    for name in TABLES:
+        if name in tables:
+            write_whole(folder / f"{name}{PARQUET}", parquet_bytes(tables[name]))
+        else:
+            _remove(folder / f"{name}{PARQUET}")
+    write_whole(folder / FILE, dumps(description, HEAD).encode())
+    return folder
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except NotADirectoryError:
+        pass  # writing beside it will say so
+    except OSError as error:
+        raise cannot_write(path, error) from None
+
+
+def _start(recording: Recording) -> StartTable:
+    start = recording.start
+    table = {
+        "time_s": start.time_s,
+        "latitude_deg": float(to_degrees_exactly(start.latitude_rad)),
+        "longitude_deg": float(to_degrees_exactly(start.longitude_rad)),
+        "height_m": start.height_m,
+        "velocity_ned_mps": start.velocity_n,
+        "attitude_deg": _degrees(start.attitude_rad),
+        "attitude_sigma_deg": _degrees(start.attitude_sigma_rad),
+        "position_sigma_m": start.position_sigma_m,
+        "velocity_sigma_mps": start.velocity_sigma_mps,
+        "still_until_s": start.still_until_s,
+    }
+    return parse(StartTable, table, f"recording '{recording.name}', start")
+
+
+def _degrees(rad: tuple[float, float, float] | None) -> tuple[float, ...] | None:
+    return None if rad is None else tuple(to_degrees_exactly(rad).tolist())
+
+
+def _imu(imu: Imu) -> Table:
+    columns = {"time_s": imu.time_s}
+    columns |= dict(zip((*GYRO, *ACCELEROMETER), (*imu.gyro.T, *imu.accelerometer.T), strict=True))
+    if imu.temperature_c is not None and imu.temperature_c.ndim == 2:
+        columns |= dict(zip(TEMPERATURES, imu.temperature_c.T, strict=True))
+    elif imu.temperature_c is not None:
+        columns[TEMPERATURE] = imu.temperature_c
+    if imu.height_baro_m is not None:
+        columns[BARO] = imu.height_baro_m
+    return columns | {name: values for name, values in imu.further.items() if name not in columns}
+
+
+def _fixes(fixes: Fixes, all_columns: bool) -> Table:
+    """Columns of a table of fixes; those that hold nothing are left out unless `all_columns` are wanted."""
+    latitude, longitude = to_degrees_exactly(fixes.latitude_rad), to_degrees_exactly(fixes.longitude_rad)
+    motion = dict(zip((*POSITION, *VELOCITY), (latitude, longitude, fixes.height_m, *fixes.velocity_n.T), strict=True))
+    if fixes.attitude_rad is not None:
+        motion |= dict(zip(ATTITUDE, to_degrees_exactly(fixes.attitude_rad).T, strict=True))
+    columns = {"time_s": fixes.time_s}
+    columns |= {name: values for name, values in motion.items() if all_columns or not np.isnan(values).all()}
+    columns[VALID] = np.asarray(fixes.valid).astype(np.int8)
+    columns |= {name: getattr(fixes, name) for name in SIGMAS if getattr(fixes, name) is not None}
+    return columns

@@ -1,0 +1,143 @@
+"""Damaged files over every reader: accepted or refused in one sentence, never a traceback, never slow."""
+
+from __future__ import annotations
+
+import gzip
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ins_eval.errors import DataRefused, StorageError, UsageError
+from ins_eval.recording import form
+from ins_eval.recording.readers import FORMATS, doctor, psins_text, read
+from ins_eval.recording.validation import validate
+
+SLOWEST_S = 2.0
+FEW, MANY = 40, 700  # for each of eight readers
+LONGEST_SENTENCE = 2000  # a damaged mapping may hold a long key
+REPEATED = 60
+AWKWARD = [
+    b"nan",
+    b"-inf",
+    b"1e999",
+    b"%",
+    b"\n",
+    b"\r",
+    b"\0",
+    b"\xff\xfe",
+    b"1_0",
+    b"9" * 400,
+    b"\t",
+    b"--",
+    b",",
+    b";",
+]
+
+
+def unit_text() -> bytes:
+    header = ["% parked", "0 0 -90 0 0 0", "34 108 380 0 100 9.78", "0.1 0.1 0.1 125 125 125"]
+    return ("\n".join([*header, *["0 0 2 0 0 800", "-7 9 3 -4 0 800"] * REPEATED]) + "\n").encode()
+
+
+@pytest.fixture(scope="module")
+def samples(made, weaving, tmp_path_factory) -> dict[str, dict[str, bytes]]:
+    """For each reader the files of a sound recording; the first is the one that is named."""
+    short = {"rate_hz": 10.0, "lasted_s": 60.0}
+    rocket = "ts,id,Ax,Ay,Az,Gx,Gy,Gz\n" + "".join(f"{0.01 * k:.2f},IMU0,0,-9.8,0,1,2,3\n" for k in range(60))
+    chamber = "".join(f"42652,12.0,17.0,1008.{k},-18.2\n" for k in range(60))
+    folder = tmp_path_factory.mktemp("form") / "own"
+    file = folder.parent / "unit.imu"
+    file.write_bytes(unit_text())
+    form.write(psins_text.read(file, {}), folder)
+    members = made.apm_text_members(**short)
+    return {
+        "psins-text": {"file.imu": unit_text()},
+        "psins-mat": {"file.mat": made.psins_mat(rate_hz=10.0, lasted_s=60.0)},
+        "apm-mat": {"file.mat": made.apm_mat(**short)},
+        "apm-text": {"file.zip": made.zipped(members), **members},
+        "csv": {"file.csv": made.csv_rows(weaving(10.0, 60.0)), "file.toml": made.csv_mapping.encode()},
+        "cats": {"file.csv": gzip.compress(rocket.encode()), "plain.csv": rocket.encode()},
+        "mems-chamber": {"file.csv": gzip.compress(chamber.encode()), "plain.csv": chamber.encode()},
+        "ins-recording": {path.name: path.read_bytes() for path in sorted(folder.iterdir())},
+    }
+
+
+def mutated(content: bytes, rng: np.random.Generator) -> bytes:
+    """Bytes flipped, digits changed, parts cut out, doubled, replaced by awkward text, the end cut off."""
+    changed = bytearray(content)
+    for _ in range(rng.integers(1, 4)):
+        a, b = np.sort(rng.integers(0, len(changed) + 1, 2))
+        kind = rng.integers(6)
+        if kind == 0:
+            changed[a : a + 1] = bytes([rng.integers(256)])
+        elif kind == 1:
+            changed[a : a + 1] = b"%d" % rng.integers(10)
+        elif kind == 2:
+            del changed[a : min(b, a + 40)]
+        elif kind == 3:
+            changed[a:a] = changed[a : min(b, a + 200)]
+        elif kind == 4:
+            changed[a:a] = AWKWARD[rng.integers(len(AWKWARD))]
+        elif rng.random() < 0.2:
+            del changed[a:]
+    return bytes(changed)
+
+
+def damaged(name: str, files: dict[str, bytes], folder: Path, rng: np.random.Generator, zipped) -> Path:
+    """Write the files of a reader with one of them damaged; the path to name."""
+    names = list(files)
+    chosen = names[rng.integers(len(names))]
+    spoilt = files | {chosen: mutated(files[chosen], rng)}
+    first = names[0]
+    if name == "apm-text" and chosen != first:
+        spoilt[first] = zipped({member: spoilt[member] for member in names[1:]})  # sound archive, damaged table
+    if chosen == "plain.csv":
+        spoilt[first] = spoilt[chosen]
+    for file, content in spoilt.items():
+        (folder / file).write_bytes(content)
+    return folder if name == "ins-recording" else folder / first
+
+
+def outcome(name: str, path: Path) -> str:
+    began = time.process_time()
+    try:
+        recording = validate(doctor.examine(read(name, path, {}), {}, FORMATS[name].keys))
+    except (DataRefused, UsageError, StorageError) as refused:
+        message = str(refused).split("\n\n")[0]
+        assert "\n" not in message and 20 < len(message) < LONGEST_SENTENCE + len(str(path)), message
+        found = "refused"
+    else:
+        assert np.isfinite(recording.imu.gyro).all() and np.isfinite(recording.imu.accelerometer).all()
+        assert all("\n" not in note for note in recording.notes)
+        found = "accepted"
+    assert time.process_time() - began < SLOWEST_S
+    return found
+
+
+NEVER_ACCEPTED = {"cats", "mems-chamber"}
+
+
+@pytest.mark.parametrize("name", sorted(FORMATS))
+@pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+def test_damaged_files(samples, made, tmp_path, name, count):
+    rng = np.random.default_rng(sum(name.encode()))
+    sound = {"refused": 0, "accepted": 0}
+    for file, content in samples[name].items():
+        (tmp_path / file).write_bytes(content)
+    first = tmp_path if name == "ins-recording" else tmp_path / next(iter(samples[name]))
+    assert outcome(name, first) == ("refused" if name in NEVER_ACCEPTED else "accepted")
+    for _ in range(count):
+        sound[outcome(name, damaged(name, samples[name], tmp_path, rng, made.zipped))] += 1
+    assert sound["refused"] > count // 20, sound
+
+
+@pytest.mark.parametrize("name", sorted(set(FORMATS) - {"ins-recording"}))
+@pytest.mark.parametrize(
+    "content", [b"", b"\0" * 5000, bytes(range(256)) * 40, b"\x1f\x8b\x08" + b"x" * 300, b"PK\x03\x04" + b"y" * 300]
+)
+def test_rubbish(tmp_path, made, name, content):
+    (tmp_path / "file.toml").write_text(made.csv_mapping)
+    (tmp_path / "file.csv").write_bytes(content)
+    assert outcome(name, tmp_path / "file.csv") == "refused"
