@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import errno
+import os
 import sys
 import tempfile
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 
-from ins_eval.errors import InsEvalError
+from ins_eval.errors import InsEvalError, StorageError
 
 INTERRUPTED, DEFECT = 130, 5
+_PROFILE_HELP = "name of a shipped profile or a .toml file (default: %(default)s)"
+_POPULATION_HELP = "accelerometers: a shipped population or a .toml file (default: %(default)s)"
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -28,26 +34,80 @@ def _parser() -> argparse.ArgumentParser:
     flight.add_argument(
         "--profile",
         default="climb-cruise-landing",
-        help="name of a shipped profile or a .toml file (default: %(default)s)",
+        help=_PROFILE_HELP,
     )
     flight.add_argument("--model", help="a model of your own beside the others: my.py:MyModel")
     flight.add_argument(
         "--population",
         default="jb-kt8",
-        help="accelerometers: a shipped population or a .toml file (default: %(default)s)",
+        help=_POPULATION_HELP,
     )
     flight.add_argument(
-        "--ensemble", type=_positive, default=200, metavar="N", help="number of instruments (default: %(default)s)"
+        "--ensemble", type=_at_least(2), default=200, metavar="N", help="number of instruments (default: %(default)s)"
     )
     flight.add_argument(
         "--output", type=Path, default=Path("reports/flight"), help="folder of the report (default: %(default)s)"
     )
     _common(flight)
 
-    evaluate = verbs.add_parser("evaluate", help="navigate a real recording and report its errors")
-    evaluate.add_argument("recording", type=Path, help="a PSINS text recording (.imu) of a parked instrument")
-    evaluate.add_argument("--output", type=Path, help="folder of the report (default: reports/NAME)")
+    evaluate = verbs.add_parser("evaluate", help="navigate recordings and report their errors")
+    evaluate.add_argument(
+        "inputs",
+        type=Path,
+        nargs="+",
+        metavar="DIR",
+        help="recordings in the form ins-recording/1, or a PSINS .imu file",
+    )
+    evaluate.add_argument("--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME)")
+    evaluate.add_argument(
+        "--compensation",
+        nargs="+",
+        default=(),
+        metavar="NAME",
+        help="only these: none, believed, a name in DIR/compensation, or a model FILE.toml (default: all there are)",
+    )
+    evaluate.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
+    evaluate.add_argument(
+        "--restart-every",
+        type=float,
+        dest="restart_every_s",
+        metavar="S",
+        help="also navigate in pieces of S seconds, each from a fix: for instruments that drift away in minutes",
+    )
     evaluate.add_argument("--quiet", action="store_true", help="no text on the terminal")
+
+    simulate = verbs.add_parser("simulate", help="write a simulated recording")
+    simulate.add_argument("kind", choices=("flight", "oven", "chamber"))
+    simulate.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder of the recording")
+    simulate.add_argument("--profile", default="climb-cruise-landing", help=_PROFILE_HELP)
+    simulate.add_argument("--population", default="jb-kt8", help=_POPULATION_HELP)
+    simulate.add_argument(
+        "--instrument", type=_at_least(0), default=0, metavar="I", help="its number (default: %(default)s)"
+    )
+    simulate.add_argument("--axis", choices="xyz", default="x", help="of the accelerometer in the chamber")
+    simulate.add_argument("--rate", type=float, dest="rate_hz", metavar="HZ", help="samples a second")
+    simulate.add_argument("--seed", type=_at_least(0), default=1, help="of all random draws (default: %(default)s)")
+    simulate.add_argument("--quiet", action="store_true", help="no text on the terminal")
+
+    importer = verbs.add_parser(
+        "import", help="bring a file of another format into the form", formatter_class=argparse.RawTextHelpFormatter
+    )
+    importer.add_argument("format_name", metavar="FORMAT", help=_formats())
+    importer.add_argument("file", type=Path, metavar="FILE")
+    importer.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder of the recording")
+    importer.add_argument(
+        "--assume", action="append", default=[], metavar="KEY=VALUE", help="override one finding; may be repeated"
+    )
+
+    compare = verbs.add_parser("compare", help="hold the recorded IMU against the one that the reference implies")
+    compare.add_argument("recording_folder", type=Path, metavar="DIR", help="a recording with a reference")
+    compare.add_argument(
+        "--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME-compare)"
+    )
+    compare.add_argument(
+        "--use-found-offset", action="store_true", help="take the clock offset found instead of the believed"
+    )
+    compare.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
     model = verbs.add_parser("check-model", help="does a compensation model keep its contract?")
     model.add_argument("model", help="my.py:MyModel, package.module:Class, or a built-in name")
@@ -61,7 +121,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     gate.add_argument("--profile", default="climb-cruise-landing", help=argparse.SUPPRESS)
     gate.add_argument(
-        "--ensemble", type=_positive, metavar="N", help="number of instruments (default: from the power calculation)"
+        "--ensemble", type=_at_least(2), metavar="N", help="number of instruments (default: from the power calculation)"
     )
     gate.add_argument(
         "--output",
@@ -74,18 +134,32 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _formats() -> str:
+    """One line for each format that can be imported, shown by ``import --help``."""
+    if "import" not in sys.argv:
+        return ""
+    from ins_eval.recording.readers import FORMATS
+
+    return "\n".join(f"{name:14s}{known.description}" for name, known in FORMATS.items())
+
+
 def _common(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seed", type=int, default=1, help="of all random draws (default: %(default)s)")
+    parser.add_argument("--seed", type=_at_least(0), default=1, help="of all random draws (default: %(default)s)")
     parser.add_argument(
-        "--workers", type=_positive, metavar="N", help="processes (default: all cores); changes no digit"
+        "--workers", type=_at_least(1), metavar="N", help="processes (default: all cores); changes no digit"
     )
     parser.add_argument("--quiet", action="store_true", help="no progress and no text on the terminal")
 
 
-def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{number}, expected at least 1")
+def _at_least(smallest: int) -> Callable[[str], int]:
+    """A whole number of at least `smallest`."""
+
+    def number(text: str) -> int:
+        value = int(text)
+        if value < smallest:
+            raise argparse.ArgumentTypeError(f"{value}, expected at least {smallest}")
+        return value
+
     return number
 
 
@@ -94,17 +168,31 @@ def main(arguments: list[str] | None = None) -> int:
     options = vars(_parser().parse_args(arguments))
     verb = options.pop("verb")
     try:
-        return _run(verb, options)
+        code = _run(verb, options)
+        sys.stdout.flush()
+        return code
     except InsEvalError as error:
         print(f"ins-eval: {error}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
         print("ins-eval: interrupted; what was finished is kept, run the same command again to go on", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:
+    except BrokenPipeError:  # whoever read our text has left; nothing is wrong
+        _stop_writing()
         return 0
+    except OSError as error:
+        if error.errno != errno.ENOSPC:
+            return _defect(error)
+        _stop_writing()
+        print(f"ins-eval: the text cannot be written ({error.strerror}); free some space", file=sys.stderr)
+        return StorageError.exit_code
     except Exception as error:  # our defect: keep the details, spare the reader
         return _defect(error)
+
+
+def _stop_writing() -> None:
+    """Let nothing more go to a standard output that takes no more, not even at the end of the program."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _run(verb: str, options: dict) -> int:
@@ -116,9 +204,21 @@ def _run(verb: str, options: dict) -> int:
     if verb == "evaluate":
         from ins_eval.commands import evaluate
 
-        recording = options.pop("recording")
-        output = options.pop("output") or Path("reports") / recording.stem
-        return evaluate.run(recording, output, **options)
+        return evaluate.run(**options)
+    if verb == "simulate":
+        from ins_eval.commands import simulate
+
+        return simulate.run(**options)
+    if verb == "import":
+        from ins_eval.commands import import_recording
+
+        return import_recording.run(**options)
+    if verb == "compare":
+        from ins_eval.commands import compare
+
+        folder = options["recording_folder"]
+        options["output"] = options["output"] or Path("reports") / f"{folder.name}-compare"
+        return compare.run(**options)
     if verb == "check-model":
         from ins_eval.commands import check_model
 
@@ -129,13 +229,14 @@ def _run(verb: str, options: dict) -> int:
 
 
 def _defect(error: Exception) -> int:
-    with tempfile.NamedTemporaryFile("w", prefix="ins-eval-", suffix=".txt", delete=False, encoding="utf-8") as file:
+    kept = "and its details cannot be kept"
+    with (
+        contextlib.suppress(OSError),
+        tempfile.NamedTemporaryFile("w", prefix="ins-eval-", suffix=".txt", delete=False, encoding="utf-8") as file,
+    ):
         traceback.print_exception(error, file=file)
-    print(
-        f"ins-eval: a defect of ours, {type(error).__name__}: {error}; the details are in {file.name}, "
-        "please report them",
-        file=sys.stderr,
-    )
+        kept = f"the details are in {file.name}"
+    print(f"ins-eval: a defect of ours, {type(error).__name__}: {error}; {kept}, please report it", file=sys.stderr)
     return DEFECT
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import log
 from pathlib import Path
 from typing import Annotated
@@ -25,7 +25,7 @@ MEASURES = {
 }
 HELD_SHARE = 0.5  # of the committed gain
 POWER = 0.995  # of all conditions together
-COMMIT_SIZE = 1000
+COMMIT_SIZE = 3000
 
 
 class Gain(Strict):
@@ -71,17 +71,18 @@ def run(
     ratios = _ratios(output, profile, seed, workers, quiet, size)
     gate = ratios[f"{HYSTERESIS}/{SIMPLE}"]
 
-    print(f"gate: {HYSTERESIS} (chamber calibration, one oven refinement) against {SIMPLE} (chamber calibration),")
-    print(f"      as Paper A compares them; {size} paired instruments, seed {seed};")
-    print(f"      {needed} give all conditions together a power of {100 * POWER:g} % at the committed gains")
+    say = (lambda text: None) if quiet else print
+    say(f"gate: {HYSTERESIS} (chamber calibration, one oven refinement) against {SIMPLE} (chamber calibration),")
+    say(f"      as Paper A compares them; {size} paired instruments, seed {seed};")
+    say(f"      {needed} give all conditions together a power of {100 * POWER:g} % at the committed gains")
     for measure, words in MEASURES.items():
         least = 100.0 * HELD_SHARE * (1.0 - committed.gain(measure).ratio)
-        print(f"  {words}:")
-        print(f"    {_in_words(gate[measure])}; gain {100 * (1 - gate[measure].ratio):.1f} %, {least:.1f} % needed")
-    failures = _shortfalls(gate, committed) + _controls(ratios, committed)
+        say(f"  {words}:")
+        say(f"    {_in_words(gate[measure])}; gain {100 * (1 - gate[measure].ratio):.1f} %, {least:.1f} % needed")
+    failures = _shortfalls(gate, committed) + _controls(ratios, committed, say)
     if failures:
         raise GateNotMet(f"check-cep: {'; '.join(failures)}; look at what changed flight, models or calibration")
-    print("gate: met")
+    say("gate: met")
     return 0
 
 
@@ -100,18 +101,20 @@ def _shortfalls(ratios: Mapping[str, Ratio], committed: Committed) -> list[str]:
     return failures
 
 
-def _controls(ratios: Mapping[str, Mapping[str, Ratio]], committed: Committed) -> list[str]:
+def _controls(
+    ratios: Mapping[str, Mapping[str, Ratio]], committed: Committed, say: Callable[[str], object]
+) -> list[str]:
     """The gate must fail a model as much worse as hysteresis is better, and see nothing where nothing differs."""
     failures = []
     mirrored, same = ratios[f"{MIRRORED}/{SIMPLE}"], ratios[f"{SIMPLE}/{SIMPLE}"]
-    print(f"  control '{MIRRORED}', which must fail:")
+    say(f"  control '{MIRRORED}', which must fail:")
     for measure, r in mirrored.items():
-        print(f"    {measure}: {_in_words(r)}")
+        say(f"    {measure}: {_in_words(r)}")
     if not _shortfalls(mirrored, committed):
         failures.append(f"the control '{MIRRORED}' passed, so the gate proves nothing")
-    print(f"  control '{SIMPLE}' against itself, which must be exactly 1:")
+    say(f"  control '{SIMPLE}' against itself, which must be exactly 1:")
     for measure, r in same.items():
-        print(f"    {measure}: {r.ratio!r}, interval {r.low!r} to {r.high!r}")
+        say(f"    {measure}: {r.ratio!r}, interval {r.low!r} to {r.high!r}")
     if any((r.ratio, r.low, r.high) != (1.0, 1.0, 1.0) for r in same.values()):
         failures.append(f"'{SIMPLE}' against itself is not exactly 1, so the pairs are not paired")
     return failures

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-import json
 import platform
 import sys
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,22 +13,21 @@ from typing import Any
 import numpy as np
 
 from ins_eval import ensemble, metrics
+from ins_eval.commands.flight_figures import path, temperature, traces
 from ins_eval.compensation.check import require_sound
-from ins_eval.compensation.registry import load_model
-from ins_eval.earth import radii
+from ins_eval.compensation.registry import load_model, model_files
 from ins_eval.ensemble import ARMS, SOURCES, Plan, World
-from ins_eval.evaluate import Evaluation, compensate, evaluate, samples
+from ins_eval.evaluate import Evaluation, compensate, evaluate, measures, samples, standstill_to_align_on
 from ins_eval.imu import Mission
 from ins_eval.profile import find, load
 from ins_eval.recording import Fixes, Recording
-from ins_eval.reference import bridge, outages, raw_vertices, summary
-from ins_eval.report import figures, text
-from ins_eval.report.content import Section
+from ins_eval.reference import outages, summary
+from ins_eval.report import figures
 from ins_eval.report.flight import flight_content
-from ins_eval.report.page import write_page
+from ins_eval.report.results import as_json, write_results
 from ins_eval.storage import write_whole
 from ins_eval.streams import Streams
-from ins_eval.units import ARCSEC, DEG, HOUR, NMI
+from ins_eval.units import ARCSEC, HOUR, NMI
 
 SHOWN_RATE_HZ = 100.0
 BUDGET_SIZE = 40
@@ -71,6 +68,7 @@ def run(
     if model is not None:
         require_sound(load_model(model))
         users = (model, f"{model}_refined")
+    World(Plan(profile=profile, population=population))  # refuses what cannot be flown before anything is written
     names = {spec: load_model(spec).name for spec in ARMS + users}
     plan = Plan(profile=profile, population=population, arms=ARMS + users, seed=seed)
     budget = {
@@ -93,40 +91,16 @@ def run(
         "floor": _floor(world),
         "ensemble": _ensemble(arms, size, rng, tuple(names[u] for u in users)),
         "budget": {"size": min(size, BUDGET_SIZE), **{s: _budget(ensemble.stacked(members[s]), rng) for s in SOURCES}},
-        "flight": {name: _single(e) for name, e in shown.navigated.items()},
+        "flight": {name: measures(e) for name, e in shown.navigated.items()},
         "gps": _gps(shown.recording.gps),
         "alignment": shown.alignment_errors(world),
         "paper": {**PAPER, "percentile_of_paper": _percentiles(arms)},
     }
-    write_whole(output / "manifest.json", _json(_manifest(plan, size)))
+    write_whole(output / "manifest.json", as_json(_manifest(plan, size)))
     answer, sections = flight_content(result)
     drawn = {**_flight_figures(shown, result), **_ensemble_figures(arms, result, rng)}
     write_results(output, f"Flight report: {result['profile']}", answer, sections, result, drawn, quiet)
     return 0
-
-
-def write_results(
-    output: Path,
-    title: str,
-    answer: str,
-    sections: Sequence[Section],
-    result: dict[str, Any],
-    drawn: dict[str, Any],
-    quiet: bool,
-) -> None:
-    """``metrics.json``, the page with its figures and the same as text into `output`; the text on the terminal."""
-    write_whole(output / "metrics.json", _json(result))
-    page = write_page(output, title=title, answer=answer, sections=sections, figures=drawn, metrics=result)
-    words = text.render(title, answer, sections, figures=drawn)
-    write_whole(output / "report.txt", words.encode())
-    if not quiet:
-        print(words)
-        print(f"page: {page}")
-
-
-def _json(tree: dict[str, Any]) -> bytes:
-    """The same bytes for the same numbers: keys sorted, floats in full."""
-    return (json.dumps(tree, sort_keys=True, indent=1, allow_nan=False) + "\n").encode()
 
 
 # ------------------------------------------------------------------------------------------------ metrics
@@ -230,7 +204,21 @@ def _floor(world: World) -> dict[str, Any]:
             "velocity_mps": float(np.abs(errors.velocity_n[:, :2]).max()),
             "rate_nmi_per_h": horizontal / NMI / (errors.time_s[-1] / HOUR),
         }
-    return {**floors[SHOWN_RATE_HZ], "ensemble": floors[world.plan.rate_hz]}
+    return {**floors[SHOWN_RATE_HZ], "ensemble": floors[world.plan.rate_hz], "vertical": _other_verticals(world)}
+
+
+def _other_verticals(world: World) -> dict[str, Any]:
+    """Diagnostics: the same without any sensor error, with the vertical channel left free or its height frozen."""
+    ideal = world.flight.ideal()
+    found = {}
+    for vertical in ("free", "frozen"):
+        errors = evaluate(ideal, ideal.imu.accelerometer, vertical=vertical).errors
+        found[vertical] = {
+            "height_m": float(np.abs(errors.down_m).max()),
+            "horizontal_m": float(np.hypot(errors.north_m, errors.east_m).max()),
+            "velocity_mps": float(np.abs(errors.velocity_n[:, :2]).max()),
+        }
+    return found
 
 
 def _gps(fixes: Fixes) -> dict[str, Any]:
@@ -243,33 +231,18 @@ def _gps(fixes: Fixes) -> dict[str, Any]:
     }
 
 
-def _single(evaluation: Evaluation) -> dict[str, Any]:
-    errors = evaluation.errors
-    keep = errors.valid & (errors.time_s > 0.0)
-    rates = metrics.radial_error_rates(np.column_stack([errors.north_m, errors.east_m])[keep], errors.time_s[keep])
-    return {
-        "velocity_rms_mps": {
-            k: float(v) for k, v in metrics.velocity_rms(errors.velocity_n, errors.valid)._asdict().items()
-        },
-        "radial_error_rate_nmi_per_h": {
-            "final": float(rates.final),
-            "least_squares": float(rates.least_squares),
-            "radial_error_rate_rms": float(rates.rms),
-        },
-    }
-
-
 def _manifest(plan: Plan, size: int) -> dict[str, Any]:
     needed = [
         r.split(">")[0].split("=")[0].split("<")[0].strip() for r in importlib.metadata.requires("ins-eval") or ()
     ]
     file = find(plan.profile)
-    users = sorted({spec.split(".py:")[0] + ".py" for spec in plan.arms if ".py:" in spec})
     return {
         "plan": asdict(plan),
         "key": plan.key(),
         "size": size,
-        "inputs": {Path(f).name: hashlib.sha256(Path(f).read_bytes()).hexdigest() for f in [file, *users]},
+        "inputs": {
+            Path(f).name: hashlib.sha256(Path(f).read_bytes()).hexdigest() for f in [file, *model_files(plan.arms)]
+        },
         "versions": {
             "python": platform.python_version(),
             **{n: importlib.metadata.version(n) for n in ["ins-eval", *needed]},
@@ -306,68 +279,29 @@ class _Shown:
 def _shown(world: World, specs: list[str], names: dict[str, str]) -> _Shown:
     mission = Mission(world.flight.profile, SHOWN_RATE_HZ)
     recording = mission.record(world.instrument(0), world.streams(0).at("flight"))
-    seen = samples(recording)
+    seen, stand = samples(recording), standstill_to_align_on(recording)
     triads = world.triads(0)
     navigated = {}
     for spec in specs:
         velocity = compensate(seen, triads[spec], recording.start.time_s)
-        navigated[names[spec]] = evaluate(recording, velocity, align_between_s=(recording.start.time_s, 0.0))
+        navigated[names[spec]] = evaluate(recording, velocity, align_on=stand)
     return _Shown(mission, recording, navigated)
 
 
 def _flight_figures(shown: _Shown, result: dict[str, Any]) -> dict[str, Any]:
-    recording, mission = shown.recording, shown.mission
-    errors = {name: bridge(e.errors) for name, e in shown.navigated.items()}
-    raw = {name: raw_vertices(e.solution, recording.gps) for name, e in shown.navigated.items()}
-    one = next(iter(errors.values()))
-    spans = tuple((gap.start_s, gap.end_s) for gap in one.gaps)
-    truth = mission.trajectory.truth(np.arange(mission.trajectory.start_s, mission.trajectory.end_s + 0.5))
-    thermal = mission.temperature
-    seen = samples(recording)[0]
-    every = int(SHOWN_RATE_HZ)
-    latitude = np.interp(one.time_s, truth.time_s, truth.latitude_rad)
-    height = np.interp(one.time_s, truth.time_s, truth.height_m)
-    meridian, transverse = radii(latitude)
-    arcmin = {
-        "latitude": (meridian + height) * DEG / 60.0,
-        "longitude": (transverse + height) * np.cos(latitude) * DEG / 60.0,
-    }
-    common = {"time_s": one.time_s, "bridged": ~one.valid, "outages": spans}
-    drawn = {
-        "flight_path": figures.flight_path(
-            time_s=truth.time_s,
-            latitude_deg=truth.latitude_rad / DEG,
-            longitude_deg=truth.longitude_rad / DEG,
-            height_m=truth.height_m,
-            outages=spans,
-        ),
-        "temperature_and_rate": figures.temperature_and_rate(
-            time_s=seen.time_s[every - 1 :: every],
-            temperature_c=np.interp(seen.time_s[every - 1 :: every], thermal.time_s, thermal.temperature_c),
-            reading_c=seen.temperature_c[every - 1 :: every],
-            rate_c_per_min=seen.rate_c_per_min[every - 1 :: every],
-            phases=[(p.name, p.from_s, p.to_s) for p in mission.profile.phase],
-        ),
-        "position_error": figures.position_error(
-            **common,
-            errors_m={n: np.hypot(e.north_m, e.east_m) for n, e in errors.items()},
+    recording, profile = shown.recording, shown.mission.profile
+    gaps = next(iter(shown.navigated.values())).errors.gaps
+    return {
+        **path(recording.gps, 0.0, [(gap.start_s, gap.end_s) for gap in gaps]),
+        **temperature(recording, [(p.name, p.from_s, p.to_s) for p in profile.phase], shown.mission.temperature),
+        **traces(
+            recording,
+            shown.navigated,
             floor_m=result["floor"]["horizontal_m"],
+            rms_mps={name: single["velocity_rms_mps"] for name, single in result["flight"].items()},
+            raw=("simple", "hysteresis_refined"),
         ),
     }
-    for component, axis in (("north", 0), ("east", 1)):
-        drawn[f"{component}_velocity_error"] = figures.velocity_error(
-            **common,
-            component=component,
-            errors_mps={n: e.velocity_n[:, axis] for n, e in errors.items()},
-            raw_mps={n: raw[n].velocity_n[:, axis] for n in ("simple", "hysteresis_refined")},
-            rms_mps={n: result["flight"][n]["velocity_rms_mps"][component] for n in errors},
-        )
-    for component, metres in arcmin.items():
-        values = {n: (e.north_m if component == "latitude" else e.east_m) / metres for n, e in errors.items()}
-        drawn[f"{component}_error"] = figures.angle_error(
-            **common, component=component, errors_arcmin=values, metres_per_arcmin=float(metres.mean())
-        )
-    return drawn
 
 
 def _ensemble_figures(arms, result: dict[str, Any], rng: Streams) -> dict[str, Any]:

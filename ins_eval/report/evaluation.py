@@ -6,10 +6,13 @@ from collections.abc import Mapping
 
 from ins_eval.report.content import Block, Picture, Section, paragraphs, pick, table
 from ins_eval.report.style import in_order, label
-from ins_eval.report.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definitions_table, single_flight_name
+from ins_eval.report.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name, definitions_table
 from ins_eval.report.wording import MISSING, listed, number, sentence, small
 
 SCHULER_PERIOD_S = 84.4 * 60.0
+SPOKEN_ONE_BY_ONE = 2  # compensations; of more, the first line names the best and the worst
+SPOKEN_TIMES_S = (10.0,)
+RESTART_TIMES_S = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
 SIGMAS = 3.0  # a heading farther than this from the documented one, in its own sigma, is worth a word
 REFERENCE_WORDS = {
     "standstill": "the known standstill: velocity zero, position that of the start",
@@ -22,6 +25,7 @@ def evaluation_content(metrics: Mapping) -> tuple[str, list[Section]]:
     """The answer and the sections of the evaluation of one recording; what the metrics lack is left out."""
     sections = [
         Section("Result", _result(metrics)),
+        Section("Between fixes", _restarts(metrics)),
         Section("Alignment", _alignment(metrics)),
         Section("The recording", _recording(metrics)),
         Section("Definitions and windows", definitions_table(metrics)),
@@ -40,23 +44,47 @@ def _called(name: str) -> str:
 
 def _answer(metrics: Mapping) -> str:
     arms = _arms(metrics)
-    span = _span(metrics)
     name = pick(metrics, "recording", "name") or "this recording"
-    results = []
-    for arm, values in arms.items():
-        velocity = pick(values, "velocity_rms_mps", "horizontal")
-        rate = pick(values, "radial_error_rate_nmi_per_h", "final")
-        numbers = [f"horizontal velocity RMS is {number(velocity)} m/s"] if velocity is not None else []
-        numbers += [f"the radial error rate (final) {number(rate)} nmi/h"] if rate is not None else []
-        if numbers:
-            results.append(f"{_called(arm)} {listed(numbers)}")
-    if not results:
+    velocities = {arm: v for arm, values in arms.items() if (v := pick(values, "velocity_rms_mps", "horizontal"))}
+    if not velocities:
         return f"{name} was read, but nothing of it was navigated."
-    lines = [f"{name}: {'; '.join(results)}, over {span}."]
+    span = f"over {_span(metrics)}"
+    if len(velocities) <= SPOKEN_ONE_BY_ONE:
+        results = "; ".join(f"{_called(arm)} {_spoken(arms[arm])}" for arm in velocities)
+        lines = [f"{name}: {results}, {span}."]
+    else:
+        best, worst = min(velocities, key=velocities.get), max(velocities, key=velocities.get)
+        lines = [
+            f"{name}: of {len(velocities)} compensations {label(best)} is the best in horizontal velocity, {span}; "
+            f"{_called(best)} {_spoken(arms[best])}, {_called(worst)} it is {number(velocities[worst])} m/s."
+        ]
+    if growth := _growth(metrics):
+        lines.append(growth)
     if heading := _heading(metrics):
         lines.append(heading)
     lines.append("This is one run: a single radial error rate, not a CEP." + _short(metrics))
     return "\n".join(lines)
+
+
+def _spoken(values: Mapping) -> str:
+    rate = pick(values, "radial_error_rate_nmi_per_h", "final")
+    numbers = [f"horizontal velocity RMS is {number(pick(values, 'velocity_rms_mps', 'horizontal'))} m/s"]
+    numbers += [f"the radial error rate (final) {number(rate)} nmi/h"] if rate is not None else []
+    return listed(numbers)
+
+
+def _growth(metrics: Mapping) -> str:
+    """How far the best compensation can be trusted between fixes."""
+    pieces = metrics.get("restarts") or {}
+    if not pieces:
+        return ""
+    best = min(pieces, key=lambda name: pieces[name]["position_rms_m"][-1])
+    after_s, position_m = pieces[best]["after_s"], pieces[best]["position_rms_m"]
+    at = [k for k, t in enumerate(after_s) if t in SPOKEN_TIMES_S or k == len(after_s) - 1]
+    grown = listed([f"{number(position_m[k], 0)} m after {number(after_s[k], 0)} s" for k in at])
+    return (
+        f"Started afresh from a fix, {_called(best)}, it is off by {grown} (RMS over {pieces[best]['count']} starts)."
+    )
 
 
 def _short(metrics: Mapping) -> str:
@@ -65,8 +93,8 @@ def _short(metrics: Mapping) -> str:
     if start is None or end is None or end - start >= SCHULER_PERIOD_S:
         return ""
     return (
-        f" It lasts {number(100.0 * (end - start) / SCHULER_PERIOD_S, 0)} % of a Schuler period (84.4 min), so the rate "
-        "says nothing about hours of flight."
+        f" It lasts {number(100.0 * (end - start) / SCHULER_PERIOD_S, 0)} % of a Schuler period (84.4 min), so the "
+        "rate says nothing about hours of flight."
     )
 
 
@@ -82,6 +110,8 @@ def _heading(metrics: Mapping) -> str:
     found, sigma = pick(metrics, "alignment", "heading_deg"), pick(metrics, "alignment", "heading_sigma_deg")
     if found is None:
         return ""
+    if pick(metrics, "alignment", "stretch_s") is None and sigma is None:
+        return f"Heading at the start, as the recording gives it: {number(found)}°."
     text = f"Heading from self-alignment: {number(found)}°"
     if sigma is not None:
         text += f" ± {number(sigma)}° (1 σ)"
@@ -99,25 +129,71 @@ def _result(metrics: Mapping) -> list[Block]:
     arms = _arms(metrics)
     if not arms:
         return []
-    measures = [
-        *((f"{c} velocity RMS [m/s]", ("velocity_rms_mps", c), 3) for c in COMPONENTS),
-        *((f"{single_flight_name(d)} [nmi/h]", ("radial_error_rate_nmi_per_h", d), 2) for d in MAIN_DEFINITIONS),
-        ("radial error at the end [m]", ("final_radial_error_m",), 0),
-    ]
-    rows = [
-        (name, *cells)
-        for name, path, digits in measures
-        if set(cells := [number(pick(values, *path), digits) for values in arms.values()]) != {MISSING}
+    velocity = [(f"{c} [m/s]", ("velocity_rms_mps", c), 3) for c in COMPONENTS]
+    radial = [
+        *((f"{definition_name(d)} [nmi/h]", ("radial_error_rate_nmi_per_h", d), 2) for d in MAIN_DEFINITIONS),
+        ("at the end [m]", ("final_radial_error_m",), 0),
     ]
     note = f"Window: {_span(metrics)}."
     if (floor := pick(metrics, "floor", "horizontal_m")) is not None:
-        note += f" Numeric floor of the same navigation without sensor errors: {small(floor, 'm')} in position."
+        of = pick(metrics, "floor", "profile")
+        what = "the same navigation" if of in (None, "standstill") else f"the flight '{of}' at this rate"
+        note += f" Numeric floor, {what} without sensor errors: {small(floor, 'm')} in position."
     return [
         *paragraphs(_against(metrics)),
-        *table("Velocity RMS and radial error rate", ("measure", *map(label, arms)), rows, note),
+        *_by_compensation("Velocity RMS", arms, velocity, note),
+        *_by_compensation("Radial error and its rate", arms, radial, "A rate of one run is not a CEP."),
         Picture("east_velocity_error", "East velocity error. A wave of 84.4 min is the Schuler oscillation."),
         Picture("north_velocity_error", "North velocity error."),
+        Picture("latitude_error", "Latitude error."),
+        Picture("longitude_error", "Longitude error."),
         Picture("position_error", "Horizontal distance from the reference."),
+    ]
+
+
+def _by_compensation(
+    title: str, arms: Mapping[str, Mapping], measures: list[tuple[str, tuple[str, ...], int]], note: str
+) -> list[Block]:
+    """A row for each compensation; a measure that none of them has is left out."""
+    cells = [[number(pick(values, *path), digits) for values in arms.values()] for _, path, digits in measures]
+    kept = [k for k, column in enumerate(cells) if set(column) != {MISSING}]
+    rows = [(label(name), *(cells[k][i] for k in kept)) for i, name in enumerate(arms)]
+    return table(title, ("compensation", *(measures[k][0] for k in kept)), rows, note) if kept else []
+
+
+def _restarts(metrics: Mapping) -> list[Block]:
+    """How far the instrument can be trusted by itself: errors against the time since a start afresh."""
+    arms = in_order(metrics.get("restarts") or {})
+    if not arms:
+        return []
+    pieces = [metrics["restarts"][name] for name in arms]
+    after_s = pieces[0]["after_s"]
+    shown = [k for k, t in enumerate(after_s) if t in RESTART_TIMES_S or k == len(after_s) - 1]
+    header = ["time since the start afresh [s]"]
+    for name in arms:
+        header += [f"{label(name)}: position [m]", f"{label(name)}: velocity [m/s]"]
+    rows = [
+        (
+            number(after_s[k], 0),
+            *(
+                cell
+                for piece in pieces
+                for cell in (number(piece["position_rms_m"][k], 1), number(piece["velocity_rms_mps"][k], 2))
+            ),
+        )
+        for k in shown
+    ]
+    return [
+        *paragraphs(
+            f"Navigated afresh {pieces[0]['count']} times, each time from a fix and the attitude that the reference "
+            "has then. This is how far the instrument can be trusted by itself."
+        ),
+        *table(
+            "Growth of the horizontal error",
+            header,
+            rows,
+            "RMS over the pieces, relative to the fix each started from, whose noise is in it twice.",
+        ),
     ]
 
 
@@ -129,7 +205,9 @@ def _against(metrics: Mapping) -> str:
     if epochs := pick(metrics, "reference", "epochs"):
         text += f"; {epochs} epochs"
     if outages := pick(metrics, "reference", "outages"):
-        text += f", {outages} outages, whose epochs count in no RMS"
+        text += f", {outages} outage{'s' if outages > 1 else ''}, whose epochs count in no RMS"
+    if vertical := pick(metrics, "navigation", "vertical"):
+        text += f". The vertical channel is {vertical}"
     return text + "."
 
 
@@ -174,6 +252,13 @@ def _recording(metrics: Mapping) -> list[Block]:
         for key, name, unit in (("kind", "kind", ""), ("rate_hz", "rate", " Hz"), ("duration_s", "length", " s"))
         if recording.get(key) is not None
     ]
-    return paragraphs(
+    told = paragraphs(
         sentence(", ".join(facts)) if facts else "", *(sentence(note) for note in recording.get("notes") or ())
     )
+    if not told:
+        return []
+    return [
+        *told,
+        Picture("flight_path", "Path over ground and height, from the reference."),
+        Picture("temperature_and_rate", "Temperature of the IMU as read, and the rate that every compensation uses."),
+    ]

@@ -363,7 +363,19 @@ def _conditions(metrics: Mapping) -> list[Block]:
         parts.append(f"The ensemble {rate}; its floor is {small(ensemble['horizontal_m'], 'm')}.")
     if parts:
         parts.append("No difference below the floor means anything.")
+    diagnostics = []
+    if free := pick(floor, "vertical", "free"):
+        diagnostics.append(
+            "Diagnostics, not results: every figure above has the vertical channel damped by baro height. Left free, "
+            f"and without any sensor error, the height is off by {small(free['height_m'], 'm')} at the worst and the "
+            f"horizontal position by {small(free['horizontal_m'], 'm')};"
+        )
+        frozen = floor["vertical"]["frozen"]
+        diagnostics.append(
+            f"with the height frozen at the start they are {small(frozen['height_m'], 'm')} and "
+            f"{small(frozen['horizontal_m'], 'm')}, and the velocity {small(frozen['velocity_mps'], 'm/s')}."
+        )
     run = [f"{name} {metrics[key]}" for key, name in (("profile", "profile"), ("seed", "seed")) if key in metrics]
     if "duration_s" in metrics:
         run.append(f"duration {metrics['duration_s']:.0f} s")
-    return paragraphs(" ".join(parts), sentence("Run: " + ", ".join(run)) if run else "")
+    return paragraphs(" ".join(parts), " ".join(diagnostics), sentence("Run: " + ", ".join(run)) if run else "")

@@ -37,14 +37,10 @@ MEASURE_NAME = {
 }
 
 SOURCE_NAME = {
-    "all": "all together",
-    "accelerometer": "accelerometers, all",
-    "accelerometer_bias": "accelerometer bias",
-    "accelerometer_bias_thermal": "bias, thermal and creep",
+    "accelerometer_bias_thermal": "accelerometer bias: temperature and creep",
+    "accelerometer_bias_of_the_run": "accelerometer bias: turn-on and in-run",
     "accelerometer_scale_factor": "accelerometer scale factor",
-    "gyro": "gyros, all",
-    "gyro_bias": "gyro bias",
-    "gyro_noise": "gyro noise",
+    "gyro": "gyros",
 }
 
 DEFINITIONS = tuple(key for key in DEFINITION_NAME if key != "velocity_rms")  # of a CEP rate

@@ -266,6 +266,9 @@ def make_figures(s: dict, metrics: dict) -> dict:
     cep = {n: 0.8 * s["radial"][n][::60] for n in ("simple", "hysteresis_refined")}
     phases = [("start-up and climb", 0.0, 1800.0), ("cruise", 1800.0, 7200.0), ("landing", 7200.0, 8400.0)]
     quiet = np.exp(np.random.default_rng(1).normal(-5.0, 0.4, 3600)) * np.where(np.arange(3600) < 30, 30.0, 1.0)
+    t_window, rng = np.arange(1.0, 901.0), np.random.default_rng(2)
+    felt, rest = rng.standard_normal((900, 6)).cumsum(axis=0) / 20.0, 0.01 * rng.standard_normal((900, 6))
+    sensors = {"units": ("°/s", "m/s²"), "window_s": 1.0}
     return {
         "flight_path": figures.flight_path(
             time_s=s["time_s"],
@@ -329,6 +332,13 @@ def make_figures(s: dict, metrics: dict) -> dict:
             pitch_deg=np.full(3000, 1.07),
             heading_deg=218.43 + 1e-5 * np.arange(3000.0),
             documented_heading_deg=218.6,
+        ),
+        "sensor_signals": figures.sensor_signals(
+            time_s=t_window[:300], recorded=felt[:300] + rest[:300], implied=felt[:300], **sensors
+        ),
+        "sensor_residuals": figures.sensor_residuals(time_s=t_window, before=rest + 0.1, after=rest, **sensors),
+        "sensor_scatter": figures.sensor_scatter(
+            implied=felt, difference=rest + 0.1, fitted=[(0.1, 0.0)] * 4 + [None] * 2, **sensors
         ),
     }
 

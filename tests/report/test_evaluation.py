@@ -43,10 +43,33 @@ def test_missing_keys_are_survived(evaluation_metrics):
     assert evaluation_content({})[0].endswith("nothing of it was navigated.")
 
 
-def test_table_has_a_column_for_each_compensation(evaluation_metrics):
+def test_tables_have_a_row_for_each_compensation(evaluation_metrics):
     arms = evaluation_metrics["compensations"]
     arms["simple"] = copy.deepcopy(arms["none"])
     _, sections = evaluation_content(evaluation_metrics)
-    table = next(b for s in sections for b in s.blocks if isinstance(b, Table))
-    assert table.header == ("measure", "none", "simple")
-    assert ("radial error at the end [m]", "779", "779") in table.rows
+    velocity, radial = [b for s in sections for b in s.blocks if isinstance(b, Table)][:2]
+    assert [row[0] for row in velocity.rows] == [row[0] for row in radial.rows] == ["none", "simple"]
+    assert radial.header[-1] == "at the end [m]" and [row[-1] for row in radial.rows] == ["779", "779"]
+
+
+def test_many_compensations_are_not_all_spoken(evaluation_metrics):
+    arms = evaluation_metrics["compensations"]
+    for name, velocity in (("simple", 0.2), ("hysteresis", 0.7)):
+        arms[name] = copy.deepcopy(arms["none"])
+        arms[name]["velocity_rms_mps"]["horizontal"] = velocity
+    first = evaluation_content(evaluation_metrics)[0].splitlines()[0]
+    assert "of 3 compensations simple is the best" in first and "with hysteresis compensation it is 0.70 m/s" in first
+
+
+def test_restarts_are_told_where_there_are_any(evaluation_metrics):
+    evaluation_metrics["restarts"] = {
+        "none": {
+            "count": 7,
+            "after_s": [1.0, 2.0, 3.0, 4.0],
+            "position_rms_m": [0.1, 0.4, 0.9, 1.6],
+            "velocity_rms_mps": [0.2, 0.4, 0.6, 0.8],
+        }
+    }
+    _, sections = evaluation_content(evaluation_metrics)
+    table = next(b for s in sections if s.heading == "Between fixes" for b in s.blocks if isinstance(b, Table))
+    assert [row[0] for row in table.rows] == ["1", "2", "4"] and table.rows[-1][1:] == ("1.6", "0.80")

@@ -1,6 +1,6 @@
 """Figures: each function takes plain arrays and numbers and returns a matplotlib `Figure`; nothing is global.
 
-`traces` draws one flight or recording against time, `population` many instruments.
+`traces` draws one flight or recording against time, `population` many instruments, `sensors` the channels of an IMU.
 """
 
 from ins_eval.report.figures.population import (
@@ -10,6 +10,7 @@ from ins_eval.report.figures.population import (
     single_flight_rates,
     velocity_rms_by_compensation,
 )
+from ins_eval.report.figures.sensors import sensor_residuals, sensor_scatter, sensor_signals
 from ins_eval.report.figures.traces import (
     activity,
     angle_error,
@@ -29,6 +30,9 @@ __all__ = [
     "flight_path",
     "improvement_per_instrument",
     "position_error",
+    "sensor_residuals",
+    "sensor_scatter",
+    "sensor_signals",
     "single_flight_rates",
     "temperature_and_rate",
     "velocity_error",

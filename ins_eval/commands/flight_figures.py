@@ -1,0 +1,97 @@
+"""Figures of one recording that was navigated, with each compensation: shared by flight report and evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ins_eval.earth import radii
+from ins_eval.evaluate import Evaluation, samples, since_start
+from ins_eval.recording import Fixes, Recording
+from ins_eval.reference import Errors, bridge, raw_vertices
+from ins_eval.report import figures
+from ins_eval.thermal import Temperature
+from ins_eval.units import DEG
+
+POINT_S = 1.0  # between the points of a temperature curve
+
+
+def traces(
+    recording: Recording,
+    evaluations: Mapping[str, Evaluation],
+    reference: str = "GPS",
+    floor_m: float | None = None,
+    rms_mps: Mapping[str, Mapping[str, float]] | None = None,
+    raw: Sequence[str] = (),
+) -> dict[str, Figure]:
+    """Velocity, latitude, longitude and position errors; `raw` names those whose raw vertices are shown, too."""
+    errors: dict[str, Errors] = {name: bridge(e.errors) for name, e in evaluations.items()}
+    first = next(iter(evaluations.values()))
+    one, time_s = since_start(first)
+    start_s = first.solution.time_s[0]
+    latitude = np.interp(one.time_s, first.solution.time_s, first.solution.latitude_rad)
+    height = np.interp(one.time_s, first.solution.time_s, first.solution.height_m)
+    meridian, transverse = radii(latitude)
+    metres = {
+        "latitude": (meridian + height) * DEG / 60.0,
+        "longitude": (transverse + height) * np.cos(latitude) * DEG / 60.0,
+    }
+    common = {
+        "time_s": time_s,
+        "bridged": ~one.valid,
+        "outages": tuple((gap.start_s - start_s, gap.end_s - start_s) for gap in one.gaps),
+        "reference": reference,
+    }
+    horizontal = {name: np.hypot(e.north_m, e.east_m) for name, e in errors.items()}
+    drawn = {"position_error": figures.position_error(**common, errors_m=horizontal, floor_m=floor_m)}
+    vertices = {name: raw_vertices(evaluations[name].solution, recording.gps) for name in raw}
+    for axis, component in enumerate(("north", "east")):
+        drawn[f"{component}_velocity_error"] = figures.velocity_error(
+            **common,
+            component=component,
+            errors_mps={name: e.velocity_n[:, axis] for name, e in errors.items()},
+            raw_mps={name: v.velocity_n[:, axis] for name, v in vertices.items()} or None,
+            rms_mps={name: rms[component] for name, rms in (rms_mps or {}).items()} or None,
+        )
+    for component, of_arcmin in metres.items():
+        values = {n: (e.north_m if component == "latitude" else e.east_m) / of_arcmin for n, e in errors.items()}
+        drawn[f"{component}_error"] = figures.angle_error(
+            **common, component=component, errors_arcmin=values, metres_per_arcmin=float(of_arcmin.mean())
+        )
+    return drawn
+
+
+def path(fixes: Fixes, start_s: float, outages: Sequence[tuple[float, float]]) -> dict[str, Figure]:
+    """Flight path over the ground and height, from the fixes of GPS or reference."""
+    known = fixes.valid & np.isfinite(fixes.latitude_rad)
+    return {
+        "flight_path": figures.flight_path(
+            time_s=fixes.time_s[known] - start_s,
+            latitude_deg=fixes.latitude_rad[known] / DEG,
+            longitude_deg=fixes.longitude_rad[known] / DEG,
+            height_m=fixes.height_m[known],
+            outages=outages,
+        )
+    }
+
+
+def temperature(
+    recording: Recording, phases: Sequence[tuple[str, float, float]] = (), true: Temperature | None = None
+) -> dict[str, Figure]:
+    """Temperature and its rate, or nothing where no temperature was recorded."""
+    if recording.imu.temperature_c is None:
+        return {}
+    seen = samples(recording)[0]
+    time_s = np.arange(seen.time_s[0], seen.time_s[-1], POINT_S)
+    latest = np.searchsorted(seen.time_s, time_s)
+    return {
+        "temperature_and_rate": figures.temperature_and_rate(
+            time_s=time_s,
+            temperature_c=None if true is None else np.interp(time_s, true.time_s, true.temperature_c),
+            reading_c=seen.temperature_c[latest],
+            rate_c_per_min=seen.rate_c_per_min[latest],
+            phases=phases,
+        )
+    }

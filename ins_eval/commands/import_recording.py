@@ -1,0 +1,35 @@
+"""``ins-eval import``: bring a file of another format into the form, saying what was found and what was assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ins_eval.errors import UsageError
+from ins_eval.recording import form
+from ins_eval.recording.readers import doctor, find, read
+from ins_eval.recording.validation import validate
+
+
+def run(format_name: str, file: Path, output: Path, assume: Sequence[str] = ()) -> int:
+    """Read, examine, validate, write into `output`, print the notes; `assume` holds KEY=VALUE each."""
+    assumed = _assumed(assume)
+    keys = find(format_name).keys
+    recording = validate(doctor.examine(read(format_name, file, assumed), assumed, keys))
+    form.write(recording, output)
+    for note in recording.notes:
+        print(note)
+    print(f"recording: {output}")
+    return 0
+
+
+def _assumed(assume: Sequence[str]) -> dict[str, str]:
+    assumed: dict[str, str] = {}
+    for text in assume:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip() or not value.strip():
+            raise UsageError(f"--assume {text}: expected KEY=VALUE, such as --assume axes=RFU")
+        if key.strip() in assumed:
+            raise UsageError(f"--assume {key.strip()}: is given twice; give it once")
+        assumed[key.strip()] = value.strip()
+    return assumed

@@ -1,0 +1,39 @@
+"""A finished report on disk and on the terminal: numbers, page, text."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from ins_eval.report import text
+from ins_eval.report.content import Section
+from ins_eval.report.page import write_page
+from ins_eval.storage import write_whole
+
+
+def write_results(
+    output: Path,
+    title: str,
+    answer: str,
+    sections: Sequence[Section],
+    metrics: Mapping[str, Any],
+    figures: Mapping[str, Figure],
+    quiet: bool,
+) -> None:
+    """``metrics.json``, the page with its figures and the same as text into `output`; the text on the terminal."""
+    write_whole(output / "metrics.json", as_json(metrics))
+    page = write_page(output, title=title, answer=answer, sections=sections, figures=figures, metrics=metrics)
+    words = text.render(title, answer, sections, figures=figures)
+    write_whole(output / "report.txt", words.encode())
+    if not quiet:
+        print(words)
+        print(f"page: {page}")
+
+
+def as_json(tree: Mapping[str, Any]) -> bytes:
+    """The same bytes for the same numbers: keys sorted, floats in full."""
+    return (json.dumps(tree, sort_keys=True, indent=1, allow_nan=False) + "\n").encode()
