@@ -8,15 +8,18 @@ number alone, so neither the number of workers nor an interruption can change a 
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
-import zipfile
+import signal
+import threading
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import cached_property, lru_cache
-from multiprocessing import get_context
+from multiprocessing import connection, get_context, parent_process
 from pathlib import Path
 
 import numpy as np
@@ -25,10 +28,11 @@ from tqdm import tqdm
 
 from ins_eval import accelerometer, metrics
 from ins_eval.compensation import CompensationModel, Samples
-from ins_eval.compensation.registry import load_model
+from ins_eval.compensation.guard import working_model
+from ins_eval.compensation.registry import model_files
 from ins_eval.earth import gravity
-from ins_eval.errors import InsEvalError, StorageError
-from ins_eval.evaluate import compensate, evaluate, samples
+from ins_eval.errors import InsEvalError, StorageError, UsageError
+from ins_eval.evaluate import compensate, evaluate, samples, standstill_to_align_on
 from ins_eval.gyro import GyroPopulation
 from ins_eval.imu import Instrument, Mission, Population
 from ins_eval.laboratory import Chamber
@@ -51,6 +55,7 @@ ARMS = (
 RATE_HZ = 10.0
 OVEN_RATE_HZ = 1.0
 TRACK_PERIOD_S = 60.0
+CHECKSUM_BYTES = 32  # SHA-256
 
 # What the contributions of all members come to, by measure.
 STATISTICS = {
@@ -60,13 +65,13 @@ STATISTICS = {
 
 # Sources of the error budget: the effects of the accelerometers that stay on, and whether the gyros err.
 SOURCES: dict[str, tuple[tuple[str, ...], bool]] = {
-    "accelerometer bias: temperature and creep": (("thermal_lag", "bias_temperature", "creep"), False),
-    "accelerometer bias: turn-on and in-run": (("turn_on", "in_run", "noise"), False),
-    "accelerometer scale factor": (
+    "accelerometer_bias_thermal": (("thermal_lag", "bias_temperature", "creep"), False),
+    "accelerometer_bias_of_the_run": (("turn_on", "in_run", "noise"), False),
+    "accelerometer_scale_factor": (
         ("scale_polynomial", "magnet_hysteresis", "scale_repeatability", "nonlinearity"),
         False,
     ),
-    "gyros": ((), True),
+    "gyro": ((), True),
 }
 
 
@@ -85,12 +90,14 @@ class Plan:
     def key(self) -> str:
         """Name of the results of this plan: changes with the plan, the profile, the models and the code."""
         digest = hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode())
-        digest.update(load(self.profile).model_dump_json().encode())
+        profile = load(self.profile)
+        for said in (profile, *([load(profile.thermal.same_as)] if profile.thermal.same_as else [])):
+            digest.update(said.model_dump_json().encode())
         digest.update(repr(accelerometer.Population.load(self.population)).encode())
         digest.update(np.__version__.encode())
         package = Path(__file__).parent
-        users = [Path(arm.split(".py:")[0] + ".py") for arm in self.arms if ".py:" in arm]
-        for path in [*sorted(p for p in package.rglob("*.py")), *users]:
+        ours = sorted(path for path in package.rglob("*") if path.suffix in (".py", ".toml"))
+        for path in [*ours, *model_files(self.arms)]:
             digest.update(path.read_bytes())
         return digest.hexdigest()[:16]
 
@@ -99,6 +106,9 @@ class World:
     """What all members of a plan share."""
 
     def __init__(self, plan: Plan):
+        profile = load(plan.profile)
+        if profile.kind != "flight":
+            raise UsageError(f"profile '{plan.profile}' stands still; expected a flight, kind = 'flight'")
         self.plan = plan
         population = accelerometer.Population.load(plan.population)
         gyros = GyroPopulation()
@@ -107,7 +117,7 @@ class World:
             population = population.only(*effects, "quantisation")
             gyros = gyros if gyros_err else gyros.perfect()
         self.population = Population(population, gyros)
-        self.flight = Mission(load(plan.profile), plan.rate_hz)
+        self.flight = Mission(profile, plan.rate_hz)
         self.chamber = Chamber()
 
     @cached_property
@@ -130,7 +140,8 @@ class World:
         ovens = [self._oven_run(instrument, streams.at("oven", run)) for run in range(self.plan.oven_runs)]
         triads: dict[str, list[CompensationModel]] = {}
         for arm in self.plan.arms:
-            triad = [load_model(arm).fit(readings) for readings in chambers]
+            on = f"instrument {index}"
+            triad = [working_model(arm, on).fit(readings) for readings in chambers]
             for axis, model in enumerate(triad):
                 if hasattr(model, "refine"):
                     model.refine([(seen[axis], force[axis]) for seen, force in ovens])
@@ -148,11 +159,11 @@ class World:
 def fly(world: World, index: int) -> dict[str, dict[str, np.ndarray]]:
     """One member: for each arm, what its flight contributes to every measure, and its track of position errors."""
     recording = world.flight.record(world.instrument(index), world.streams(index).at("flight"))
-    seen = samples(recording)
+    seen, stand = samples(recording), standstill_to_align_on(recording)
     result = {}
     for arm, triad in world.triads(index).items():
         velocity = compensate(seen, triad, recording.start.time_s)
-        flown = evaluate(recording, velocity, align_between_s=(recording.start.time_s, 0.0))
+        flown = evaluate(recording, velocity, align_on=stand)
         result[arm] = contributions(flown.errors)
     return result
 
@@ -183,11 +194,9 @@ class Store:
     folder: Path
 
     def open(self) -> Store:
-        """Make the folder and clear what an interrupted run left half-written in it."""
+        """Make the folder. Raises StorageError where that cannot be done."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            for leftover in self.folder.glob("*.part"):
-                leftover.unlink(missing_ok=True)
         except OSError as error:
             raise cannot_write(self.folder, error) from None
         return self
@@ -197,21 +206,30 @@ class Store:
         return self.folder / f"{index:05d}.npz"
 
     def read(self, index: int) -> dict[str, dict[str, np.ndarray]] | None:
-        """A finished member, or None where there is none or its file is damaged."""
+        """A finished member, or None where there is none or its file is damaged, so that it is computed again."""
         try:
-            with np.load(self.path(index), allow_pickle=False) as stored:
-                result: dict[str, dict[str, np.ndarray]] = {}
-                for name in stored.files:
-                    arm, _, key = name.rpartition("|")
-                    result.setdefault(arm, {})[key] = stored[name]
-                return result
-        except (FileNotFoundError, zipfile.BadZipFile, ValueError, EOFError, KeyError):
+            content = self.path(index).read_bytes()
+        except FileNotFoundError:
             return None
+        except OSError as error:
+            raise StorageError(
+                f"{self.path(index)}: cannot be read ({error.strerror}); remove it or choose another --output"
+            ) from None
+        arrays, checksum = content[:-CHECKSUM_BYTES], content[-CHECKSUM_BYTES:]
+        if hashlib.sha256(arrays).digest() != checksum:
+            return None
+        result: dict[str, dict[str, np.ndarray]] = {}
+        with np.load(io.BytesIO(arrays), allow_pickle=False) as stored:
+            for name in stored.files:
+                arm, _, key = name.rpartition("|")
+                result.setdefault(arm, {})[key] = stored[name]
+        return result
 
     def write(self, index: int, result: Mapping[str, Mapping[str, np.ndarray]]) -> None:
-        """Keep a member. Raises StorageError, with everything finished before still in place."""
-        arrays = {f"{arm}|{key}": value for arm, values in result.items() for key, value in values.items()}
-        write_whole(self.path(index), lambda file: np.savez(file, **arrays))
+        """Keep a member, its checksum behind it. Raises StorageError, with everything finished before still there."""
+        buffer = io.BytesIO()
+        np.savez(buffer, **{f"{arm}|{key}": value for arm, values in result.items() for key, value in values.items()})
+        write_whole(self.path(index), buffer.getvalue() + hashlib.sha256(buffer.getvalue()).digest())
 
 
 @lru_cache(maxsize=8)
@@ -248,9 +266,10 @@ def _computed(missing, plans, stores, workers: int) -> Iterator[int]:
         for label, index in missing:
             yield _work(plans[label][0], index, stores[label])
         return
-    pool = ProcessPoolExecutor(min(workers, len(missing)), mp_context=get_context("spawn"))
+    pool = ProcessPoolExecutor(min(workers, len(missing)), mp_context=get_context("spawn"), initializer=_attend_parent)
     try:
-        futures = [pool.submit(_work, plans[label][0], index, stores[label]) for label, index in missing]
+        with _interrupts_ignored():  # what is started here ignores them for good: the parent alone answers
+            futures = [pool.submit(_work, plans[label][0], index, stores[label]) for label, index in missing]
         for future in as_completed(futures):
             yield future.result()
     except BrokenProcessPool:
@@ -260,6 +279,29 @@ def _computed(missing, plans, stores, workers: int) -> Iterator[int]:
         ) from None
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """No KeyboardInterrupt here, nor in the processes that are started meanwhile."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _attend_parent() -> None:
+    """Let a worker end with its parent, however that ends."""
+
+    def wait() -> None:
+        connection.wait([parent_process().sentinel])
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def _present(store: Store, index: int) -> dict[str, dict[str, np.ndarray]]:

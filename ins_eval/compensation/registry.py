@@ -8,7 +8,7 @@ import inspect
 import re
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import ModuleType
 
@@ -35,6 +35,8 @@ BUILT_IN: dict[str, Callable[[], CompensationModel]] = {
 REFINED = "_refined"  # after any name, a user's too: that model with the oven refinement
 _MIRRORED = re.compile(r"2 (\S+) - (\S+)")
 _METHODS = ("fit", "specific_force")
+_NAME = re.compile(r"[\w.+-][\w.+ -]*")
+RESERVED = ("size", "rate_hz", "improvement")  # stand beside the names of models in metrics.json
 
 
 def model_names() -> list[str]:
@@ -63,11 +65,28 @@ def load_model(spec: str) -> CompensationModel:
     raise UsageError(f"no compensation model is called '{spec}'{did_you_mean(spec, model_names())}")
 
 
+def model_files(specs: Iterable[str]) -> list[Path]:
+    """The files of the users' own models among `specs`, each once."""
+    files = []
+    for spec in specs:
+        where = spec.rpartition(":")[0]
+        if where.endswith(".py"):
+            files.append(Path(where))
+        elif where and (found := importlib.util.find_spec(where)) and found.origin:
+            files.append(Path(found.origin))
+    return sorted(set(files))
+
+
 def missing_parts(model: object) -> str | None:
     """What an object lacks to be a compensation model, or None."""
     name = getattr(model, "name", None)
     if not isinstance(name, str) or not name:
         return f'its name is {name!r}; expected a non-empty text, so give the class a line like name = "mine"'
+    if not _NAME.fullmatch(name) or name in RESERVED:
+        return (
+            f"its name '{name}' cannot stand in a table of results; expected letters, digits, '_', '.', '+' or '-', "
+            f"and none of {', '.join(RESERVED)}, so rename it"
+        )
     lacking = [method for method in _METHODS if not callable(getattr(model, method, None))]
     if lacking:
         return f"it has no method {' and no method '.join(lacking)}; expected fit(chamber) and specific_force(samples)"

@@ -110,7 +110,7 @@ def test_slow_errors_are_taken_at_the_end_of_each_sample(population: Population)
     unit = population.only().draw(STREAMS)[0]
     errors = SlowErrors(np.array([3e5, 4e5, 4e5]), np.array([0.0, 0.0, 500.0]))
     time_s = np.array([50.0, 100.0, 150.0])
-    counts = unit.pulses(time_s, 0.0, np.zeros((3, 3)) + [50.0 * G, 0, 0], run, errors, np.random.default_rng(0))
+    counts = unit.pulses(time_s, 0.0, np.zeros((3, 3)) + [50.0 * G, 0, 0], run, errors, np.random.default_rng(0))  # noqa: RUF005
     assert counts == pytest.approx([3.5e5 * 50.0, 4e5 * 50.0, 4e5 * 50.0 * (1.0 + 250e-6)], rel=1e-12)
 
 
