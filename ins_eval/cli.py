@@ -89,11 +89,12 @@ def _parser() -> argparse.ArgumentParser:
     simulate.add_argument("--seed", type=_at_least(0), default=1, help="of all random draws (default: %(default)s)")
     simulate.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
-    importer = verbs.add_parser(
-        "import", help="bring a file of another format into the form", formatter_class=argparse.RawTextHelpFormatter
-    )
-    importer.add_argument("format_name", metavar="FORMAT", help=_formats())
+    importer = verbs.add_parser("import", help="bring a file of another format into the form")
+    importer.add_argument("format_name", metavar="FORMAT", help="see --formats")
     importer.add_argument("file", type=Path, metavar="FILE")
+    importer.add_argument(
+        "--formats", nargs=0, action=_ListFormats, default=argparse.SUPPRESS, help="list the formats and end"
+    )
     importer.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder of the recording")
     importer.add_argument(
         "--assume", action="append", default=[], metavar="KEY=VALUE", help="override one finding; may be repeated"
@@ -134,13 +135,14 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _formats() -> str:
-    """One line for each format that can be imported, shown by ``import --help``."""
-    if "import" not in sys.argv:
-        return ""
-    from ins_eval.recording.readers import FORMATS
+class _ListFormats(argparse.Action):
+    """Print the formats that can be imported and end, as ``--help`` does."""
 
-    return "\n".join(f"{name:14s}{known.description}" for name, known in FORMATS.items())
+    def __call__(self, parser, *_) -> None:
+        from ins_eval.recording.readers import FORMATS
+
+        print("\n".join(f"{name:14s}{known.description}" for name, known in FORMATS.items()))
+        parser.exit()
 
 
 def _common(parser: argparse.ArgumentParser) -> None:

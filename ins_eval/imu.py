@@ -126,7 +126,6 @@ class Mission:
     def ideal(self) -> Recording:
         """What an IMU without any error records from time 0 on, the true attitude given: for the numeric floor."""
         keep = self.increments.time_s > 0.5 / self.rate_hz
-        truth = self.trajectory.truth(np.arange(0.0, self.trajectory.end_s + 0.5))
         return Recording(
             name=f"{self.profile.name}, no errors",
             kind="flight",
@@ -138,15 +137,20 @@ class Mission:
                 accelerometer_form="increment",
                 height_baro_m=self.height_m[keep],
             ),
-            reference=Fixes(
-                truth.time_s,
-                truth.latitude_rad,
-                truth.longitude_rad,
-                truth.height_m,
-                truth.velocity_n,
-                np.ones(truth.time_s.size, dtype=bool),
-                truth.attitude_rad,
-            ),
+            reference=self.truth(0.0),
+        )
+
+    def truth(self, from_s: float) -> Fixes:
+        """The true trajectory once a second, in the form of a reference with attitude."""
+        true = self.trajectory.truth(np.arange(from_s, self.trajectory.end_s + 0.5))
+        return Fixes(
+            true.time_s,
+            true.latitude_rad,
+            true.longitude_rad,
+            true.height_m,
+            true.velocity_n,
+            np.ones(true.time_s.size, dtype=bool),
+            true.attitude_rad,
         )
 
     def _baro(self, streams: Streams) -> np.ndarray:

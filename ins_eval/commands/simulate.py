@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from ins_eval.calibration.fits import line
 from ins_eval.calibration.four_point import four_point
 from ins_eval.commands.flight_report import SHOWN_RATE_HZ
@@ -14,7 +12,7 @@ from ins_eval.compensation.file import write_model
 from ins_eval.ensemble import OVEN_RATE_HZ, Plan, World
 from ins_eval.imu import Mission
 from ins_eval.profile import load
-from ins_eval.recording import Fixes, Recording, form
+from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import AxisBelief, Belief, BiasBelief, ScaleBelief
 
 KINDS = ("flight", "oven", "chamber")
@@ -50,7 +48,7 @@ def run(
         node = streams.at("flight") if kind == "flight" else streams.at("oven", 0)
         recording = mission.record(world.instrument(instrument), node)
         recording = replace(recording, belief=_belief(recording, world, instrument))
-        form.write(recording, output, truth=_truth(mission))
+        form.write(recording, output, truth=mission.truth(mission.trajectory.start_s))
         for arm, triad in world.triads(instrument).items():
             write_model(output / "compensation" / f"{arm}.toml", triad)
     if not quiet:
@@ -82,18 +80,4 @@ def _belief(recording: Recording, world: World, instrument: int) -> Belief:
             "height": believed.height.model_copy(update={"sigma_m": profile.baro.sigma_m}),
             "accelerometer": believed.accelerometer.model_copy(update=axes),
         }
-    )
-
-
-def _truth(mission: Mission) -> Fixes:
-    """The true trajectory once a second, for a scorer."""
-    truth = mission.trajectory.truth(np.arange(mission.trajectory.start_s, mission.trajectory.end_s + 0.5))
-    return Fixes(
-        truth.time_s,
-        truth.latitude_rad,
-        truth.longitude_rad,
-        truth.height_m,
-        truth.velocity_n,
-        np.ones(truth.time_s.size, dtype=bool),
-        truth.attitude_rad,
     )

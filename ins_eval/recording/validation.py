@@ -17,6 +17,7 @@ from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
 LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing
 GRAVITY_TOLERANCE = 0.03  # of gravity: far above any accelerometer error, far below any mix-up of units
 EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degrees for radians is a factor 57
+BIAS_SIGMAS = 5.0  # of the believed gyro bias
 LARGEST_TILT_DEG = 45.0  # between gravity as measured and as the start has it
 LARGEST_RATE_RADPS = 100.0
 LARGEST_SPECIFIC_FORCE_MPS2 = 1e4
@@ -178,11 +179,13 @@ def _check_rest(recording: Recording, where: str) -> None:
         _check_direction(force_b / size, start.attitude_rad, where)
 
     rate = float(np.linalg.norm(imu.gyro.sum(axis=0)) / duration_s)
-    if not 1.0 / EARTH_RATE_FACTOR < rate / EARTH_RATE < EARTH_RATE_FACTOR:
+    believed = BIAS_SIGMAS * DEG_PER_H * recording.belief.gyro.bias_sigma_deg_per_h  # a unit too coarse for Earth rate
+    if not EARTH_RATE / EARTH_RATE_FACTOR < rate < max(EARTH_RATE_FACTOR * EARTH_RATE, believed):
         raise DataRefused(
             f"{where}: the mean gyro rate at rest is {rate / DEG_PER_H:.4g} deg/h, {rate / EARTH_RATE:.3g} times Earth "
             f"rate, expected about 15.04{_mix_up(rate / EARTH_RATE, duration_s / len(imu.time_s), 'gyro')}; "
-            "convert the gyro to rad over the sample, or check that the vehicle stood still"
+            "convert the gyro to rad over the sample, check that the vehicle stood still, or believe in so large a "
+            "bias with [gyro] bias_sigma_deg_per_h"
         )
 
 

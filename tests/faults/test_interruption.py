@@ -34,7 +34,8 @@ def wait_until(condition: Callable[[], bool], process: subprocess.Popen[str]) ->
 
 def kill(process: subprocess.Popen[str]) -> None:
     """End a process with all its workers, without warning."""
-    os.killpg(process.pid, signal.SIGKILL)
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
 
 
