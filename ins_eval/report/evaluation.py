@@ -12,6 +12,7 @@ from ins_eval.report.wording import MISSING, listed, number, sentence, small
 SCHULER_PERIOD_S = 84.4 * 60.0
 SPOKEN_ONE_BY_ONE = 2  # compensations; of more, the first line names the best and the worst
 SPOKEN_TIMES_S = (10.0,)
+HOPELESS_MPS = 100.0  # horizontal velocity RMS beyond which a pure-inertial solution means nothing
 RESTART_TIMES_S = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
 SIGMAS = 3.0  # a heading farther than this from the documented one, in its own sigma, is worth a word
 REFERENCE_WORDS = {
@@ -60,6 +61,11 @@ def _answer(metrics: Mapping) -> str:
         ]
     if growth := _growth(metrics):
         lines.append(growth)
+    elif min(velocities.values()) > HOPELESS_MPS:
+        lines.append(
+            "That is no navigation: the instrument drifts too fast to be left alone for so long. --restart-every 30 "
+            "shows how far it can be trusted between fixes."
+        )
     if heading := _heading(metrics):
         lines.append(heading)
     lines.append("This is one run: a single radial error rate, not a CEP." + _short(metrics))

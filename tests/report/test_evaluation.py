@@ -73,3 +73,9 @@ def test_restarts_are_told_where_there_are_any(evaluation_metrics):
     _, sections = evaluation_content(evaluation_metrics)
     table = next(b for s in sections if s.heading == "Between fixes" for b in s.blocks if isinstance(b, Table))
     assert [row[0] for row in table.rows] == ["1", "2", "4"] and table.rows[-1][1:] == ("1.6", "0.80")
+
+
+def test_a_hopeless_instrument_is_sent_to_restarts(evaluation_metrics):
+    assert "--restart-every" not in evaluation_content(evaluation_metrics)[0]
+    evaluation_metrics["compensations"]["none"]["velocity_rms_mps"]["horizontal"] = 500.0
+    assert "--restart-every" in evaluation_content(evaluation_metrics)[0]
