@@ -42,10 +42,10 @@ check-cep: env ## the gate: is hysteresis compensation still better than simple?
 	@$(VENV)/bin/ins-eval check-cep $(RUN_OPTIONS)
 
 test: lint ## lint, then all tests that are not marked slow
-	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadgroup -m "not slow"
+	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile -m "not slow"
 
 test-all: lint ## lint, then all tests
-	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadgroup
+	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile
 
 lint: env ## import directions and style
 	@$(VENV)/bin/lint-imports --no-logo

@@ -24,7 +24,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="ins-eval",
         description="How good an inertial navigation system is, with which compensation of its accelerometers.",
         epilog="exit codes: 0 done, 1 gate not met, 2 unusable option, profile or model, 3 recording refused, "
-        "4 cannot write, 5 our defect",
+        "4 cannot write, 5 our defect or a worker that was ended from outside",
     )
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
 
@@ -157,7 +157,10 @@ def _at_least(smallest: int) -> Callable[[str], int]:
     """A whole number of at least `smallest`."""
 
     def number(text: str) -> int:
-        value = int(text)
+        try:
+            value = int(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text!r}, expected a whole number") from None
         if value < smallest:
             raise argparse.ArgumentTypeError(f"{value}, expected at least {smallest}")
         return value
@@ -183,7 +186,7 @@ def main(arguments: list[str] | None = None) -> int:
         _stop_writing()
         return 0
     except OSError as error:
-        if error.errno != errno.ENOSPC:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG):
             return _defect(error)
         _stop_writing()
         print(f"ins-eval: the text cannot be written ({error.strerror}); free some space", file=sys.stderr)
@@ -194,7 +197,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _stop_writing() -> None:
     """Let nothing more go to a standard output that takes no more, not even at the end of the program."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    with contextlib.suppress(OSError, ValueError):  # a standard output that is no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _run(verb: str, options: dict) -> int:

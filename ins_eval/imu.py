@@ -106,8 +106,7 @@ class Mission:
         counts = np.empty_like(true.velocity)
         for axis, unit in enumerate(instrument.accelerometers):
             slow = unit.slow(self.run, streams)
-            noise = streams.at(f"accelerometer.{unit.axis}", "samples").rng()
-            counts[:, axis] = unit.pulses(true.time_s, self.trajectory.start_s, true.velocity, self.run, slow, noise)
+            counts[:, axis] = unit.pulses(true.time_s, self.trajectory.start_s, true.velocity, self.run, slow, streams)
         return Recording(
             name=self.profile.name,
             kind="oven" if self.profile.kind == "static" else "flight",

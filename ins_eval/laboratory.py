@@ -117,11 +117,10 @@ class Chamber:
             for position, force in enumerate(POSITIONS):
                 node = streams.at("chamber", len(POSITIONS) * index + position)
                 slow = SlowErrors(*(value[rows] for value in accelerometer.slow(run, node)))
-                noise = node.at(f"accelerometer.{accelerometer.axis}", "noise").rng()
                 interval_s = np.full(slow.scale.size, self.reading_s)
                 force_b = np.empty(3)
                 force_b[list(SENSOR_AXES[accelerometer.axis])] = force
-                output.append(accelerometer.counts(interval_s, force_b, slow, noise) / self.reading_s)
+                output.append(accelerometer.counts(interval_s, force_b, slow, node) / self.reading_s)
         return ChamberReadings(
             schedule.time_s,
             schedule.run,

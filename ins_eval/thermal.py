@@ -89,6 +89,11 @@ def imu_temperature(trajectory: Trajectory, period_s: float = 1.0) -> Temperatur
     thermal = trajectory.profile.thermal
     if thermal.same_as is not None:
         other = Trajectory(load(thermal.same_as))
+        if other.profile.thermal.same_as is not None:
+            raise UsageError(
+                f"{trajectory.profile.name}: repeats the temperatures of '{thermal.same_as}', which has none of its "
+                "own; name a profile that has"
+            )
         if (other.start_s, other.end_s) != (trajectory.start_s, trajectory.end_s):
             raise UsageError(
                 f"{trajectory.profile.name}: runs from {trajectory.start_s:g} s to {trajectory.end_s:g} s, but repeats "

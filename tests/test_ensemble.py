@@ -72,6 +72,9 @@ class Silent(Effect):
     def contribution(self, unit, run, rng):
         return Contribution(bias_ug=0.0 * rng.standard_normal(run.time_s.size))
 
+    def noise_ug(self, interval_s, rng):
+        return 0.0 * rng.standard_normal(interval_s.size)
+
 
 @pytest.fixture
 def profile(tmp_path: Path) -> Path:

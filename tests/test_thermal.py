@@ -7,6 +7,7 @@ import pytest
 from ambiance import Atmosphere
 from scipy.signal import lsim
 
+from ins_eval.errors import UsageError
 from ins_eval.imu import Mission
 from ins_eval.profile import load
 from ins_eval.thermal import AIR_HEAT_CAPACITY, Temperature, Thermometer, filtered_rate, imu_temperature, lagged
@@ -158,6 +159,14 @@ def test_self_heating_that_is_given_is_taken() -> None:
 def test_the_oven_repeats_the_temperatures_of_the_flight(flight: Temperature) -> None:
     oven = imu_temperature(Trajectory(load("oven")))
     assert np.array_equal(oven.temperature_c, flight.temperature_c)
+
+
+def test_temperatures_are_not_repeated_twice(tmp_path) -> None:
+    """Not from a profile that only repeats those of another, least of all from itself."""
+    path = tmp_path / "mine.toml"
+    path.write_text(f'extends = "oven"\n[thermal]\nsame_as = "{path}"\n')
+    with pytest.raises(UsageError, match="which has none of its own"):
+        imu_temperature(Trajectory(load(path)))
 
 
 def test_period_of_the_grid_does_not_matter(trajectory: Trajectory, flight: Temperature) -> None:

@@ -25,7 +25,7 @@ real one redraws. Every effect has random streams of its own: switching one off 
     x, y, z = population.without("creep").draw(streams)           # one instrument
     run = ThermalRun(time_s, surface_temperature_c, "flight")
     slow = x.slow(run, streams.at("flight"))                      # K1 in pulse/(g s), K0 in ug, on run.time_s
-    counts = x.pulses(imu_time_s, 0.0, velocity_increment_b, run, slow, rng)
+    counts = x.pulses(imu_time_s, 0.0, velocity_increment_b, run, slow, streams)
 """
 
 from ins_eval.accelerometer.absent import Absent

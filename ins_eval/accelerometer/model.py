@@ -103,16 +103,17 @@ class Accelerometer:
         return scale * (1e-6 * error_ug + force[..., 0])
 
     def counts(
-        self, interval_s: np.ndarray, specific_force_g: np.ndarray, slow: SlowErrors, rng: np.random.Generator
+        self, interval_s: np.ndarray, specific_force_g: np.ndarray, slow: SlowErrors, streams: Streams
     ) -> np.ndarray:
         """Counts (n,) over consecutive intervals.
 
-        `interval_s` (n,), the mean specific force of each interval (n, 3) or (3,) in g along the body axes, and
-        the slow errors (n,) in it.
+        `interval_s` (n,), the mean specific force of each interval (n, 3) or (3,) in g along the body axes, the
+        slow errors (n,) in it, and the node of the run, as in `slow`.
         """
+        node = streams.at(f"accelerometer.{self.axis}")
         bias_ug = slow.bias_ug
         for effect in self.effects:
-            bias_ug = bias_ug + effect.noise_ug(interval_s, rng)
+            bias_ug = bias_ug + effect.noise_ug(interval_s, node.at(effect.name, "samples").rng())
         pulses = self.output(specific_force_g, slow.scale, bias_ug) * interval_s
         for effect in self.effects:
             pulses = effect.counted(pulses)
@@ -125,7 +126,7 @@ class Accelerometer:
         velocity_increment_b: np.ndarray,
         run: ThermalRun,
         slow: SlowErrors,
-        rng: np.random.Generator,
+        streams: Streams,
     ) -> np.ndarray:
         """Counts (n,) over the samples that end at `time_s` (n,); the first begins at `start_time_s`.
 
@@ -140,7 +141,7 @@ class Accelerometer:
         interval_s = np.diff(time_s, prepend=start_time_s)
         force_g = velocity_increment_b / (STANDARD_GRAVITY * interval_s[:, None])
         here = SlowErrors(*(np.interp(time_s, run.time_s, value) for value in slow))
-        return self.counts(interval_s, force_g, here, rng)
+        return self.counts(interval_s, force_g, here, streams)
 
 
 @dataclass(frozen=True)

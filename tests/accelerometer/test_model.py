@@ -89,7 +89,7 @@ def pulses(population: Population, run: ThermalRun, force_g: tuple[float, float,
     unit = population.draw(STREAMS)[axis]
     time_s = 0.01 * np.arange(1, 20001)
     increment = np.tile(np.array(force_g) * G * 0.01, (time_s.size, 1))
-    return unit.pulses(time_s, 0.0, increment, run, unit.slow(run, FLIGHT), np.random.default_rng(9))
+    return unit.pulses(time_s, 0.0, increment, run, unit.slow(run, FLIGHT), FLIGHT)
 
 
 def test_an_accelerometer_without_errors_counts_force_times_gamma(population: Population, flight) -> None:
@@ -110,7 +110,7 @@ def test_slow_errors_are_taken_at_the_end_of_each_sample(population: Population)
     unit = population.only().draw(STREAMS)[0]
     errors = SlowErrors(np.array([3e5, 4e5, 4e5]), np.array([0.0, 0.0, 500.0]))
     time_s = np.array([50.0, 100.0, 150.0])
-    counts = unit.pulses(time_s, 0.0, np.zeros((3, 3)) + [50.0 * G, 0, 0], run, errors, np.random.default_rng(0))  # noqa: RUF005
+    counts = unit.pulses(time_s, 0.0, np.zeros((3, 3)) + [50.0 * G, 0, 0], run, errors, FLIGHT)  # noqa: RUF005
     assert counts == pytest.approx([3.5e5 * 50.0, 4e5 * 50.0, 4e5 * 50.0 * (1.0 + 250e-6)], rel=1e-12)
 
 
@@ -131,9 +131,9 @@ def test_switching_off_what_acts_on_samples(population: Population, flight, name
 
 def test_samples_outside_the_run_are_refused(population: Population, flight) -> None:
     unit = population.draw(STREAMS)[0]
-    errors, rng = unit.slow(flight, FLIGHT), np.random.default_rng(0)
+    errors = unit.slow(flight, FLIGHT)
     with pytest.raises(ValueError, match="outside the thermal run"):
-        unit.pulses(np.array([8400.0, 8401.0]), 8399.0, np.zeros((2, 3)), flight, errors, rng)
+        unit.pulses(np.array([8400.0, 8401.0]), 8399.0, np.zeros((2, 3)), flight, errors, FLIGHT)
 
 
 def test_switching_off_twice_and_only_are_as_said(population: Population) -> None:

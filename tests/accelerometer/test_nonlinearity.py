@@ -46,7 +46,7 @@ def test_all_terms_together(population: Population) -> None:
     i, p, o = 2.2, 0.3, -1.7
     extra = 1e-3 * (i**2 + 2 * i**3 + 3 * i * p + 4 * i * o + 5 * p - 6 * o)
     slow = SlowErrors(np.array([SCALE]), np.array([BIAS_UG]))
-    counts = unit.counts(np.array([2.0]), FORCE_G, slow, np.random.default_rng(0))
+    counts = unit.counts(np.array([2.0]), FORCE_G, slow, Streams(0))
     assert counts == pytest.approx(2.0 * SCALE * (BIAS_UG * 1e-6 + i + extra), rel=1e-13)
 
 
