@@ -6,7 +6,7 @@ import hashlib
 import importlib.metadata
 import platform
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -68,9 +68,9 @@ def run(
     if model is not None:
         require_sound(load_model(model))
         users = (model, f"{model}_refined")
-    World(Plan(profile=profile, population=population))  # refuses what cannot be flown before anything is written
     names = {spec: load_model(spec).name for spec in ARMS + users}
     plan = Plan(profile=profile, population=population, arms=ARMS + users, seed=seed)
+    world = World(plan)  # refuses what cannot be flown before anything is written
     budget = {
         s: (Plan(profile=profile, population=population, arms=BUDGET_ARMS, seed=seed, source=s), min(size, BUDGET_SIZE))
         for s in SOURCES
@@ -78,8 +78,6 @@ def run(
     members = ensemble.run({"all": (plan, size), **budget}, output / "members", workers, quiet)
     arms = {names[spec]: data for spec, data in ensemble.stacked(members["all"]).items()}
     rng = Streams(seed).at("bootstrap")
-
-    world = World(plan)
     shown = _shown(world, [*SHOWN_ARMS, *users], names)
     result: dict[str, Any] = {
         "format": "ins-eval-metrics/1",
@@ -93,7 +91,7 @@ def run(
         "budget": {"size": min(size, BUDGET_SIZE), **{s: _budget(ensemble.stacked(members[s]), rng) for s in SOURCES}},
         "flight": {name: measures(e) for name, e in shown.navigated.items()},
         "gps": _gps(shown.recording.gps),
-        "alignment": shown.alignment_errors(world),
+        "alignment": _alignment_errors(shown),
         "paper": {**PAPER, "percentile_of_paper": _percentiles(arms)},
     }
     write_whole(output / "manifest.json", as_json(_manifest(plan, size)))
@@ -254,26 +252,27 @@ def _manifest(plan: Plan, size: int) -> dict[str, Any]:
 # ------------------------------------------------------------------------------------------------ the flight shown
 
 
+@dataclass(frozen=True)
 class _Shown:
     """The first instrument of the ensemble, flown once at full rate; the first, not a chosen one."""
 
-    def __init__(self, mission: Mission, recording: Recording, navigated: dict[str, Evaluation]):
-        self.mission = mission
-        self.recording = recording
-        self.navigated = navigated
+    mission: Mission
+    recording: Recording
+    navigated: dict[str, Evaluation]
 
-    def alignment_errors(self, world: World) -> dict[str, float]:
-        """Error of the attitude found on the stand, for the headline's compensation."""
-        alignment = self.navigated["hysteresis_refined"].alignment
-        found = np.array(alignment.start.attitude_rad)
-        truth = self.mission.trajectory.truth(np.array([alignment.start.time_s])).attitude_rad[0]
-        roll, pitch, heading = (found - truth + np.pi) % (2.0 * np.pi) - np.pi
-        return {
-            "roll_error_arcsec": roll / ARCSEC,
-            "pitch_error_arcsec": pitch / ARCSEC,
-            "heading_error_arcsec": heading / ARCSEC,
-            "heading_sigma_arcsec": alignment.heading_sigma_rad / ARCSEC,
-        }
+
+def _alignment_errors(shown: _Shown) -> dict[str, float]:
+    """Error of the attitude found on the stand, for the headline's compensation."""
+    alignment = shown.navigated["hysteresis_refined"].alignment
+    found = np.array(alignment.start.attitude_rad)
+    truth = shown.mission.trajectory.truth(np.array([alignment.start.time_s])).attitude_rad[0]
+    roll, pitch, heading = (found - truth + np.pi) % (2.0 * np.pi) - np.pi
+    return {
+        "roll_error_arcsec": roll / ARCSEC,
+        "pitch_error_arcsec": pitch / ARCSEC,
+        "heading_error_arcsec": heading / ARCSEC,
+        "heading_sigma_arcsec": alignment.heading_sigma_rad / ARCSEC,
+    }
 
 
 def _shown(world: World, specs: list[str], names: dict[str, str]) -> _Shown:
