@@ -14,7 +14,6 @@ HOUR = 3600.0  # s
 DEG_PER_H = DEG / HOUR  # rad/s
 DEG_PER_SQRT_H = DEG / sqrt(HOUR)  # rad/sqrt(s), angle random walk
 NMI = 1852.0  # m, international nautical mile
-NMI_PER_H = NMI / HOUR  # m/s
 STANDARD_GRAVITY = 9.80665  # m/s^2, the g of accelerometer data sheets
 UG = 1e-6 * STANDARD_GRAVITY  # m/s^2
 PPM = 1e-6

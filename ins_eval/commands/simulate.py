@@ -15,8 +15,6 @@ from ins_eval.profile import load
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import AxisBelief, Belief, BiasBelief, ScaleBelief
 
-KINDS = ("flight", "oven", "chamber")
-
 
 def run(
     kind: str,

@@ -242,8 +242,8 @@ def _alignment(metrics: Mapping) -> list[Block]:
             ),
             Picture(
                 "attitude",
-                "Roll, pitch and heading while navigating. For a parked vehicle a drift here is the gyros' and the "
-                "mechanization's, not motion.",
+                "Roll, pitch and heading while navigating. Of a parked vehicle a slow drift is the gyros'; a step is "
+                "somebody moving it.",
             ),
         ]
         if where or rows

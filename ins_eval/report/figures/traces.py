@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, StrMethodFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from ins_eval.report.style import (
     ACCENT,
@@ -278,8 +278,9 @@ def activity(
     ):
         positive = np.where(np.asarray(values) > 0.0, values, np.nan)
         ax.plot(*decimate(time_s, positive), color=INK, linewidth=0.8, label="activity")
-        if np.isfinite(positive).any():
-            ax.set_yscale("log")
+        if np.isfinite(positive).any() and np.nanmax(positive) > 10.0 * np.nanmin(positive):
+            ax.set_yscale("log")  # of less than a decade a logarithmic axis would label nothing
+            ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
             ax.yaxis.set_minor_formatter(NullFormatter())
         if limit is not None:
