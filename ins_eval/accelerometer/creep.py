@@ -29,9 +29,9 @@ from ins_eval.units import MINUTE
 
 @functools.cache
 def epoxy() -> dict[str, np.ndarray]:
-    """Paper A, Tables 2 and 3: `temperature_c` (3,), and `creep_um`, `thermal_um` (3, 10) as sizes without sign."""
+    """Paper A, Tables 2 and 3: `temperature_c` and true `direction` (3,), sizes `creep_um` and `thermal_um` (3, 10)."""
     table = tomllib.loads((Path(__file__).parent / "epoxy.toml").read_text(encoding="utf-8"))
-    return {key: np.array(table[key]) for key in ("temperature_c", "creep_um", "thermal_um")}
+    return {key: np.array(value) for key, value in table.items()}
 
 
 @functools.cache
@@ -43,6 +43,12 @@ def _measured_ratio() -> tuple[np.ndarray, np.ndarray]:
 def creep_ratio(temperature_c: np.ndarray) -> np.ndarray:
     """R(T): final creep in parts of the thermal deformation; straight between the measured points, held beyond."""
     return np.interp(temperature_c, *_measured_ratio())
+
+
+def scattered(scatter: np.ndarray | float, normal: np.ndarray | float) -> np.ndarray | float:
+    """xi: log-normal with mean 1 and standard deviation `scatter`, made from standard normal draws."""
+    log_variance = np.log1p(scatter**2)
+    return np.exp(np.sqrt(log_variance) * normal - 0.5 * log_variance)
 
 
 @numba.njit(cache=True)
@@ -92,18 +98,21 @@ class Creep(Effect):
         return drawn["bias_temperature"][0]
 
     def contribution(self, unit: float, run: ThermalRun, rng: np.random.Generator) -> Contribution:
-        log_variance = np.log1p(self.scatter**2)
-        xi = np.exp(np.sqrt(log_variance) * rng.standard_normal() - 0.5 * log_variance)
-        return Contribution(bias_ug=unit * xi * self._memory(run))
+        return Contribution(bias_ug=unit * scattered(self.scatter, rng.standard_normal()) * self._memory(run))
+
+    def relaxed(self, time_s: np.ndarray, temperature_c: np.ndarray, stable_at_c: float) -> np.ndarray:
+        """sum_j w_j z_j in degC, (n,), of an epoxy whose creep is counted from its stable state at `stable_at_c`.
+
+        `time_s` (n,) and the temperature of the epoxy `temperature_c` (n,), straight between the points. At the first
+        point it is in equilibrium.
+        """
+        clock = material_clock(time_s, temperature_c - self.reference_temperature_c, self.faster_per_c)
+        drive = creep_ratio(temperature_c) * (temperature_c - stable_at_c)
+        parts = zip(self.weights, self.time_constants_min, strict=True)
+        return sum(w * relax(clock / (tau * MINUTE), drive) for w, tau in parts)
 
     def _memory(self, run: ThermalRun) -> np.ndarray:
-        """sum_j w_j z_j in degC, (n,)."""
-
         def compute(run: ThermalRun) -> np.ndarray:
-            difference = run.element_c - self.reference_temperature_c
-            drive = creep_ratio(run.element_c) * difference
-            clock = material_clock(run.time_s, difference, self.faster_per_c)
-            parts = zip(self.weights, self.time_constants_min, strict=True)
-            return sum(w * relax(clock / (tau * MINUTE), drive) for w, tau in parts)
+            return self.relaxed(run.time_s, run.element_c, self.reference_temperature_c)
 
         return run.state((self.name, self), compute)

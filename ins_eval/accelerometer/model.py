@@ -20,7 +20,7 @@ from ins_eval.accelerometer.effect import Effect
 from ins_eval.accelerometer.in_run import InRun
 from ins_eval.accelerometer.magnet_hysteresis import MagnetHysteresis
 from ins_eval.accelerometer.noise import Noise
-from ins_eval.accelerometer.nonlinearity import SENSOR_AXES, Nonlinearity
+from ins_eval.accelerometer.nonlinearity import Nonlinearity
 from ins_eval.accelerometer.quantisation import Quantisation
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.accelerometer.scale_polynomial import ScalePolynomial
@@ -28,6 +28,7 @@ from ins_eval.accelerometer.scale_repeatability import ScaleRepeatability
 from ins_eval.accelerometer.thermal_lag import ThermalLag
 from ins_eval.accelerometer.turn_on import TurnOn
 from ins_eval.errors import UsageError, did_you_mean
+from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.streams import Streams
 from ins_eval.tables import Strict, parse, read_extending
 from ins_eval.units import PPM, STANDARD_GRAVITY
@@ -85,11 +86,15 @@ class Accelerometer:
             run = effect.inside(run)
         node = streams.at(f"accelerometer.{self.axis}")
         scale_ppm, bias_ug = np.zeros(run.time_s.size), np.zeros(run.time_s.size)
-        for effect in self.effects:
+        for effect in self._acting("contribution"):
             part = effect.contribution(self.units[effect.name], run, node.at(effect.name).rng())
             scale_ppm += part.scale_ppm
             bias_ug += part.bias_ug
         return SlowErrors(self.gamma * (1.0 + PPM * scale_ppm), bias_ug)
+
+    def _acting(self, place: str) -> list[Effect]:
+        """The effects that do something there; for one that does not a generator costs more than most effects."""
+        return [effect for effect in self.effects if getattr(type(effect), place) is not getattr(Effect, place)]
 
     def output(self, specific_force_g: np.ndarray, scale: np.ndarray, bias_ug: np.ndarray) -> np.ndarray:
         """Eq. (1) and (12) in pulse/s.
@@ -112,7 +117,7 @@ class Accelerometer:
         """
         node = streams.at(f"accelerometer.{self.axis}")
         bias_ug = slow.bias_ug
-        for effect in self.effects:
+        for effect in self._acting("noise_ug"):
             bias_ug = bias_ug + effect.noise_ug(interval_s, node.at(effect.name, "samples").rng())
         pulses = self.output(specific_force_g, slow.scale, bias_ug) * interval_s
         for effect in self.effects:

@@ -1,8 +1,6 @@
 """Non-linearity, cross-coupling and misalignment: the terms of eq. (1) beyond bias and scale factor.
 
-error = K2 ai^2 + K3 ai^3 + Kip ai ap + Kio ai ao + delta_o ap - delta_p ao
-
-with the specific force in g along the input (i), pendulous (p) and output (o) axis.
+The equation and its inverse stand in `ins_eval.output_equation`.
 Source: Paper A, eq. (1), and Table 5 for K2 (scale-factor linearity 30 ppm: of the output at 1 g). The paper holds
 the other terms to be negligible; they are zero by default.
 """
@@ -10,25 +8,12 @@ the other terms to be negligible; they are zero by default.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ins_eval.accelerometer.effect import Effect, NotNegative
-
-# body axes (0, 1, 2) that are input, pendulous and output axis of the accelerometers x, y and z
-SENSOR_AXES = {"x": (0, 2, 1), "y": (1, 2, 0), "z": (2, 0, 1)}
-
-
-class Coefficients(NamedTuple):
-    """Of one accelerometer, in ug/g^2 (k3: ug/g^3) and urad."""
-
-    k2: float
-    k3: float
-    kip: float
-    kio: float
-    delta_o: float
-    delta_p: float
+from ins_eval.output_equation import Coefficients, force_error_ug
 
 
 class Nonlinearity(Effect):
@@ -54,8 +39,4 @@ class Nonlinearity(Effect):
         return Coefficients(*(np.array(sigma) * rng.standard_normal(6)))
 
     def force_error_ug(self, unit: Coefficients, force_g: np.ndarray) -> np.ndarray | float:
-        i, p, o = force_g[..., 0], force_g[..., 1], force_g[..., 2]
-        if not any(unit[1:]):  # the usual case, at a third of the cost
-            return unit.k2 * i * i
-        along = i * (i * (unit.k2 + unit.k3 * i) + unit.kip * p + unit.kio * o)
-        return along + unit.delta_o * p - unit.delta_p * o
+        return force_error_ug(unit, force_g)

@@ -7,7 +7,7 @@ import pytest
 
 from ins_eval.accelerometer import Population, SlowErrors
 from ins_eval.accelerometer.model import Accelerometer
-from ins_eval.accelerometer.nonlinearity import Coefficients
+from ins_eval.output_equation import Coefficients
 from ins_eval.streams import Streams
 
 SCALE = 320000.0

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ins_eval.accelerometer import Accelerometer, SlowErrors, ThermalRun
-from ins_eval.accelerometer.nonlinearity import SENSOR_AXES
 from ins_eval.errors import UsageError
+from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.recording import ChamberReadings
 from ins_eval.streams import Streams
 from ins_eval.thermal import Thermometer, lagged
@@ -27,6 +27,11 @@ from ins_eval.units import HOUR, MINUTE
 # feels, since the angles printed with the paper's eqs (3) and (4) contradict its Fig. 4. The index head turns about
 # the output axis, which lies level; standard gravity.
 POSITIONS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
+
+
+def _sourced(default: Any, source: str) -> Any:
+    """A field with the source of its default value, as ``ins-eval presets`` prints it."""
+    return field(default=default, metadata={"source": source})
 
 
 class _Schedule(NamedTuple):
@@ -39,6 +44,7 @@ class _Schedule(NamedTuple):
     input_g: np.ndarray
     rate_c_per_min: np.ndarray
     temperature_c: np.ndarray
+    air_c: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -50,16 +56,18 @@ class Chamber:
     mean output over one interval; it is stamped in the middle of it, where the thermometer is read too.
     """
 
-    rates_c_per_min: tuple[float, ...] = (0.3, 0.5, 0.7, 0.9)
-    soak_c: float = 22.0
-    soak_s: float = 120.0 * MINUTE
-    coldest_c: float = -60.0
-    hottest_c: float = 70.0
-    dwell_s: float = 180.0  # at each whole degree; 0: a steady ramp
-    reading_s: float = 60.0
-    surface_lag_s: float = 300.0  # assumed
-    self_heating_c: float = 8.0
-    thermometer: Thermometer = Thermometer()
+    rates_c_per_min: tuple[float, ...] = _sourced((0.3, 0.5, 0.7, 0.9), "Paper A, section 3.1, steps 2 and 6")
+    soak_c: float = _sourced(22.0, "Paper A, section 3.1, step 1")
+    soak_s: float = _sourced(120.0 * MINUTE, "Paper A, section 3.1, step 1")
+    coldest_c: float = _sourced(-60.0, "Paper A, section 3.1, step 2")
+    hottest_c: float = _sourced(70.0, "Paper A, section 3.1, step 3")
+    dwell_s: float = _sourced(180.0, "Paper A, section 3.1, steps 2-4: at each whole degree; 0: a steady ramp")
+    reading_s: float = _sourced(60.0, "assumed")
+    surface_lag_s: float = _sourced(300.0, "assumed")
+    self_heating_c: float = _sourced(8.0, "Paper A, section 3.1: surface -54 to 81 degC in air of -60 to 70 degC")
+    thermometer: Thermometer = _sourced(
+        Thermometer(), "DS18B20 (Paper A, section 3.1): 12-bit step of its data sheet; lag and period assumed"
+    )
 
     def __post_init__(self) -> None:
         if not self.rates_c_per_min or min(self.rates_c_per_min) <= 0.0:
@@ -105,6 +113,11 @@ class Chamber:
         surface_c = lagged(time_s, target_c, self.surface_lag_s, start=self.soak_c)
         return ThermalRun(middle_s, surface_c[np.searchsorted(time_s, middle_s)], "chamber")
 
+    @property
+    def air_c(self) -> np.ndarray:
+        """Air temperature of the chamber at each row of `measure`, (n,) in degC."""
+        return _schedule(self).air_c
+
     def measure(self, accelerometer: Accelerometer, streams: Streams, unit_id: str = "") -> ChamberReadings:
         """Readings of one accelerometer over all ramps and positions, from the end of each soak on.
 
@@ -129,6 +142,7 @@ class Chamber:
             schedule.temperature_c,
             np.concatenate(output),
             unit_id,
+            axis=accelerometer.axis,
         )
 
 
@@ -141,15 +155,16 @@ def _schedule(chamber: Chamber) -> _Schedule:
     for rate, run in zip(chamber.rates_c_per_min, runs, strict=True):
         time_s = run.time_s[first:]
         reading_c = chamber.thermometer.read(run.time_s, run.temperature_c)[first:]
+        air_c = np.interp(time_s, *chamber.profile(rate))
         for force in POSITIONS:
             same = np.ones(time_s.size)
-            columns.append((start_s + time_s, same * len(columns), same * force[0], same * rate, reading_c))
+            columns.append((start_s + time_s, same * len(columns), same * force[0], same * rate, reading_c, air_c))
             start_s += run.time_s.size * chamber.reading_s
-    time_s, number, input_g, ramp, reading_c = (np.concatenate(column) for column in zip(*columns, strict=True))
-    number = number.astype(np.int64)
-    for column in (time_s, number, input_g, ramp, reading_c):
+    time_s, number, *further = (np.concatenate(column) for column in zip(*columns, strict=True))
+    shared = (time_s, number.astype(np.int64), *further)
+    for column in shared:
         column.setflags(write=False)
-    return _Schedule(runs, (slice(first, None),) * len(runs), time_s, number, input_g, ramp, reading_c)
+    return _Schedule(runs, (slice(first, None),) * len(runs), *shared)
 
 
 def _whole_degrees(start_c: float, goal_c: float) -> list[float]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
@@ -169,3 +171,27 @@ def test_columns_that_units_share_cannot_be_spoilt(readings: ChamberReadings) ->
 def test_an_impossible_programme_is_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(UsageError, match=r"^chamber: [^\n]+$"):
         Chamber(**wrong)
+
+
+def test_the_air_is_read_beside_the_surface(readings: ChamberReadings) -> None:
+    air_c = Chamber().air_c
+    assert air_c.shape == readings.time_s.shape
+    # each run passes 260 degC of air and ends where it began; the surface is warmer by its own heat
+    for run in (0, 7, 15):
+        of_run = air_c[readings.run == run]
+        assert (of_run.min(), of_run.max()) == pytest.approx((-60.0, 70.0), abs=0.1)
+        assert of_run[[0, -1]] == pytest.approx([22.0, 22.0], abs=1.0)
+    assert np.mean(readings.temperature_c - air_c) == pytest.approx(8.0, abs=0.1)
+
+
+@pytest.mark.parametrize("dwell_s", [180.0, 0.0])
+def test_dwells_or_none(population: Population, dwell_s: float) -> None:
+    chamber = Chamber(rates_c_per_min=(0.5,), dwell_s=dwell_s)
+    found = chamber.measure(population.draw(STREAMS)[0], STREAMS)
+    waits = np.mean(np.diff(chamber.air_c[found.run == 0]) == 0.0)
+    # a degree takes two minutes to pass and three to wait: five readings, two pairs of which lie in the wait
+    assert waits == pytest.approx(0.4 if dwell_s else 0.0, abs=0.005)
+
+
+def test_every_value_of_the_programme_has_a_source() -> None:
+    assert all(field.metadata["source"] for field in fields(Chamber))
