@@ -36,7 +36,7 @@ def _parser() -> argparse.ArgumentParser:
         default="climb-cruise-landing",
         help=_PROFILE_HELP,
     )
-    flight.add_argument("--model", help="a model of your own beside the others: my.py:MyModel")
+    flight.add_argument("--model", help="one more compensation: my.py:MyModel, or a compensation FILE.toml")
     flight.add_argument(
         "--population",
         default="jb-kt8",
@@ -49,6 +49,18 @@ def _parser() -> argparse.ArgumentParser:
         "--output", type=Path, default=Path("reports/flight"), help="folder of the report (default: %(default)s)"
     )
     _common(flight)
+
+    paper = verbs.add_parser("paper-report", help="each number and claim of Paper A beside ours")
+    paper.add_argument(
+        "--ensemble", type=_at_least(2), default=200, metavar="N", help="instruments in flight (default: %(default)s)"
+    )
+    paper.add_argument(
+        "--output", type=Path, default=Path("reports/paper-a"), help="folder of the report (default: %(default)s)"
+    )
+    _common(paper)
+
+    presets = verbs.add_parser("presets", help="list what ships: accelerometers, data sheets, profiles, with sources")
+    presets.add_argument("name", nargs="?", metavar="NAME", help="print this one in full, each number with its source")
 
     evaluate = verbs.add_parser("evaluate", help="navigate recordings and report their errors")
     evaluate.add_argument(
@@ -84,10 +96,33 @@ def _parser() -> argparse.ArgumentParser:
     simulate.add_argument(
         "--instrument", type=_at_least(0), default=0, metavar="I", help="its number (default: %(default)s)"
     )
-    simulate.add_argument("--axis", choices="xyz", default="x", help="of the accelerometer in the chamber")
+    simulate.add_argument("--axis", choices="xyz", help="of the accelerometer in the chamber (default: x)")
+    simulate.add_argument(
+        "--unit", metavar="NAME", help='a printed accelerometer in the chamber: "JB-KT8 #1", or all in one table'
+    )
+    simulate.add_argument(
+        "--ramps", type=float, nargs="+", dest="ramps_c_per_min", metavar="R", help="of the chamber, in degC/min"
+    )
+    dwell = simulate.add_mutually_exclusive_group()
+    dwell.add_argument("--dwell", type=float, dest="dwell_s", metavar="S", help="wait of the chamber at each degree")
+    dwell.add_argument("--no-dwell", action="store_const", const=0.0, dest="dwell_s", help="steady ramps")
     simulate.add_argument("--rate", type=float, dest="rate_hz", metavar="HZ", help="samples a second")
     simulate.add_argument("--seed", type=_at_least(0), default=1, help="of all random draws (default: %(default)s)")
     simulate.add_argument("--quiet", action="store_true", help="no text on the terminal")
+
+    calibrate = verbs.add_parser("calibrate", help="models of an accelerometer from its chamber readings")
+    calibrate.add_argument(
+        "chambers", type=Path, nargs="+", metavar="CHAMBER", help="a chamber recording, or three of the axes x, y and z"
+    )
+    calibrate.add_argument("-o", type=Path, dest="model_file", metavar="FILE.toml", help="write a compensation file")
+    calibrate.add_argument(
+        "--compensation", metavar="NAME", help="model of that file (default: hysteresis, or the best determined)"
+    )
+    calibrate.add_argument("--unit", metavar="ID", help="of a table with several accelerometers, this unit_id")
+    calibrate.add_argument(
+        "--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME-calibration)"
+    )
+    calibrate.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
     importer = verbs.add_parser("import", help="bring a file of another format into the form")
     importer.add_argument("format_name", metavar="FORMAT", help="see --formats")
@@ -207,6 +242,14 @@ def _run(verb: str, options: dict) -> int:
         from ins_eval.commands import flight_report
 
         return flight_report.run(size=options.pop("ensemble"), **options)
+    if verb == "paper-report":
+        from ins_eval.commands import paper_report
+
+        return paper_report.run(size=options.pop("ensemble"), **options)
+    if verb == "presets":
+        from ins_eval.commands import presets
+
+        return presets.run(**options)
     if verb == "evaluate":
         from ins_eval.commands import evaluate
 
@@ -215,6 +258,10 @@ def _run(verb: str, options: dict) -> int:
         from ins_eval.commands import simulate
 
         return simulate.run(**options)
+    if verb == "calibrate":
+        from ins_eval.commands import calibrate
+
+        return calibrate.run(**options)
     if verb == "import":
         from ins_eval.commands import import_recording
 

@@ -11,6 +11,7 @@ KNOTS_C = np.array([-60.0, -40.0, -20.0, -5.0, 10.0, 22.0, 40.0, 55.0, 70.0])
 BLEND_C_PER_MIN = 0.24  # from all falling at -0.12 to all rising at +0.12
 KNOT_MARGIN_C = 1.0  # a knot nearer than this to the end of the readings would have next to none of its own
 
+RIDGE = 1e-6
 MIDDLE_RIDGE = 1e-3  # of the ridge: bridges temperatures that neither branch has seen, and bends nothing else
 
 
@@ -21,17 +22,35 @@ class BranchCurve:
     K(T, r) = w F(T) + (1 - w) R(T),   w = min(1, max(0, 1/2 - r / 0.24))
 
     F, R: straight between the knots `knots_c` (m,) with the values `falling` (m,) and `rising` (m,); r in
-    degC/min, so w = 1 where the temperature falls by 0.12 degC/min or faster.
+    degC/min, so w = 1 where the temperature falls by 0.12 degC/min or faster. `covariance` (2m, 2m) is that of the
+    falling and then the rising values, None where it was not computed (`uncertainty`).
     """
 
     knots_c: np.ndarray
     falling: np.ndarray
     rising: np.ndarray
+    covariance: np.ndarray | None = None
 
     def evaluate(self, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray:
         """The curve at temperatures (n,) in degC and rates (n,) or scalar in degC/min; returns (n,)."""
         temperature, rate = np.broadcast_arrays(np.atleast_1d(temperature_c), np.atleast_1d(rate_c_per_min))
         return _evaluate(self.knots_c, self.falling, self.rising, _floats(temperature), _floats(rate))
+
+    @property
+    def values(self) -> np.ndarray:
+        """The falling and then the rising values, (2m,)."""
+        return np.concatenate((self.falling, self.rising))
+
+    def design(self, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray:
+        """What each value is multiplied by: (n, 2m), the curve is ``design @ values``; its rows sum to one."""
+        return hats(self.knots_c, temperature_c, rate_c_per_min)
+
+
+def hats(knots_c: np.ndarray, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray:
+    """Share of each knot of either branch in readings at (n,) degC and (n,) degC/min: (n, 2m), rows sum to one."""
+    share = np.column_stack([np.interp(temperature_c, knots_c, row) for row in np.eye(knots_c.size)])
+    falling = np.clip(0.5 - np.asarray(rate_c_per_min) / BLEND_C_PER_MIN, 0.0, 1.0)[:, None]
+    return np.hstack((falling * share, (1.0 - falling) * share))
 
 
 def branches(
@@ -39,7 +58,7 @@ def branches(
     rate_c_per_min: np.ndarray,
     values: np.ndarray,
     knots_c: np.ndarray = KNOTS_C,
-    ridge: float = 1e-6,
+    ridge: float = RIDGE,
     run: np.ndarray | None = None,
 ) -> BranchCurve:
     """Least squares of a `BranchCurve`.
@@ -56,7 +75,7 @@ def branches(
     knots and blending are ours.
     """
     temperature, rate, values = _floats(temperature_c), _floats(rate_c_per_min), _floats(values)
-    knots = _supported(np.asarray(knots_c, dtype=float), temperature.min(), temperature.max())
+    knots = supported(np.asarray(knots_c, dtype=float), temperature.min(), temperature.max())
     normal = np.zeros((2 * knots.size, 2 * knots.size))
     right = np.zeros(2 * knots.size)
     weight = np.zeros(2 * knots.size)  # sum of the rows of the design; each row sums to one
@@ -69,7 +88,7 @@ def branches(
             part_right -= part_weight * part_right.sum() / part_weight.sum()
         normal += part
         right += part_right
-    normal += ridge * _roughness(knots.size)
+    normal += ridge * roughness(knots.size)
     if run is not None:
         normal += weight.sum() / normal.shape[0] ** 2  # the constant is open: any value will do, it goes below
     solution = np.linalg.solve(normal, right)
@@ -78,14 +97,15 @@ def branches(
     return BranchCurve(knots, solution[: knots.size], solution[knots.size :])
 
 
-def _supported(knots: np.ndarray, lowest: float, highest: float) -> np.ndarray:
+def supported(knots: np.ndarray, lowest: float, highest: float) -> np.ndarray:
+    """The knots that have readings of their own, and the ends of the readings."""
     inside = knots[(knots > lowest + KNOT_MARGIN_C) & (knots < highest - KNOT_MARGIN_C)]
     if highest - lowest < KNOT_MARGIN_C:
         return np.array([0.5 * (lowest + highest)])
     return np.concatenate(([lowest], inside, [highest]))
 
 
-def _roughness(count: int) -> np.ndarray:
+def roughness(count: int) -> np.ndarray:
     """Quadratic form of a width that is large or uneven and, far weaker, of a middle that is uneven.
 
     The width is the rising minus the falling branch, the middle their mean.

@@ -22,13 +22,14 @@ QUADRATIC = ("beta", "mu", "gamma")
 class Polynomial:
     """Some of the terms of eq. (11) with their coefficients; the others are zero.
 
-    `values` (p,) and `covariance` (p, p) stand in the order of `terms`. The covariance takes the residuals as
-    independent; readings of one run are not, so it is a lower bound. `residual_rms` is in the unit of the curve.
+    `values` (p,) and `covariance` (p, p) stand in the order of `terms`. A fit leaves the covariance None: it takes
+    more than the fit itself and is computed where it is asked for (`uncertainty`). `residual_rms` is in the unit of
+    the curve.
     """
 
     terms: tuple[str, ...]
     values: np.ndarray
-    covariance: np.ndarray
+    covariance: np.ndarray | None
     residual_rms: float
     reference_c: float = REFERENCE_C
 
@@ -47,6 +48,11 @@ class Polynomial:
             rate = np.asarray(rate_c_per_min)
             curve += (c["alpha"] * rate + c["eta"] * difference + c["epsilon"]) * rate
         return curve
+
+    def design(self, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray:
+        """What each coefficient is multiplied by: (n, p), the curve is ``design @ values``."""
+        chosen = [TERMS.index(term) for term in self.terms]
+        return scale_factor_terms(np.asarray(temperature_c) - self.reference_c, rate_c_per_min)[:, chosen]
 
 
 def polynomial(
@@ -76,19 +82,22 @@ def polynomial(
         raise DataRefused(_inseparable(terms, open_rows))
     inverse = (right.T / singular) / length[:, None]
     solution = inverse @ (left.T @ (q.T @ values))
-    residual = values - design @ solution
-    variance = residual @ residual / max(residual.size - len(terms), 1)
-    rms = float(np.sqrt(np.mean(residual**2)))
-    return Polynomial(terms, solution, variance * (inverse @ inverse.T), rms, reference_c)
+    rms = float(np.sqrt(np.mean((values - design @ solution) ** 2)))
+    return Polynomial(terms, solution, None, rms, reference_c)
 
 
 def constant(
     temperature_c: np.ndarray, rate_c_per_min: np.ndarray, values: np.ndarray, reference_c: float = REFERENCE_C
 ) -> Polynomial:
     """The mean of the values within 1 degC of T0, or the value nearest to it: no temperature compensation at all."""
-    distance = np.abs(temperature_c - reference_c)
-    near = distance <= max(NEAR_REFERENCE_C, distance.min())
+    near = near_reference(temperature_c, reference_c)
     return polynomial(temperature_c[near], rate_c_per_min[near], values[near], CONSTANT, reference_c)
+
+
+def near_reference(temperature_c: np.ndarray, reference_c: float = REFERENCE_C) -> np.ndarray:
+    """Which readings (n,) count as taken at T0."""
+    distance = np.abs(temperature_c - reference_c)
+    return distance <= max(NEAR_REFERENCE_C, distance.min())
 
 
 def line(
@@ -104,8 +113,7 @@ def anchored_line(
     """A straight line through the value at T0: mu dT + K(T0), the other reading of eqs (3) and (4)."""
     anchor = constant(temperature_c, rate_c_per_min, values, reference_c)
     rest = polynomial(temperature_c, rate_c_per_min, values - anchor.values[0], ("mu",), reference_c)
-    covariance = np.diag((rest.covariance[0, 0], anchor.covariance[0, 0]))
-    return Polynomial(LINE, np.append(rest.values, anchor.values), covariance, rest.residual_rms, reference_c)
+    return Polynomial(LINE, np.append(rest.values, anchor.values), None, rest.residual_rms, reference_c)
 
 
 def quadratic(
@@ -115,8 +123,8 @@ def quadratic(
     return polynomial(temperature_c, rate_c_per_min, values, QUADRATIC, reference_c)
 
 
-def _inseparable(terms: tuple[str, ...], null_space: np.ndarray) -> str:
-    """Which terms the readings mix up; `null_space` (k, p) has orthonormal rows."""
+def mixed_up(terms: tuple[str, ...], null_space: np.ndarray) -> str:
+    """Which terms the readings mix up, in words; `null_space` (k, p) has orthonormal rows."""
     coupled = np.abs(null_space.T @ null_space) > 1e-3  # two terms of one open combination couple in its projector
     groups: list[list[str]] = []
     left = [i for i in range(len(terms)) if coupled[i, i]]
@@ -130,8 +138,12 @@ def _inseparable(terms: tuple[str, ...], null_space: np.ndarray) -> str:
         else f"{group[0]} cannot be seen"
         for group in groups
     ]
+    return "; ".join(parts)
+
+
+def _inseparable(terms: tuple[str, ...], null_space: np.ndarray) -> str:
     return (
         f"calibration: these readings determine {len(terms) - len(null_space)} of {len(terms)} coefficients of "
-        f"eq. (11) ({'; '.join(parts)}); calibrate over a range of temperatures, falling and rising, "
+        f"eq. (11) ({mixed_up(terms, null_space)}); calibrate over a range of temperatures, falling and rising, "
         f"at two or more rates"
     )

@@ -41,10 +41,11 @@ class FourPoint:
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
-    """One uninterrupted stay in one position."""
+class Run:
+    """One uninterrupted stay in one position; arrays (n,)."""
 
     number: int
+    ramp_c_per_min: float  # commanded, its magnitude
     position: int  # nearest whole g
     input_g: float
     elapsed_s: np.ndarray
@@ -70,15 +71,20 @@ def four_point(chamber: ChamberReadings, rate_filter_s: float = RATE_FILTER_S) -
     Raises: DataRefused where a position is missing or the runs of one rate cannot be matched.
     Source: Paper A, section 3.1, steps 1-6 and eqs (13), (14).
     """
-    by_ramp: dict[float, list[_Run]] = defaultdict(list)
-    for ramp, run in _runs(chamber):
-        by_ramp[ramp].append(run)
+    by_ramp: dict[float, list[Run]] = defaultdict(list)
+    for run in runs_of(chamber):
+        by_ramp[run.ramp_c_per_min].append(run)
     parts = [_points_of_ramp(ramp, runs, rate_filter_s) for ramp, runs in sorted(by_ramp.items())]
     return FourPoint(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def _runs(chamber: ChamberReadings) -> list[tuple[float, _Run]]:
-    """The runs with the magnitude of the ramp that was commanded in each."""
+def settled(elapsed_s: np.ndarray, rate_filter_s: float = RATE_FILTER_S) -> np.ndarray:
+    """Which readings (n,) of a run come after the rate filter has forgotten its start."""
+    return elapsed_s >= SETTLING_TIME_CONSTANTS * rate_filter_s
+
+
+def runs_of(chamber: ChamberReadings) -> list[Run]:
+    """The runs of the readings in their order. Raises: DataRefused where they cannot be told apart."""
     columns = {
         name: np.asarray(getattr(chamber, name), dtype=float)
         for name in ("time_s", "run", "input_g", "rate_c_per_min", "temperature_c", "output")
@@ -108,12 +114,12 @@ def _runs(chamber: ChamberReadings) -> list[tuple[float, _Run]]:
             )
         if (np.diff(time) <= 0).any():
             raise DataRefused(f"chamber: run {number}: time_s does not increase; sort the readings of a run by time")
-        run = _Run(number, round(force[0]), float(force.mean()), time - time[0], temperature, output)
-        found.append((round(float(np.abs(ramp).max()), 6), run))
+        commanded = round(float(np.abs(ramp).max()), 6)
+        found.append(Run(number, commanded, round(force[0]), float(force.mean()), time - time[0], temperature, output))
     return found
 
 
-def _points_of_ramp(ramp: float, runs: list[_Run], rate_filter_s: float) -> tuple[np.ndarray, ...]:
+def _points_of_ramp(ramp: float, runs: list[Run], rate_filter_s: float) -> tuple[np.ndarray, ...]:
     """The columns of `FourPoint` for the runs of one commanded rate."""
     where = f"chamber: commanded rate {ramp:g} degC/min"
     positions = {position: [run for run in runs if run.position == position] for position in _NEEDED}
@@ -147,7 +153,7 @@ def _points_of_ramp(ramp: float, runs: list[_Run], rate_filter_s: float) -> tupl
     temperature = temperatures.mean(axis=0)
     # the filter is linear, so the rate of the mean reading is the mean of the rates
     rate = filtered_rate(elapsed, temperature, rate_filter_s)
-    keep = elapsed >= SETTLING_TIME_CONSTANTS * rate_filter_s
+    keep = settled(elapsed, rate_filter_s)
     if not keep.any():
         raise DataRefused(
             f"{where}: the runs last {elapsed[-1]:.0f} s; the rate of temperature needs "
@@ -157,7 +163,7 @@ def _points_of_ramp(ramp: float, runs: list[_Run], rate_filter_s: float) -> tupl
     return tuple(column[keep] for column in columns)
 
 
-def _shared_time(where: str, runs: list[_Run]) -> np.ndarray:
+def _shared_time(where: str, runs: list[Run]) -> np.ndarray:
     """Time since the start of the run, where all runs have it in common."""
     first = runs[0]
     half_step = 0.5 * np.median(np.diff(first.elapsed_s)) if first.elapsed_s.size > 1 else 0.0

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ins_eval.commands.flight_figures import path, temperature, traces
-from ins_eval.compensation.file import believed_model, read_model
+from ins_eval.compensation.file import SINGLE, believed_model, read_model
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.evaluate import (
     PARKED,
@@ -108,15 +108,20 @@ def _of_pulses(recording: Recording, folder: Path, wanted: Sequence[str]) -> dic
     triads = {}
     if all(getattr(believed, axis) is not None for axis in "xyz"):
         triads[BELIEVED] = [believed_model(recording.belief, axis, folder) for axis in "xyz"]
-    files = {file.stem: file for file in sorted((folder / "compensation").glob("*.toml"))}
-    files |= {name: Path(name) for name in wanted if name.endswith(".toml")}
-    triads |= {name: [read_model(file, axis) for axis in "xyz"] for name, file in files.items()}
+    for name, file in _model_files(folder, wanted).items():
+        triads[name] = [read_model(file, axis) for axis in "xyz"]
     if not triads:
         raise DataRefused(
             f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
             "[accelerometer.x], .y and .z in recording.toml, or a model with --compensation FILE.toml"
         )
     return {name: _Arm(recording, compensate(seen, triad, start_s)) for name, triad in triads.items()}
+
+
+def _model_files(folder: Path, wanted: Sequence[str]) -> dict[str, Path]:
+    """Compensation files beside the recording, and those that were asked for."""
+    files = {file.stem: file for file in sorted((folder / "compensation").glob("*.toml"))}
+    return files | {name: Path(name) for name in wanted if name.endswith(".toml")}
 
 
 def _of_increments(recording: Recording) -> dict[str, _Arm]:
@@ -134,6 +139,9 @@ def _report(
     recording: Recording, folder: Path, output: Path, wanted: Sequence[str], restart_every_s: float | None, quiet: bool
 ) -> None:
     arms = _arms(recording, folder, wanted)
+    alike = [name for name, file in _model_files(folder, arms).items() if name in arms and SINGLE in read_toml(file)]
+    notes = [f"{name}: the one accelerometer of this file was taken for x, y and z alike." for name in alike]
+    recording = replace(recording, notes=(*recording.notes, *notes))
     stand = standstill_to_align_on(recording)
     left_s = recording.imu.time_s[-1] - (recording.start.time_s if stand is None else stand.end_s)
     if left_s < SHORTEST_NAVIGATION_S:

@@ -2,7 +2,8 @@
 
 The model is fitted to a textbook accelerometer, made here from eqs (4) and (11) without noise, and asked for the
 specific force of samples whose true value is known. What is refused is what would make its results worthless,
-never that it compensates badly.
+never that it compensates badly. A compensation file is fitted already, to another accelerometer: each of its models
+is tested, and of the unit only that more output is more force.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from ins_eval.compensation import CompensationModel, Samples
-from ins_eval.compensation.registry import describe_error, missing_parts
+from ins_eval.compensation.file import SINGLE
+from ins_eval.compensation.registry import FromFile, describe_error, missing_parts
 from ins_eval.errors import UsageError
 from ins_eval.recording import ChamberReadings
 from ins_eval.scale_factor import scale_factor
@@ -44,11 +46,12 @@ class Finding:
 
 def check_model(model: CompensationModel | Callable[[], CompensationModel]) -> list[Finding]:
     """Findings on a model or its class, in the order tested; it ends early where nothing further can be said."""
-    trial = _Trial(model)
+    trials = [_Trial(model, axis) for axis in (model.models if isinstance(model, FromFile) else ("",))]
     findings = []
     for name, check, go_on in _CHECKS:
         try:
-            check(trial)
+            for trial in trials:
+                check(trial)
             findings.append(Finding(name))
         except UsageError as refused:
             findings.append(Finding(name, str(refused)))
@@ -65,11 +68,13 @@ def require_sound(model: CompensationModel | Callable[[], CompensationModel]) ->
 
 
 class _Trial:
-    """The model under test with fresh copies of everything it is given."""
+    """The model under test with fresh copies of everything it is given, for the accelerometer `axis`."""
 
-    def __init__(self, model: object):
+    def __init__(self, model: object, axis: str):
         self.given = model
         self.label = getattr(model, "__name__", None) or getattr(model, "name", None) or type(model).__name__
+        self.label += f", {axis}" if axis else ""
+        self.chamber = replace(_chamber(), axis="" if axis == SINGLE else axis)
 
     def new(self) -> CompensationModel:
         """An unfitted model that shares nothing with another."""
@@ -91,7 +96,7 @@ class _Trial:
     @functools.cached_property
     def fitted(self) -> CompensationModel:
         model = self.new()
-        self.call(".fit", model.fit, _copied(_chamber()))
+        self.call(".fit", model.fit, _copied(self.chamber))
         return model
 
     @functools.cached_property
@@ -109,7 +114,7 @@ def _complete(trial: _Trial) -> None:
 
 def _fits(trial: _Trial) -> None:
     model = trial.new()
-    returned = trial.call(".fit", model.fit, _copied(_chamber()))
+    returned = trial.call(".fit", model.fit, _copied(trial.chamber))
     if returned is not model:
         raise UsageError(
             f"{trial.label}.fit returned {_kind(returned)}; expected the model itself, so end it with 'return self'"
@@ -117,9 +122,9 @@ def _fits(trial: _Trial) -> None:
 
 
 def _chamber_unchanged(trial: _Trial) -> None:
-    chamber = _copied(_chamber())
+    chamber = _copied(trial.chamber)
     trial.call(".fit", trial.new().fit, chamber)
-    _refuse_change(trial, "fit", chamber, _chamber())
+    _refuse_change(trial, "fit", chamber, trial.chamber)
 
 
 def _shape(trial: _Trial) -> None:
@@ -147,6 +152,15 @@ def _finite(trial: _Trial) -> None:
 
 def _unit(trial: _Trial) -> None:
     samples, truth = _samples()
+    if isinstance(trial.given, FromFile):
+        more = trial.ask(trial.fitted, replace(samples, output=samples.output + 1.0)) - trial.force
+        if (bad := np.flatnonzero(~(more > 0.0))).size:
+            raise UsageError(
+                f"{trial.label}: at {samples.temperature_c[bad[0]]:.3g} degC and {samples.rate_c_per_min[bad[0]]:.2g} "
+                "degC/min more output is not more specific force; expected a scale factor above 0, so correct the "
+                f"file {trial.given.path}"
+            )
+        return
     centred = truth - truth.mean()
     slope = float(trial.force @ centred / (truth @ centred))  # a constant error is no matter of the unit
     likely = {
@@ -190,7 +204,7 @@ def _repeatable(trial: _Trial) -> None:
             f"so keep nothing between calls and draw nothing at random"
         )
     other = trial.new()
-    trial.call(".fit", other.fit, _copied(_chamber()))
+    trial.call(".fit", other.fit, _copied(trial.chamber))
     if not _same(trial.ask(other, _samples()[0]), trial.force):
         raise UsageError(
             f"{trial.label}.fit gave another model from the same chamber readings the second time; expected the same, "

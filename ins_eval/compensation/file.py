@@ -16,12 +16,14 @@
     [x.residual_mps2]             # what an oven run added, optional
 
 and likewise [y...] and [z...], or [accelerometer...] where the file is of a single one. The unit of a curve is in the
-name of its table; its terms are per degC and per degC/min. Either curve may be of either kind.
+name of its table; its terms are per degC and per degC/min. Either curve may be of either kind. `covariance`, where it
+is known, is that of its terms in the order of eq. (11), or of falling and then rising.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -63,7 +65,8 @@ class CurveTable(Strict):
     mu: float | None = None
     gamma: float | None = None
     residual_rms: Annotated[float, Field(ge=0.0)] | None = None
-    covariance: tuple[tuple[float, ...], ...] | None = None  # of the terms that are given, in the order of eq. (11)
+    # of the terms that are given, in the order of eq. (11), or of the values of falling and then rising
+    covariance: tuple[tuple[float, ...], ...] | None = None
     knots_c: Numbers | None = None
     falling: Numbers | None = None
     rising: Numbers | None = None
@@ -71,20 +74,20 @@ class CurveTable(Strict):
     @model_validator(mode="after")
     def _one_kind(self) -> CurveTable:
         branched = {"knots_c", "falling", "rising"} & self.model_fields_set
-        if branched and self.model_fields_set - branched:
-            odd = sorted(self.model_fields_set - branched)[0]
+        if branched and (others := self.model_fields_set - branched - {"covariance"}):
+            odd = sorted(others)[0]
             raise ValueError(f"'{odd}' and '{sorted(branched)[0]}' stand in one curve; keep terms or branches")
         if branched:
             if len(branched) < 3 or not len(self.knots_c) == len(self.falling) == len(self.rising):
                 raise ValueError("a curve with branches needs knots_c, falling and rising of one length")
-            if (np.diff(self.knots_c) <= 0.0).any():
+            if any(high <= low for low, high in pairwise(self.knots_c)):
                 raise ValueError("the temperatures knots_c do not increase; sort the knots")
         elif not self.terms:
             raise ValueError(f"the curve has no term; give some of {', '.join(TERMS)}, or knots_c, falling and rising")
-        elif self.covariance is not None and np.shape(np.array(self.covariance, dtype=object)) != 2 * (
-            len(self.terms),
-        ):
-            raise ValueError(f"the covariance is not square over the terms {', '.join(self.terms)}")
+        over = f"the terms {', '.join(self.terms)}" if not branched else "the values of falling and rising"
+        count = 2 * len(self.knots_c) if branched else len(self.terms)
+        if self.covariance is not None and [len(row) for row in self.covariance] != [count] * count:
+            raise ValueError(f"the covariance is not square over {over}")
         return self
 
     @property
@@ -93,14 +96,14 @@ class CurveTable(Strict):
         return tuple(term for term in TERMS if getattr(self, term) is not None)
 
     def curve(self) -> Curve:
-        """The curve itself; what is not known of a fit is NaN."""
+        """The curve itself; its covariance is None and the RMS of its residuals NaN where they are not known."""
+        covariance = None if self.covariance is None else np.array(self.covariance)
         if self.knots_c is not None:
-            return BranchCurve(np.array(self.knots_c), np.array(self.falling), np.array(self.rising))
-        count = len(self.terms)
+            return BranchCurve(np.array(self.knots_c), np.array(self.falling), np.array(self.rising), covariance)
         return Polynomial(
             terms=self.terms,
             values=np.array([getattr(self, term) for term in self.terms]),
-            covariance=np.full((count, count), np.nan) if self.covariance is None else np.array(self.covariance),
+            covariance=covariance,
             residual_rms=np.nan if self.residual_rms is None else self.residual_rms,
             reference_c=self.reference_temperature_c,
         )
@@ -212,8 +215,7 @@ def believed_model(belief: Belief, axis: str, folder: str | Path) -> Compensatio
 
 def _known(terms: tuple[str, ...], values: Sequence[float], reference_c: float) -> Polynomial:
     """A polynomial that was not fitted here, so that nothing is known of its fit."""
-    count = len(terms)
-    return Polynomial(terms, np.array(values, dtype=float), np.full((count, count), np.nan), np.nan, reference_c)
+    return Polynomial(terms, np.array(values, dtype=float), None, np.nan, reference_c)
 
 
 def _fitted(name: str, scale: Curve, bias_ug: Curve) -> ScaleAndBias:
@@ -244,16 +246,18 @@ def _table(model: CompensationModel, path: Path) -> dict[str, Any]:
         )
     if not hasattr(inner, "scale_"):
         raise UsageError(f"{path}: the model {model.name} is not fitted; fit it before it is written")
+    scale, bias_ug = inner.curves_with_covariance()
     table = {
-        "scale_pulse_per_g_s": _curve_table(inner.scale_, model.name, path),
-        "bias_ug": _curve_table(inner.bias_ug_, model.name, path),
+        "scale_pulse_per_g_s": _curve_table(scale, model.name, path),
+        "bias_ug": _curve_table(bias_ug, model.name, path),
     }
     return table if residual is None else table | {"residual_mps2": _curve_table(residual, model.name, path)}
 
 
 def _curve_table(curve: Curve, name: str, path: Path) -> dict[str, Any]:
     if isinstance(curve, BranchCurve):
-        return {"knots_c": curve.knots_c, "falling": curve.falling, "rising": curve.rising}
+        branched = {"knots_c": curve.knots_c, "falling": curve.falling, "rising": curve.rising}
+        return branched if curve.covariance is None else branched | {"covariance": curve.covariance}
     if not isinstance(curve, Polynomial):
         raise UsageError(
             f"{path}: the model {name} has a curve of type {type(curve).__name__}, expected a polynomial or one with "
@@ -264,6 +268,6 @@ def _curve_table(curve: Curve, name: str, path: Path) -> dict[str, Any]:
     table |= {curve.terms[k]: curve.values[k] for k in order}
     if np.isfinite(curve.residual_rms):
         table["residual_rms"] = curve.residual_rms
-    if np.isfinite(curve.covariance).all():
+    if curve.covariance is not None:
         table["covariance"] = curve.covariance[np.ix_(order, order)]
     return table

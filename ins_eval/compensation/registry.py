@@ -12,8 +12,11 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import ModuleType
 
-from ins_eval.compensation import CompensationModel
+import numpy as np
+
+from ins_eval.compensation import CompensationModel, Samples
 from ins_eval.compensation.ablations import hysteresis_bias_only, hysteresis_scale_only, hysteresis_without_rate
+from ins_eval.compensation.file import AXES, SINGLE, ModelFile
 from ins_eval.compensation.hysteresis import hysteresis
 from ins_eval.compensation.mirrored import Mirrored
 from ins_eval.compensation.none import none
@@ -21,6 +24,8 @@ from ins_eval.compensation.quadratic import quadratic
 from ins_eval.compensation.refined import Refined
 from ins_eval.compensation.simple import simple
 from ins_eval.errors import UsageError, did_you_mean
+from ins_eval.recording import ChamberReadings
+from ins_eval.tables import parse, read_toml
 
 BUILT_IN: dict[str, Callable[[], CompensationModel]] = {
     "none": none,
@@ -33,10 +38,37 @@ BUILT_IN: dict[str, Callable[[], CompensationModel]] = {
     "hysteresis_without_rate": hysteresis_without_rate,
 }
 REFINED = "_refined"  # after any name, a user's too: that model with the oven refinement
+FILE = ".toml"
 _MIRRORED = re.compile(r"2 (\S+) - (\S+)")
 _METHODS = ("fit", "specific_force")
 _NAME = re.compile(r"[\w.+-][\w.+ -]*")
 RESERVED = ("size", "rate_hz", "improvement")  # stand beside the names of models in metrics.json
+
+
+class FromFile:
+    """A compensation file: fitted already, so that `fit` only turns to the accelerometer that the readings are of."""
+
+    def __init__(self, path: str | Path):
+        self.path = Path(path)
+        file = parse(ModelFile, read_toml(self.path), str(path))
+        held = {key: getattr(file, key) for key in (SINGLE, *AXES)}
+        self.name = file.name
+        self.models = {key: table.model(file.name) for key, table in held.items() if table is not None}
+        self._model = next(iter(self.models.values()))
+
+    def fit(self, chamber: ChamberReadings) -> FromFile:
+        """Take the model of the axis of these readings as it stands in the file."""
+        if chamber.axis not in self.models and SINGLE not in self.models:
+            wanted = f"none for axis {chamber.axis}" if chamber.axis else "which axis is meant was not said"
+            raise UsageError(
+                f"{self.path}: holds models for {', '.join(self.models)}, but {wanted}; calibrate all three axes"
+            )
+        self._model = self.models.get(chamber.axis) or self.models[SINGLE]
+        return self
+
+    def specific_force(self, samples: Samples) -> np.ndarray:
+        """Specific force along the input axis, (n,) m/s^2."""
+        return self._model.specific_force(samples)
 
 
 def model_names() -> list[str]:
@@ -45,9 +77,9 @@ def model_names() -> list[str]:
 
 
 def load_model(spec: str) -> CompensationModel:
-    """A new, unfitted model.
+    """A new, unfitted model; that of a compensation file is fitted already.
 
-    `spec` is a built-in name, ``file.py:Class``, ``package.module:Class``, any of these followed by
+    `spec` is a built-in name, ``file.py:Class``, ``package.module:Class``, ``file.toml``, any of these followed by
     ``_refined``, or ``2 A - B`` of two of them (see `mirrored`).
 
     Raises: UsageError where there is no such model or it cannot be made.
@@ -56,6 +88,10 @@ def load_model(spec: str) -> CompensationModel:
         return Mirrored(load_model(mirrored[1]), load_model(mirrored[2]))
     if spec in BUILT_IN:
         return BUILT_IN[spec]()
+    if spec.endswith(FILE):
+        return _load_file(spec)
+    if spec.endswith(FILE + REFINED):
+        return Refined(_load_file(spec.removesuffix(REFINED)))
     if ":" in spec:
         return _load_users(spec)
     if spec.endswith(REFINED) and spec.removesuffix(REFINED) in BUILT_IN:
@@ -70,7 +106,9 @@ def model_files(specs: Iterable[str]) -> list[Path]:
     files = []
     for spec in specs:
         where = spec.rpartition(":")[0]
-        if where.endswith(".py"):
+        if (file := spec.removesuffix(REFINED)).endswith(FILE):
+            files.append(Path(file))
+        elif where.endswith(".py"):
             files.append(Path(where))
         elif where and (found := importlib.util.find_spec(where)) and found.origin:
             files.append(Path(found.origin))
@@ -90,9 +128,17 @@ def missing_parts(model: object) -> str | None:
     lacking = [method for method in _METHODS if not callable(getattr(model, method, None))]
     if lacking:
         return f"it has no method {' and no method '.join(lacking)}; expected fit(chamber) and specific_force(samples)"
-    if name in model_names() and not type(model).__module__.startswith("ins_eval."):
+    of_ours = type(model).__module__.startswith("ins_eval.") and not isinstance(model, FromFile)
+    if name in model_names() and not of_ours:
         return f"its name '{name}' is that of a built-in model; its results would be taken for that one's, so rename it"
     return None
+
+
+def _load_file(spec: str) -> FromFile:
+    model = FromFile(spec)
+    if lack := missing_parts(model):
+        raise UsageError(f"compensation model '{spec}': {lack}")
+    return model
 
 
 def _load_users(spec: str) -> CompensationModel:

@@ -8,7 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from ins_eval.calibration.four_point import four_point
+from ins_eval.calibration.four_point import FourPoint, four_point
+from ins_eval.calibration.models import with_covariance
 from ins_eval.compensation import Samples
 from ins_eval.recording import ChamberReadings
 from ins_eval.units import STANDARD_GRAVITY, UG
@@ -36,13 +37,27 @@ class ScaleAndBias:
     bias: CurveFit
     scale_: Curve = field(init=False, repr=False)
     bias_ug_: Curve = field(init=False, repr=False)
+    points_: FourPoint | None = field(init=False, repr=False, default=None)  # that the curves were drawn through
 
     def fit(self, chamber: ChamberReadings) -> ScaleAndBias:
         """Draw both curves; raises DataRefused where the readings do not determine them."""
-        points = four_point(chamber)
+        points = self.points_ = four_point(chamber)
         self.scale_ = self.scale(points.temperature_c, points.rate_c_per_min, points.scale)
         self.bias_ug_ = self.bias(points.temperature_c, points.rate_c_per_min, points.bias_ug)
         return self
+
+    def curves_with_covariance(self) -> tuple[Curve, Curve]:
+        """Scale factor and bias; after a fit with the covariance of their coefficients, which costs more than the fit.
+
+        A covariance is None where the readings are too few to tell, or a curve is of a kind that has none.
+        """
+        points = self.points_
+        if points is None:
+            return self.scale_, self.bias_ug_
+        return (
+            with_covariance(self.scale, self.scale_, points, points.scale),
+            with_covariance(self.bias, self.bias_ug_, points, points.bias_ug),
+        )
 
     def specific_force(self, samples: Samples) -> np.ndarray:
         """Specific force along the input axis, (n,) m/s^2."""

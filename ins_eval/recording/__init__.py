@@ -88,7 +88,8 @@ class ChamberReadings:
 
     `run` numbers each uninterrupted stay in one position, `input_g` is the specific force along the input axis
     in units of standard gravity, `rate_c_per_min` the commanded ramp, `temperature_c` the thermometer's
-    reading at the accelerometer's surface, `output` the mean output over the reading in pulse/s.
+    reading at the accelerometer's surface, `output` the mean output over the reading in pulse/s. `axis` is the body
+    axis of its input in the IMU that it belongs to, empty where that is not said.
     """
 
     time_s: np.ndarray
@@ -98,3 +99,5 @@ class ChamberReadings:
     temperature_c: np.ndarray
     output: np.ndarray
     unit_id: str = ""
+    axis: Literal["x", "y", "z", ""] = ""
+    further: Mapping[str, np.ndarray] = field(default_factory=dict)  # the chamber's own temperature, any other sensor

@@ -38,6 +38,14 @@ def test_blend_is_even_at_rest_and_linear_in_the_rate(curve):
     np.testing.assert_allclose(curve.evaluate(temperature, 0.06), 0.25 * falling + 0.75 * rising, atol=1e-9)
 
 
+def test_design_times_values_is_the_curve(curve):
+    rng = np.random.default_rng(8)
+    temperature, rate = rng.uniform(-80.0, 90.0, 400), rng.uniform(-0.3, 0.3, 400)
+    design = curve.design(temperature, rate)
+    np.testing.assert_allclose(design @ curve.values, curve.evaluate(temperature, rate), atol=1e-9)
+    np.testing.assert_allclose(design.sum(axis=1), 1.0, rtol=EXACT)
+
+
 def test_curve_is_continuous_in_temperature_and_rate(curve):
     """No step in the curve is larger than its steepest slope times the step of the argument."""
     steepest = max(np.abs(np.diff(v) / np.diff(KNOTS_C)).max() for v in (curve.falling, curve.rising))

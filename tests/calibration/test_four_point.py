@@ -50,26 +50,6 @@ def test_readings_are_dropped_until_the_filter_has_forgotten_its_start(chamber):
     assert four_point(chamber, rate_filter_s=60.0).elapsed_s.min() == 180.0
 
 
-@pytest.mark.parametrize(
-    ("position_g", "k1_eq3", "k0_eq4", "k1_eq13"),
-    [
-        # as printed with Fig. 4: 0, 90, 180, 270 degrees see +1, 0, -1, 0 g
-        ({0: 1.0, 90: 0.0, 180: -1.0, 270: 0.0}, "-K1/2", "K0-1/2", "0"),
-        # 0, 90, 180, 270 degrees see 0, +1, 0, -1 g: now (13) and (14) are right and (3), (4) are not
-        ({0: 0.0, 90: 1.0, 180: 0.0, 270: -1.0}, "K1/2", "K0-1/2", "K1"),
-    ],
-)
-def test_printed_labels_contradict_the_printed_formulas(position_g, k1_eq3, k0_eq4, k1_eq13):
-    k1, k0 = 320320.0, 300e-6
-    e = {angle: k1 * (k0 + force) for angle, force in position_g.items()}
-    meaning = {"-K1/2": -k1 / 2, "K1/2": k1 / 2, "K1": k1, "0": 0.0, "K0-1/2": k0 - 0.5, "K0": k0}
-    assert (e[90] - e[0]) / 2 == pytest.approx(meaning[k1_eq3])
-    assert (e[180] + e[270]) / (2 * k1) == pytest.approx(meaning[k0_eq4])
-    assert (e[90] - e[270]) / 2 == pytest.approx(meaning[k1_eq13], abs=1e-9)
-    # eq. (14)'s pair of positions is the 0 g pair only with the second labelling, its sum is 2 K1 K0 with both
-    assert (e[0] + e[180]) / (2 * k1) == pytest.approx(k0)
-
-
 def test_order_of_the_positions_does_not_matter(chamber, chamber_of):
     points = four_point(chamber)
     other = four_point(chamber_of(scale, bias_ug, positions=(0.0, -1.0, 0.0, 1.0)))

@@ -318,20 +318,49 @@ class TestThereAndBack:
         form.read(folder)
 
     def test_chamber_readings_come_back(self, tmp_path):
-        readings = chamber()
+        readings = replace(chamber(), axis="y", further={"chamber_c": 12 + np.arange(40.0) / 7, "remark": ["a"] * 40})
         belief = Belief(
             accelerometer={"x": AxisBelief(scale=ScaleBelief(gamma=3e5)), "y": AxisBelief(scale=ScaleBelief(gamma=2e5))}
         )
-        folder = form.write_chamber(readings, tmp_path / "y", "y", belief=belief)
-        assert_same(form.read_chamber(folder), readings)
-        assert form.chamber_axis(folder) == "y"
+        folder = form.write_chamber(readings, tmp_path / "y", belief=belief)
+        again = form.read_chamber(folder)
+        assert_same(replace(again, further={}), replace(readings, further={}))
+        assert again.further["chamber_c"].tolist() == readings.further["chamber_c"].tolist()
+        assert again.further["remark"].tolist() == ["a"] * 40
+        assert set(again.further) == {"chamber_c", "remark"}
         assert form.read_belief(folder).accelerometer == belief.accelerometer.model_copy(update={"x": None})
 
     def test_nothing_need_be_believed_of_what_is_to_be_calibrated(self, tmp_path):
-        folder = form.write_chamber(chamber(unit_id=""), tmp_path / "z", "z")
-        assert form.chamber_axis(folder) == "z"
+        folder = form.write_chamber(replace(chamber(unit_id=""), axis="z"), tmp_path / "z")
         assert form.read_belief(folder) == Belief()
         assert form.read_chamber(folder).unit_id == ""
+        assert form.read_chamber(folder).axis == "z"
+
+    def test_the_axis_of_a_chamber_need_not_be_said(self, tmp_path):
+        folder = form.write_chamber(chamber(), tmp_path / "c")
+        assert "accelerometer.x" not in (folder / "recording.toml").read_text()
+        assert form.read_chamber(folder).axis == ""
+
+    def test_several_accelerometers_of_one_table_come_back_one_by_one(self, tmp_path):
+        """Written one after another: the times of the second follow those of the first, by the step of the readings."""
+        first, second = (replace(chamber(f"#{k}"), further={"supply_v": np.full(40, 5.0 + k)}) for k in (1, 2))
+        folder = form.write_chamber([first, second], tmp_path / "both")
+        assert_same(replace(form.read_chamber(folder, "#1"), further={}), replace(first, further={}))
+        again = form.read_chamber(folder, "#2")
+        assert again.time_s.tolist() == (second.time_s + 40.0).tolist()
+        assert again.run.tolist() == (second.run + 4).tolist()
+        assert again.output.tolist() == second.output.tolist()
+        assert again.further["supply_v"].tolist() == [7.0] * 40
+
+    def test_accelerometers_measured_side_by_side_may_share_their_times(self, tmp_path):
+        """Rows of both units at every instant: each is in order by itself."""
+        folder = form.write_chamber(chamber("7"), tmp_path / "c")
+        path = as_csv(folder, "chamber")
+        head, *rows = path.read_text().replace("'7'", "7").splitlines()
+        both = [one for row in rows for one in (row, row.removesuffix("7") + "8")]
+        path.write_text("\n".join([head, *both]) + "\n")
+        for unit in ("7", "8"):
+            assert_same(form.read_chamber(folder, unit), chamber(unit))
 
 
 def chamber(unit_id: str = "JB-KT8 #1") -> ChamberReadings:

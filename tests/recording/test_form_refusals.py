@@ -264,12 +264,59 @@ def test_a_fault_in_a_chamber(tmp_path, column, row, value, expected):
     assert expected in refusal(folder, read=form.read_chamber)
 
 
-def test_a_chamber_of_two_accelerometers(tmp_path):
-    folder = form.write_chamber(chamber(), tmp_path / "c")
+def test_a_chamber_with_tables_of_two_axes(tmp_path):
+    folder = form.write_chamber(replace(chamber(), axis="x"), tmp_path / "c")
     edited(folder, "[accelerometer.x]", "[accelerometer.y]\n\n[accelerometer.x]")
     assert "tables of the accelerometers x and y" in refusal(folder, read=form.read_chamber)
-    assert form.chamber_axis(folder) is None
-    form.write_chamber(chamber(), folder)
-    path = as_csv(folder, "chamber")
-    path.write_text(path.read_text().replace("#1'", "#2'", 1))
-    assert "names 2 units" in refusal(folder, read=form.read_chamber)
+
+
+@pytest.fixture
+def two_units(tmp_path) -> Path:
+    return form.write_chamber([chamber("#1"), chamber("#2")], tmp_path / "c")
+
+
+@pytest.mark.parametrize(
+    ("unit", "said"),
+    [
+        (None, "names 2 units ('#1', '#2'), expected one; choose it with --unit"),
+        ("#11", "holds no unit '#11'; did you mean '#1'?"),
+        ("other", "holds no unit 'other'; known are #1, #2"),
+    ],
+)
+def test_a_chamber_of_two_units(two_units, unit, said):
+    assert said in refusal(two_units, UsageError, lambda folder: form.read_chamber(folder, unit))
+
+
+def test_a_unit_of_a_chamber_that_names_none(tmp_path):
+    folder = form.write_chamber(chamber(unit_id=""), tmp_path / "c")
+    said = refusal(folder, UsageError, lambda folder: form.read_chamber(folder, "#1"))
+    assert "unit_id: is not there, so '#1' cannot be told; leave --unit away" in said
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "expected"),
+    [
+        ("output", np.nan, "row 48, column output: nan"),
+        ("time_s", 46.0, "row 48, column time_s: time repeats 46.0 s"),
+        ("input_g", 0.0, "row 48, column input_g: 0 in run 4 that began at +1 g"),
+    ],
+)
+def test_a_fault_in_the_rows_of_the_second_unit_is_told_by_the_row_of_the_file(two_units, column, value, expected):
+    path = two_units / "chamber.parquet"
+    data = pa.parquet.read_table(path)
+    k = data.column_names.index(column)
+    values = data.column(k).to_numpy().copy()
+    values[47] = value
+    pa.parquet.write_table(data.set_column(k, column, pa.array(values)), path)
+    form.read_chamber(two_units, "#1")  # nothing is wrong with the first
+    assert expected in refusal(two_units, read=lambda folder: form.read_chamber(folder, "#2"))
+
+
+def test_accelerometers_that_cannot_share_a_table(tmp_path):
+    for several in (
+        [chamber("#1"), chamber("#1")],
+        [chamber("#1"), replace(chamber("#2"), further={"a": np.ones(40)})],
+    ):
+        with pytest.raises(UsageError, match="a unit_id each and the same further columns"):
+            form.write_chamber(several, tmp_path / "c")
+    assert not (tmp_path / "c").exists()

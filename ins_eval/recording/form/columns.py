@@ -30,10 +30,19 @@ class Columns:
     path: Path
     data: pa.Table
     notes: tuple[str, ...] = ()
+    row_numbers: np.ndarray | None = None  # in the file, where these are some of its rows
 
     @property
     def rows(self) -> int:
         return self.data.num_rows
+
+    def row(self, index: int) -> int:
+        """The number in the file of the row with this index, for a sentence."""
+        return int(index) + 1 if self.row_numbers is None else int(self.row_numbers[index])
+
+    def only(self, chosen: np.ndarray) -> Columns:
+        """The rows where `chosen` (n,) is True; they keep their numbers."""
+        return Columns(self.path, self.data.filter(pa.array(chosen)), self.notes, np.flatnonzero(chosen) + 1)
 
     @property
     def names(self) -> list[str]:
@@ -73,8 +82,8 @@ class Columns:
             expected = f"{low:g} or more" if np.isfinite(low) and not np.isfinite(high) else expected
             more = f", and {np.count_nonzero(bad) - 1} more" if np.count_nonzero(bad) > 1 else ""
             raise DataRefused(
-                f"{self.path}, row {row + 1}, column {name}: {values[row]:g}{more}, expected {expected}; correct or "
-                "remove what is wrong there, and mind the unit in the column's name"
+                f"{self.path}, row {self.row(row)}, column {name}: {values[row]:g}{more}, expected {expected}; correct "
+                "or remove what is wrong there, and mind the unit in the column's name"
             )
         return values
 
@@ -88,8 +97,8 @@ class Columns:
             goes = f"repeats {after!r} s" if after == before else f"goes back from {before!r} to {after!r} s"
             more = f", and {back.size - 1} times more" if back.size > 1 else ""
             raise DataRefused(
-                f"{self.path}, row {k + 2}, column time_s: time {goes}{more}, expected strictly increasing times; "
-                "sort the rows and drop repeated ones"
+                f"{self.path}, row {self.row(k + 1)}, column time_s: time {goes}{more}, expected strictly increasing "
+                "times; sort the rows and drop repeated ones"
             )
         return time_s
 
@@ -131,8 +140,8 @@ class Columns:
         for row, value in enumerate(values):
             if value is None:
                 raise DataRefused(
-                    f"{self.path}, row {row + 1}, column {name}: {shown(texts[row])}, expected a number; correct that "
-                    "row, with a point as decimal sign"
+                    f"{self.path}, row {self.row(row)}, column {name}: {shown(texts[row])}, expected a number; correct "
+                    "that row, with a point as decimal sign"
                 )
         return np.array(values, dtype=float)
 

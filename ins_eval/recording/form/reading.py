@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ins_eval.errors import DataRefused, UsageError
+from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.form.columns import Columns, open_table
@@ -82,10 +82,12 @@ def read(folder: str | Path) -> Recording:
     return _validated(recording, opened)
 
 
-def read_chamber(folder: str | Path) -> ChamberReadings:
+def read_chamber(folder: str | Path, unit: str | None = None) -> ChamberReadings:
     """Read the readings of one accelerometer in a chamber; `read_belief` gives what is believed of it.
 
-    Raises like `read`.
+    A table of several accelerometers needs the `unit` that is meant, as its column ``unit_id`` names it. The axis is
+    the one that has a table in ``recording.toml``, or not said. Further columns are kept.
+    Raises like `read`, and UsageError for a unit that is not there or not chosen.
     """
     opened = open_folder(folder)
     if opened.description.kind != CHAMBER:
@@ -98,25 +100,28 @@ def read_chamber(folder: str | Path) -> ChamberReadings:
             f"{opened.file}: has tables of the accelerometers {' and '.join(opened.axes)}, expected the one that was "
             "in the chamber; keep the table of that axis"
         )
-    table = _required(opened, CHAMBER)
-    table.require(("time_s", *READINGS))
+    whole = _required(opened, CHAMBER)
+    whole.require(("time_s", *READINGS))
+    unit_id, table = _of_unit(whole, unit)
     time_s = table.increasing_time()
     run, input_g, rate_c_per_min, temperature_c, output = (table.numbers(name) for name in READINGS)
     _check_runs(table, run, input_g)
     return ChamberReadings(
-        time_s, run.astype(np.int64), input_g, rate_c_per_min, temperature_c, output, unit_id=_unit_id(table)
+        time_s,
+        run.astype(np.int64),
+        input_g,
+        rate_c_per_min,
+        temperature_c,
+        output,
+        unit_id=unit_id,
+        axis=opened.axes[0] if opened.axes else "",
+        further=table.others(("time_s", *READINGS, UNIT)),
     )
 
 
 def read_belief(folder: str | Path) -> Belief:
     """What a recording of any kind believes, without its tables."""
     return open_folder(folder).belief
-
-
-def chamber_axis(folder: str | Path) -> str | None:
-    """Which accelerometer a chamber recording holds, "x", "y" or "z": the one that has a table; None: not said."""
-    axes = open_folder(folder).axes
-    return axes[0] if len(axes) == 1 else None
 
 
 def _required(opened: Opened, name: str) -> Columns:
@@ -241,7 +246,7 @@ def _check_runs(table: Columns, run: np.ndarray, input_g: np.ndarray) -> None:
     """Each run has a whole number, is one piece, and stays in one position of +1, 0 or -1 g."""
 
     def refuse(row: int, column: str, seen: str, expected: str) -> None:
-        raise DataRefused(f"{table.path}, row {row + 1}, column {column}: {seen}, expected {expected}")
+        raise DataRefused(f"{table.path}, row {table.row(row)}, column {column}: {seen}, expected {expected}")
 
     if (bad := np.flatnonzero((run != np.rint(run)) | (np.abs(run) > 2.0**53))).size:
         refuse(bad[0], "run", f"{run[bad[0]]:g}", "a whole number; number the stays in one position 0, 1, 2, ...")
@@ -259,14 +264,19 @@ def _check_runs(table: Columns, run: np.ndarray, input_g: np.ndarray) -> None:
         refuse(bad[0], "input_g", seen, "one position in a run; give each position a run of its own")
 
 
-def _unit_id(table: Columns) -> str:
+def _of_unit(table: Columns, wanted: str | None) -> tuple[str, Columns]:
+    """The unit that is `wanted`, or the only one, and its rows."""
+    where = f"{table.path}, column {UNIT}"
     if UNIT not in table.names:
-        return ""
-    column = table.data.column(UNIT)
-    ids = column.unique().to_pylist()
-    if len(ids) > 1:
-        raise DataRefused(
-            f"{table.path}, column {UNIT}: names {len(ids)} units ({shown(ids[0])}, {shown(ids[1])}), expected one "
-            "accelerometer; make one recording of each"
-        )
-    return "" if ids[0] is None else str(ids[0])
+        if wanted:
+            raise UsageError(f"{where}: is not there, so {shown(wanted)} cannot be told; leave --unit away or add it")
+        return "", table
+    column = np.array(["" if one is None else str(one) for one in table.data.column(UNIT).to_pylist()])
+    units = list(dict.fromkeys(column.tolist()))
+    if wanted is None and len(units) > 1:
+        listed = ", ".join(shown(one) for one in units[:6]) + (", ..." if len(units) > 6 else "")
+        raise UsageError(f"{where}: names {len(units)} units ({listed}), expected one; choose it with --unit")
+    if wanted is not None and wanted not in units:
+        raise UsageError(f"{where}: holds no unit {shown(wanted)}{did_you_mean(wanted, units)}")
+    chosen = units[0] if wanted is None else wanted
+    return chosen, table if len(units) == 1 else table.only(column == chosen)

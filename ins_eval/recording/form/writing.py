@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,24 +69,50 @@ def write(recording: Recording, folder: str | Path, truth: Fixes | None = None) 
 
 
 def write_chamber(
-    readings: ChamberReadings,
+    readings: ChamberReadings | Sequence[ChamberReadings],
     folder: str | Path,
-    axis: str = "x",
     name: str = "",
     belief: Belief | None = None,
     notes: tuple[str, ...] = (),
 ) -> Path:
-    """Write the readings of the accelerometer `axis`, as `write` does a recording; the belief in others is left out."""
-    columns = {"time_s": readings.time_s}
-    columns |= {column: getattr(readings, column) for column in READINGS}
-    if readings.unit_id:
-        columns[UNIT] = np.full(readings.time_s.size, readings.unit_id, dtype=object)
-    description = Description(format=FORMAT, kind=CHAMBER, name=name or readings.unit_id or None, notes=notes)
+    """Write the readings of an accelerometer as `write` does a recording, or of several of them in one table.
+
+    Of the belief only what is of the accelerometer's own axis is kept; for several the axis is not said. Several
+    stand one after another, each with a ``unit_id``: their times and runs go on.
+    """
+    several = [readings] if isinstance(readings, ChamberReadings) else _one_after_another(readings)
+    tables = [{"time_s": one.time_s, **{c: getattr(one, c) for c in READINGS}, **_named(one)} for one in several]
+    columns = {column: np.concatenate([table[column] for table in tables]) for column in tables[0]}
+    alone = several[0] if len(several) == 1 else replace(several[0], unit_id="", axis="")
+    description = Description(format=FORMAT, kind=CHAMBER, name=name or alone.unit_id or None, notes=notes)
     table = table_of(description, belief or Belief(), unused=("gps", "reference", "height", "earth", "gyro"))
-    of_axis = table["accelerometer"].get(axis, {})
+    of_axis = table["accelerometer"].get(alone.axis, {})
     table["accelerometer"] = {key: value for key, value in table["accelerometer"].items() if key not in tuple("xyz")}
-    table["accelerometer"][axis] = of_axis
+    if alone.axis:
+        table["accelerometer"][alone.axis] = of_axis
     return _write_folder(Path(folder), table, {CHAMBER: columns})
+
+
+def _named(readings: ChamberReadings) -> Table:
+    """The columns of a chamber table that need not be there."""
+    unit = {UNIT: np.full(readings.time_s.size, readings.unit_id, dtype=object)} if readings.unit_id else {}
+    return unit | {name: values for name, values in readings.further.items() if name not in ("time_s", *READINGS, UNIT)}
+
+
+def _one_after_another(several: Sequence[ChamberReadings]) -> list[ChamberReadings]:
+    """Accelerometers that were measured side by side, as if one had followed the other."""
+    columns = {tuple(_named(one)) for one in several}
+    if len({one.unit_id for one in several}) < len(several) or len(columns) > 1:
+        raise UsageError(
+            f"chamber: {len(several)} accelerometers for one table need a unit_id each and the same further columns; "
+            "write a recording of each"
+        )
+    placed, time_s, run = [], 0.0, 0
+    for one in several:
+        step_s = float(np.median(np.diff(one.time_s)))
+        placed.append(replace(one, time_s=one.time_s - one.time_s[0] + time_s, run=one.run - one.run.min() + run))
+        time_s, run = float(placed[-1].time_s[-1]) + step_s, int(placed[-1].run.max()) + 1
+    return placed
 
 
 def _write_folder(folder: Path, description: dict[str, Any], tables: dict[str, Table]) -> Path:

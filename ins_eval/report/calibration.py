@@ -1,0 +1,328 @@
+"""A calibration in the thermal chamber, in words and tables.
+
+Nothing here is a result: what the metrics lack is left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from math import floor, log10
+
+from ins_eval.report.content import Block, Picture, Section, paragraphs, pick, table
+from ins_eval.report.style import in_symbols, label
+from ins_eval.report.wording import MISSING, listed, number, sentence
+
+POSITIONS = ("+1", "+0", "-1")
+PRINTED = (  # what the paper's equations yield on the two ways to label the angles
+    ("Fig. 4", "Fig. 4: 0° is +1 g, 180° is −1 g", ("−K1/2", "K0 − 1/2", "0", "K0")),
+    ("turned", "turned by 90°: 90° is +1 g, 270° is −1 g", ("K1/2", "K0 − 1/2", "K1", "K0")),
+)
+GREEK = {"alpha": "α", "beta": "β", "eta": "η", "epsilon": "ε", "mu": "μ", "gamma": "γ"}
+NEARER = 0.8  # mean rate over commanded rate: below it the dwells have brought the rates together
+FEW_RAMPS = 4
+PREFIX = "calibration: "  # of sentences that refuse
+
+
+def calibration_content(metrics: Mapping) -> tuple[str, list[Section]]:
+    """The answer and the sections of the calibration of one accelerometer, or of three."""
+    units = metrics.get("accelerometers") or []
+    sections = []
+    for unit in units:
+        ahead, of = (f"{unit['axis']}_", f" of {unit['axis']}") if len(units) > 1 else ("", "")
+        sections += [
+            Section(f"What each model leaves{of}", _models(unit)),
+            Section(f"Scale factor{of}", _scale(unit, ahead)),
+            Section(f"Bias{of}", _bias(unit, ahead)),
+            Section(f"A reading in a new run{of}", _new_run(unit, metrics)),
+            Section(f"What the readings determine{of}", _determined(unit)),
+            Section(f"What they cannot tell, and which run would{of}", paragraphs(*_further(unit))),
+        ]
+    if units:
+        sections.append(Section("Four positions, by specific force", _four_points(units)))
+        sections.append(Section("The readings", _recordings(units)))
+    return _answer(metrics, units), [section for section in sections if section.blocks]
+
+
+def _answer(metrics: Mapping, units: Sequence[Mapping]) -> str:
+    if not units:
+        return "These metrics hold no calibration."
+    return "\n".join([*(_in_short(unit, metrics) for unit in units), _of_file(metrics, units)]).strip()
+
+
+def _in_short(unit: Mapping, metrics: Mapping) -> str:
+    parts, chosen = [], pick(metrics, "compensation", "model")
+    if (bare := unit.get("sensitivity_ppm_per_c")) is not None:
+        after = [
+            f"{number(left, 1)} after {label(name)} compensation"
+            for name in dict.fromkeys(("simple", chosen))
+            if (left := pick(unit, "models", name, "scale", "sensitivity_ppm_per_c")) is not None
+        ]
+        parts.append(f"the scale factor moves by {', '.join([f'{number(bare, 1)} ppm/°C with temperature', *after])}")
+    if within := pick(unit, "models", chosen, "new_run_ug"):
+        most = max(within["+1"], within["-1"])
+        parts.append(
+            f"with {label(chosen)} compensation 95 % of the readings of a new run are off by no more than "
+            f"{number(within['+0'], 0)} µg at 0 g and {number(most, 0)} µg at ±1 g"
+        )
+    return sentence(f"{unit['name']}: {'; '.join(parts)}")
+
+
+def _of_file(metrics: Mapping, units: Sequence[Mapping]) -> str:
+    """Which model the file holds, and why not the one that would be expected."""
+    chosen, file = pick(metrics, "compensation", "model"), pick(metrics, "compensation", "file")
+    text = ""
+    if pick(metrics, "compensation", "asked") is None and chosen != "hysteresis":
+        lacking = [unit["name"] for unit in units if not pick(unit, "determined", "hysteresis")]
+        text = (
+            f"The readings of {listed(lacking)} do not determine the hysteresis compensation; the best that they "
+            f"determine is {label(chosen)}. "
+        )
+        if all(pick(unit, "models", "hysteresis", "scale") for unit in units):
+            text += "With --compensation hysteresis it is taken nevertheless. "
+    if file:
+        text += f"{file} holds the {label(chosen)} compensation, for evaluate --compensation and flight-report --model."
+    return text
+
+
+def _models(unit: Mapping) -> list[Block]:
+    rows, reasons = [], []
+    for name, model in (unit.get("models") or {}).items():
+        if "reason" in model:
+            reasons.append(f"{label(name)}: {model['reason']}")
+            continue
+        within = model.get("new_run_ug") or {}
+        rows.append(
+            (
+                label(name),
+                number(pick(model, "scale", "residual_rms_ppm"), 0),
+                number(pick(model, "scale", "sensitivity_ppm_per_c"), 2),
+                number(pick(model, "bias", "residual_rms_ug"), 0),
+                *(number(within.get(position), 0) for position in ("+0", "+1", "-1")),
+            )
+        )
+    header = (
+        "compensation",
+        "K1 left, RMS [ppm]",
+        "K1 left, sensitivity [ppm/°C]",
+        "K0 left, RMS [µg]",
+        "new run within, 0 g [µg]",
+        "+1 g [µg]",
+        "−1 g [µg]",
+    )
+    bare = unit.get("sensitivity_ppm_per_c")
+    note = (
+        "Sensitivity: largest less smallest mean over a degree of one branch, over mean and span of temperature"
+        + (f"; of K1 itself {number(bare, 2)} ppm/°C" if bare is not None else "")
+        + ". New run: 95 % of compensated readings stay within, as a mean over the programme; each run is a switch-on."
+    )
+    return [*table("", header, rows, note), *paragraphs(*(sentence(reason) for reason in reasons))]
+
+
+def _scale(unit: Mapping, ahead: str) -> list[Block]:
+    return [
+        Picture(
+            f"{ahead}scale_against_temperature",
+            "K1 against the reading of temperature, falling and rising, with the fits.",
+        ),
+        *_coefficients(unit, "scale", "K1 = α r² + β ΔT² + η r ΔT + ε r + μ ΔT + γ with ΔT = T − 22 °C and its rate r"),
+        Picture(f"{ahead}scale_residual", "K1 over the K1 of each model."),
+        Picture(f"{ahead}residual_against_time", "What simple and hysteresis compensation leave, over the programme."),
+    ]
+
+
+def _bias(unit: Mapping, ahead: str) -> list[Block]:
+    return [
+        Picture(f"{ahead}bias_against_temperature", "K0 against the reading of temperature, with the fits."),
+        *_coefficients(unit, "bias", "K0 = β ΔT² + μ ΔT + γ"),
+        *_branches(unit),
+        Picture(f"{ahead}bias_residual", "K0 less the K0 of each model."),
+    ]
+
+
+def _coefficients(unit: Mapping, quantity: str, what: str) -> list[Block]:
+    """The terms of eq. (11) of each model."""
+    rows = []
+    for name, model in (unit.get("models") or {}).items():
+        for term in pick(model, quantity, "terms") or ():
+            if term["name"] in GREEK:
+                rows.append((label(name), GREEK[term["name"]], *with_half_width(term), readable(term["unit"])))
+    note = f"{what}. Intervals take the readings of one ramp, and of one leg, as belonging together."
+    return table("", ("compensation", "coefficient", "value", "± (95 %)", "unit"), rows, note, align="llrrl")
+
+
+def _branches(unit: Mapping) -> list[Block]:
+    """The falling and the rising bias of the hysteresis model."""
+    terms = pick(unit, "models", "hysteresis", "bias", "terms") or ()
+    of_branch = {
+        branch: {place: term for term in terms for of, _, place in [term["name"].partition(" at ")] if of == branch}
+        for branch in ("falling", "rising")
+    }
+    rows = [
+        (readable(place), *with_half_width(falling), *with_half_width(of_branch["rising"][place]))
+        for place, falling in of_branch["falling"].items()
+    ]
+    header = ("temperature", "falling", "± (95 %)", "rising", "± (95 %)")
+    return table("Hysteresis compensation: K0 in µg, straight between these temperatures", header, rows, align="rrrrr")
+
+
+def _new_run(unit: Mapping, metrics: Mapping) -> list[Block]:
+    rows = [
+        (
+            number(row["temperature_c"], 0),
+            row["direction"],
+            *(f"{number(row[position][0], 0)} to {number(row[position][1], 0)}" for position in POSITIONS),
+        )
+        for row in unit.get("new_run") or ()
+    ]
+    note = (
+        "95 % interval of compensated less true specific force in µg, in a run that is still to come: what the model "
+        "leaves in the mean of all runs, how runs differ, and the scatter within one."
+    )
+    header = ("temperature [°C]", "and it is", *(f"{position.replace('+0', '0')} g" for position in POSITIONS))
+    title = f"Compensation: {label(pick(metrics, 'compensation', 'model') or '')}"
+    return table(title, [cell.replace("-", "−") for cell in header], rows, note, align="rlrrr")
+
+
+def _determined(unit: Mapping) -> list[Block]:
+    found = unit.get("determined") or {}
+    if "rank" not in found:
+        return []
+    terms, rank, steady = found["terms"], found["rank"], found["steady_rank"]
+    text = (
+        f"Rank {rank} of {terms} for the terms of eq. (11), and {steady} of {terms} by the steady legs of the ramps "
+        "alone. One direction at one rate can give three, both directions at one rate five, two or more rates six."
+    )
+    if (condition := found.get("condition")) is not None:
+        text += f" The condition number is {number(condition, 0)}: so many times an error may grow."
+    models = {name: model for name, model in (unit.get("models") or {}).items() if "reason" not in model}
+    remarks: dict[str, list[str]] = {}
+    for name, model in models.items():
+        for remark in model.get("remarks") or ():
+            remarks.setdefault(remark, []).append(label(name))
+    return paragraphs(
+        text,
+        *(
+            sentence(
+                f"{f'{listed(names)}: ' if len(names) < len(models) else ''}{readable(remark.removeprefix(PREFIX))}"
+            )
+            for remark, names in remarks.items()
+        ),
+    )
+
+
+def _further(unit: Mapping) -> list[str]:
+    """What these readings cannot tell, each with the run that would."""
+    found, recording = unit.get("determined") or {}, unit.get("recording") or {}
+    rates, ramps = found.get("mean_rates_c_per_min") or [], recording.get("ramps_c_per_min") or []
+    directions = found.get("directions") or []
+    texts = []
+    if len(directions) == 1:
+        other = {"falling": "rises", "rising": "falls"}[directions[0]]
+        texts.append(
+            f"The temperature was only {directions[0]}, so nothing is known of how the accelerometer differs while it "
+            f"{other}: that branch of the bias is a copy. Record the way back, in the same run."
+        )
+    if len(ramps) == 1:
+        text = (
+            f"One rate ({ramps[0]:g} °C/min) cannot separate alpha from gamma, and one run in each position shows "
+            "nothing of how runs differ, so there are no intervals. Add a second rate in all four positions, "
+            f"{0.5 * ramps[0]:.2g} or {2.0 * ramps[0]:.2g} °C/min"
+        )
+        texts.append(f"{text}.")
+    elif 1 < len(ramps) < FEW_RAMPS:
+        texts.append(
+            f"Only {len(ramps)} rates show how runs differ, which makes the intervals wide; each further rate in all "
+            "four positions narrows them."
+        )
+    alpha = _interval(unit, "alpha")
+    if len(ramps) > 1 and alpha and alpha[0] <= 0.0 <= alpha[1]:
+        text = "α cannot be told from 0 here"
+        if rates and max(rates) < NEARER * max(ramps):
+            text += (
+                f": with the dwells the mean rates are {min(rates):.2f} to {max(rates):.2f} °C/min, close together, "
+                f"though {min(ramps):g} to {max(ramps):g} were commanded. A run without dwells sets them apart"
+            )
+        else:
+            text += f": the rates {min(ramps):g} to {max(ramps):g} °C/min are close together. A faster one would tell"
+        texts.append(f"{text}.")
+    if found.get("hysteresis"):
+        texts.append(
+            "ε also takes up what follows the direction and not the rate, such as the magnet's hysteresis. A run "
+            "several times slower would tell: a loop that stays open is not the rate's."
+        )
+    if (span := recording.get("temperature_c")) is not None:
+        limit = found.get("rate_seen_c_per_min")
+        text = f"Nothing is known below {number(span[0], 0)} and above {number(span[1], 0)} °C"
+        text += f" or at rates above {limit:.2f} °C/min" if limit else ""
+        texts.append(
+            f"{text}: there the terms of the scale factor are an extrapolation, and the bias keeps the value of its "
+            "last knot."
+        )
+    texts.append(
+        "Four positions do not show K2, the cross-coupling and the misalignment of the input axis: K2 stays out of K1 "
+        "and, thanks to the pair at 0 g, of K0. More positions of the index head would show them."
+    )
+    return texts
+
+
+def _interval(unit: Mapping, term: str) -> Sequence[float] | None:
+    for one in pick(unit, "models", "hysteresis", "scale", "terms") or ():
+        if one["name"] == term:
+            return one.get("interval95")
+    return None
+
+
+def _four_points(units: Sequence[Mapping]) -> list[Block]:
+    text = (
+        "K1 = (A(+1 g) − A(−1 g)) / 2 and K0 = (A(0 g) + A'(0 g)) / (2 K1), where A is the output in pulse/s. "
+        "Positions are told by the specific force along the input axis, column input_g, never by an angle of the index "
+        "head. Paper A prints two pairs of equations with angles, and with the angles of its Fig. 4 three of the four "
+        "do not give what they are meant to give; with the head turned by 90° the second pair does."
+    )
+    rows = []
+    for unit in units:
+        for key, words, meaning in PRINTED:
+            if values := pick(unit, "printed", key):
+                cells = [
+                    f"{number(values['eq3_scale'], 0)} = {meaning[0]}",
+                    f"{number(values['eq4_bias'], 5)} = {meaning[1]}",
+                    f"{number(values['eq13_scale'], 0)} = {meaning[2]}",
+                    f"{number(values['eq14_bias'], 5)} = {meaning[3]}",
+                ]
+                rows.append((f"{unit['name']}: {words}" if len(units) > 1 else words, *cells))
+    header = ("angles", "eq. (3) [pulse/(g s)]", "eq. (4) [g]", "eq. (13) [pulse/(g s)]", "eq. (14) [g]")
+    return [*paragraphs(text), *table("", header, rows, "At the readings nearest to 22 °C.")]
+
+
+def _recordings(units: Sequence[Mapping]) -> list[Block]:
+    rows = []
+    for unit in units:
+        recording = unit.get("recording") or {}
+        span = recording.get("temperature_c")
+        rows.append(
+            (
+                unit["name"],
+                unit.get("axis") or MISSING,
+                str(recording.get("readings", MISSING)),
+                str(recording.get("runs", MISSING)),
+                ", ".join(f"{ramp:g}" for ramp in recording.get("ramps_c_per_min") or ()) or MISSING,
+                MISSING if span is None else f"{number(span[0], 1)} to {number(span[1], 1)}",
+            )
+        )
+    header = ("accelerometer", "axis", "readings", "runs", "ramps [°C/min]", "temperature [°C]")
+    return table("", header, rows, align="llrrll")
+
+
+def with_half_width(term: Mapping) -> tuple[str, str]:
+    """Value and half width of an interval, with two digits that count in the latter; without one, five of the value."""
+    value, interval = term["value"], term.get("interval95")
+    half = 0.0 if interval is None else 0.5 * (interval[1] - interval[0])
+    digits = 1 - floor(log10(half)) if half > 0.0 else 4 - floor(log10(abs(value))) if value else 0
+    digits = max(digits, 0)
+    return number(value, digits), MISSING if interval is None else number(half, digits)
+
+
+def readable(text: str) -> str:
+    """Units and negative numbers as a page shows them."""
+    return re.sub(r"-(?=\d)", "−", in_symbols(text).replace("^2", "²"))
