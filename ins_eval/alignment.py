@@ -7,6 +7,7 @@ be zero, as the measurement of a linear error model (psi angles; Titterton and W
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from filterpy.common import van_loan_discretization
@@ -124,14 +125,28 @@ def align(
 
 def _filter(solution, step_s: float, at: Start, noise: AlignmentNoise) -> tuple[np.ndarray, np.ndarray]:
     """psi (3,) at the end of the solution and the covariance of [dv_N dv_E psi_N psi_E psi_D eps_N eps_E eps_D]."""
-    g = gravity(at.latitude_rad, at.height_m)
-    meridian, transverse = (r + at.height_m for r in radii(at.latitude_rad))
-    north_rate, down_rate = EARTH_RATE * np.cos(at.latitude_rad), -EARTH_RATE * np.sin(at.latitude_rad)
+    measured = solution.velocity_n[1:, :2]
+    transition, gains, covariance = _gains(at.latitude_rad, at.height_m, step_s, noise, len(measured))
+    x = np.zeros(8)
+    for gain, velocity in zip(gains, measured, strict=True):
+        x = transition @ x
+        x = x + gain @ (velocity - x[:2])
+    return x[2:5], covariance
+
+
+@lru_cache(maxsize=4)
+def _gains(
+    latitude_rad: float, height_m: float, step_s: float, noise: AlignmentNoise, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Transition (8, 8), gains of `count` updates (count, 8, 2), covariance after them: no measurement enters them."""
+    g = gravity(latitude_rad, height_m)
+    meridian, transverse = (r + height_m for r in radii(latitude_rad))
+    north_rate, down_rate = EARTH_RATE * np.cos(latitude_rad), -EARTH_RATE * np.sin(latitude_rad)
     f = np.zeros((8, 8))
     f[0, 3], f[1, 2] = g, -g
     f[0, 1], f[1, 0] = 2.0 * down_rate, -2.0 * down_rate
     f[2:5, 2:5] = -np.array([[0.0, -down_rate, 0.0], [down_rate, 0.0, -north_rate], [0.0, north_rate, 0.0]])
-    f[2, 1], f[3, 0], f[4, 1] = 1.0 / transverse, -1.0 / meridian, -np.tan(at.latitude_rad) / transverse
+    f[2, 1], f[3, 0], f[4, 1] = 1.0 / transverse, -1.0 / meridian, -np.tan(latitude_rad) / transverse
     f[2:5, 5:8] = -np.eye(3)
     drive = np.diag(
         [UG * noise.velocity_random_walk_ug_per_sqrt_hz] * 2
@@ -145,7 +160,9 @@ def _filter(solution, step_s: float, at: Start, noise: AlignmentNoise) -> tuple[
     kf.R = np.eye(2) * noise.velocity_mps**2
     bias = DEG_PER_H * noise.gyro_bias_deg_per_h
     kf.P = np.diag([1e-4, 1e-4, 2e-3, 2e-3, 5.0 * DEG, bias, bias, bias]) ** 2
-    for velocity in solution.velocity_n[1:, :2]:
+    gains = np.empty((count, 8, 2))
+    for gain in gains:
         kf.predict()
-        kf.update(velocity)
-    return kf.x[2:5, 0], kf.P
+        kf.update(np.zeros(2))
+        gain[:] = kf.K
+    return kf.F, gains, kf.P

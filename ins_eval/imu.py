@@ -139,9 +139,9 @@ class Mission:
             reference=self.truth(0.0),
         )
 
-    def truth(self, from_s: float) -> Fixes:
-        """The true trajectory once a second, in the form of a reference with attitude."""
-        true = self.trajectory.truth(np.arange(from_s, self.trajectory.end_s + 0.5))
+    def truth(self, from_s: float, period_s: float = 1.0) -> Fixes:
+        """The true trajectory every `period_s`, in the form of a reference with attitude."""
+        true = self.trajectory.truth(np.arange(from_s, self.trajectory.end_s + 0.5 * period_s, period_s))
         return Fixes(
             true.time_s,
             true.latitude_rad,

@@ -14,38 +14,15 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+import ins_eval
 from ins_eval import ensemble
 from ins_eval.accelerometer import Contribution, Effect
 from ins_eval.accelerometer import Population as Accelerometers
 from ins_eval.ensemble import ARMS, SOURCES, Plan, World, fly
+from ins_eval.errors import UsageError
 from ins_eval.evaluate import evaluate
 from ins_eval.reference import bridge
 
-PROFILE = """\
-name = "hop"
-duration_s = 300.0
-
-[start]
-latitude_deg = 34.65
-longitude_deg = 108.9
-height_m = 400.0
-heading_deg = 60.0
-stand_s = 120.0
-
-[[speed]]
-from_s = 0.0
-to_s = 60.0
-to_mps = 100.0
-
-[[turn]]
-at_s = 150.0
-by_deg = 60.0
-bank_deg = 33.0
-
-[thermal]
-self_heating_c = 20.0
-time_constant_s = 600.0
-"""
 MODEL = """\
 class Plain:
     name = "plain"
@@ -74,13 +51,6 @@ class Silent(Effect):
 
     def noise_ug(self, interval_s, rng):
         return 0.0 * rng.standard_normal(interval_s.size)
-
-
-@pytest.fixture
-def profile(tmp_path: Path) -> Path:
-    path = tmp_path / "hop.toml"
-    path.write_text(PROFILE)
-    return path
 
 
 @pytest.fixture
@@ -185,7 +155,7 @@ def test_members_come_in_order_of_their_numbers(plan: Plan, tmp_path: Path) -> N
 
 def test_finished_members_are_not_computed_again(plan: Plan, tmp_path: Path, monkeypatch) -> None:
     first = ensemble.run({"a": (plan, 2)}, tmp_path, workers=1, quiet=True)
-    monkeypatch.setattr(ensemble, "fly", None)
+    monkeypatch.setattr(ensemble.flight, "member", None)
     again = ensemble.run({"a": (plan, 2)}, tmp_path, workers=1, quiet=True)
     assert [in_bytes(m) for m in again["a"]] == [in_bytes(m) for m in first["a"]]
 
@@ -199,12 +169,27 @@ def test_progress_shows_the_time_to_go(plan: Plan, tmp_path: Path, capsys) -> No
     assert capsys.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("field", [{"experiment": "fligt"}, {"source": "gyros"}])
+def test_plan_refuses_what_it_does_not_know(field: dict) -> None:
+    with pytest.raises(UsageError, match="did you mean '(flight|gyro)'"):
+        Plan(**field)
+
+
 # ------------------------------------------------------------------------------------------------ the key
 
 
 @pytest.mark.parametrize(
     "change",
-    [{"seed": 2}, {"arms": ("simple",)}, {"rate_hz": 20.0}, {"oven_runs": 2}, {"source": "gyro"}, {"profile": "box"}],
+    [
+        {"seed": 2},
+        {"arms": ("simple",)},
+        {"rate_hz": 20.0},
+        {"oven_runs": 2},
+        {"source": "gyro"},
+        {"profile": "box"},
+        {"experiment": "oven"},
+        {"changes": (("creep.scatter", 0.5),)},
+    ],
     ids=lambda change: next(iter(change)),
 )
 def test_key_changes_with_the_plan(plan: Plan, change: dict) -> None:
@@ -221,9 +206,9 @@ def test_key_is_the_same_in_another_process(plan: Plan) -> None:
 
 def test_key_changes_with_what_the_profile_says_and_not_with_how(plan: Plan, profile: Path) -> None:
     before = plan.key()
-    profile.write_text("# a comment\n" + PROFILE)
+    profile.write_text("# a comment\n" + profile.read_text())
     assert plan.key() == before
-    profile.write_text(PROFILE.replace("to_mps = 100.0", "to_mps = 100.5"))
+    profile.write_text(profile.read_text().replace("to_mps = 100.0", "to_mps = 100.5"))
     assert plan.key() != before
 
 
@@ -231,11 +216,11 @@ def test_key_changes_with_a_profile_that_the_profile_refers_to(profile: Path, tm
     monkeypatch.chdir(tmp_path)
     (tmp_path / "trajectories").mkdir()
     referred = tmp_path / "trajectories" / "warm.toml"
-    referred.write_text(PROFILE)
-    profile.write_text(PROFILE.partition("[thermal]")[0] + '[thermal]\nsame_as = "warm"\n')
+    referred.write_text(profile.read_text())
+    profile.write_text(profile.read_text().partition("[thermal]")[0] + '[thermal]\nsame_as = "warm"\n')
     plan = Plan(profile=str(profile))
     before = plan.key()
-    referred.write_text(PROFILE.replace("self_heating_c = 20.0", "self_heating_c = 21.0"))
+    referred.write_text(referred.read_text().replace("self_heating_c = 20.0", "self_heating_c = 21.0"))
     assert plan.key() != before
 
 
@@ -266,11 +251,11 @@ def test_key_changes_with_the_module_of_a_users_model(plan: Plan, tmp_path: Path
     assert plan.key() != before
 
 
-@pytest.mark.parametrize("file", ["gps.py", "accelerometer/creep.py", "accelerometer/epoxy.toml"])
+@pytest.mark.parametrize("file", ["gps.py", "ensemble/oven.py", "accelerometer/creep.py", "accelerometer/epoxy.toml"])
 def test_key_changes_with_the_code_and_its_data(plan: Plan, tmp_path: Path, monkeypatch, file: str) -> None:
     copy = tmp_path / "ins_eval"
-    shutil.copytree(Path(ensemble.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(ensemble, "__file__", str(copy / "ensemble.py"))
+    shutil.copytree(Path(ins_eval.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(ins_eval, "__file__", str(copy / "__init__.py"))
     before = plan.key()
     with (copy / file).open("a") as text:
         text.write("# changed\n")

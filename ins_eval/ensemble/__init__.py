@@ -1,0 +1,37 @@
+"""Many instruments in one experiment, each with every compensation: paired, in parallel, safe against a crash.
+
+A member of the ensemble is one instrument. It is drawn, calibrated in the chamber, refined in the oven, and then goes
+through the experiment of the plan once for each compensation, with the same errors in all of them. Its result depends
+on the plan and its number alone, so neither the number of workers nor an interruption can change a digit.
+
+    plan.py           what decides the numbers: profile, population, compensations, seed, experiment
+    changes.py        one assumption changed: a dotted key and its value
+    world.py          what the members of a plan share
+    flight.py         experiment "flight": one flight
+    oven.py           experiment "oven": ten runs at rest with the temperatures of the flight
+    chamber.py        experiment "chamber": the printed units, calibrated
+    sensitivity.py    the flight again, with one assumption changed at a time
+    running.py        members in parallel
+    store.py          members on disk
+"""
+
+from ins_eval.ensemble.flight import STATISTICS, contributions, fly
+from ins_eval.ensemble.plan import ARMS, OVEN_RATE_HZ, RATE_HZ, SOURCES, Plan
+from ins_eval.ensemble.running import run, stacked
+from ins_eval.ensemble.store import Store
+from ins_eval.ensemble.world import World
+
+__all__ = [
+    "ARMS",
+    "OVEN_RATE_HZ",
+    "RATE_HZ",
+    "SOURCES",
+    "STATISTICS",
+    "Plan",
+    "Store",
+    "World",
+    "contributions",
+    "fly",
+    "run",
+    "stacked",
+]

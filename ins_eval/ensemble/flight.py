@@ -1,0 +1,52 @@
+"""The flight of a member: navigated once with each compensation, with the same errors in all of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ins_eval import metrics
+from ins_eval.ensemble.world import World, beginning
+from ins_eval.evaluate import compensate, evaluate, samples
+from ins_eval.reference import bridge
+
+TRACK_PERIOD_S = 60.0
+
+# What the contributions of all members come to, by measure.
+STATISTICS = {
+    **{f"velocity_rms_{axis}": metrics.root_mean_square for axis in metrics.VelocityRms._fields},
+    **{f"cep_rate_{key}": definition.statistic for key, definition in metrics.DEFINITIONS.items()},
+}
+
+
+def fly(world: World, index: int) -> dict[str, dict[str, np.ndarray]]:
+    """One member: for each arm, what its flight contributes to every measure, and its track of position errors."""
+    recording = world.flight.record(world.instrument(index), world.streams(index).at("flight"))
+    seen, begin = samples(recording), beginning(world.flight, recording, world.alignment)
+    result = {}
+    for arm, triad in world.triads(index).items():
+        velocity = compensate(seen, triad, recording.start.time_s)
+        flown = evaluate(recording, velocity, **begin)
+        result[arm] = contributions(flown.errors)
+    return result
+
+
+member = fly  # as `running` calls it in every experiment
+
+
+def contributions(errors) -> dict[str, np.ndarray]:
+    """What one flight contributes to the measures of an ensemble."""
+    position = np.column_stack([errors.north_m, errors.east_m])[errors.valid]
+    time_s = errors.time_s[errors.valid]
+    rms = metrics.velocity_rms(errors.velocity_n, errors.valid)
+    moving = time_s > 0.0
+    bridged = bridge(errors)
+    grid = np.searchsorted(bridged.time_s, np.arange(0.0, bridged.time_s[-1] + 0.5, TRACK_PERIOD_S) - 1e-6)
+    return {
+        **{f"velocity_rms_{axis}": np.asarray(value) for axis, value in rms._asdict().items()},
+        **{
+            f"cep_rate_{key}": np.asarray(d.per_flight(position[moving], time_s[moving]))
+            for key, d in metrics.DEFINITIONS.items()
+        },
+        "track_s": bridged.time_s[grid],
+        "track_m": np.column_stack([bridged.north_m[grid], bridged.east_m[grid]]),
+    }

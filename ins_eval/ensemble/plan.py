@@ -1,0 +1,81 @@
+"""What decides the numbers of an ensemble."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+
+import ins_eval
+from ins_eval import accelerometer
+from ins_eval.compensation.registry import model_files
+from ins_eval.ensemble.changes import Change
+from ins_eval.errors import UsageError, did_you_mean
+from ins_eval.profile import load
+
+ARMS = (
+    "none",
+    "simple",
+    "simple_anchored",
+    "quadratic",
+    "hysteresis",
+    "simple_refined",
+    "hysteresis_refined",
+    "hysteresis_scale_only",
+    "hysteresis_bias_only",
+    "hysteresis_without_rate",
+)
+RATE_HZ = 10.0
+OVEN_RATE_HZ = 1.0
+
+Experiment = Literal["flight", "oven", "chamber"]
+EXPERIMENTS: tuple[Experiment, ...] = get_args(Experiment)
+
+# Sources of the error budget: the effects of the accelerometers that stay on, and whether the gyros err.
+SOURCES: dict[str, tuple[tuple[str, ...], bool]] = {
+    "accelerometer_bias_thermal": (("thermal_lag", "bias_temperature", "creep"), False),
+    "accelerometer_bias_of_the_run": (("turn_on", "in_run", "noise"), False),
+    "accelerometer_scale_factor": (
+        ("scale_polynomial", "magnet_hysteresis", "scale_repeatability", "nonlinearity"),
+        False,
+    ),
+    "gyro": ((), True),
+}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything that decides the numbers of an ensemble, but for its size."""
+
+    profile: str = "climb-cruise-landing"
+    population: str = "jb-kt8"
+    arms: tuple[str, ...] = ARMS
+    seed: int = 1
+    rate_hz: float = RATE_HZ
+    oven_runs: int = 1
+    source: str | None = None  # one of SOURCES: all others are switched off
+    experiment: Experiment = "flight"
+    changes: tuple[Change, ...] = ()  # one-factor changes, see `changes`
+
+    def __post_init__(self) -> None:
+        for name, value, known in (("experiment", self.experiment, EXPERIMENTS), ("source", self.source, SOURCES)):
+            if value is not None and value not in known:
+                raise UsageError(f"plan: no {name} '{value}'{did_you_mean(value, known)}")
+
+    def key(self) -> str:
+        """Name of the results of this plan: changes with the plan, the profile, the models and the code."""
+        digest = hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode())
+        profile = load(self.profile)
+        for said in (profile, *([load(profile.thermal.same_as)] if profile.thermal.same_as else [])):
+            digest.update(said.model_dump_json().encode())
+        digest.update(repr(accelerometer.Population.load(self.population)).encode())
+        digest.update(np.__version__.encode())
+        package = Path(ins_eval.__file__).parent
+        ours = sorted(path for path in package.rglob("*") if path.suffix in (".py", ".toml"))
+        for path in [*ours, *model_files(self.arms)]:
+            digest.update(path.read_bytes())
+        return digest.hexdigest()[:16]

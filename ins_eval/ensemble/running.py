@@ -1,0 +1,109 @@
+"""Members computed in parallel: what is missing is computed, the rest is read."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from functools import lru_cache
+from importlib import import_module
+from multiprocessing import connection, get_context, parent_process
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+from ins_eval.ensemble.plan import Plan
+from ins_eval.ensemble.store import Store
+from ins_eval.ensemble.world import World
+from ins_eval.errors import InsEvalError, StorageError
+
+
+@lru_cache(maxsize=8)
+def _world(plan: Plan) -> World:
+    return World(plan)
+
+
+def _work(plan: Plan, index: int, store: Store) -> int:
+    """Compute and keep one member; runs in a worker."""
+    with threadpool_limits(1):
+        experiment = import_module(f"ins_eval.ensemble.{plan.experiment}")
+        store.write(index, experiment.member(_world(plan), index))
+    return index
+
+
+def run(
+    plans: Mapping[str, tuple[Plan, int]], folder: Path, workers: int | None = None, quiet: bool = False
+) -> dict[str, list[dict[str, dict[str, np.ndarray]]]]:
+    """Compute what is missing of several ensembles and return all their members, in order of their numbers.
+
+    Parameters: ``plans[label]`` is a plan and its size; `folder` keeps the members; `workers` processes (None: all
+    cores); a bar with the time to go is shown unless `quiet`.
+    Raises: StorageError for a full disk or a folder that cannot be written.
+    """
+    stores = {label: Store(folder / plan.key()).open() for label, (plan, _) in plans.items()}
+    missing = [(label, i) for label, (_, size) in plans.items() for i in range(size) if stores[label].read(i) is None]
+    with tqdm(total=len(missing), desc="instruments", unit="", disable=quiet or not missing, mininterval=0.5) as bar:
+        for _ in _computed(missing, plans, stores, workers or os.cpu_count() or 1):
+            bar.update()
+    return {label: [_present(stores[label], i) for i in range(size)] for label, (_, size) in plans.items()}
+
+
+def _computed(missing, plans, stores, workers: int) -> Iterator[int]:
+    if workers == 1 or len(missing) < 2:
+        for label, index in missing:
+            yield _work(plans[label][0], index, stores[label])
+        return
+    pool = ProcessPoolExecutor(min(workers, len(missing)), mp_context=get_context("spawn"), initializer=_attend_parent)
+    try:
+        with _interrupts_ignored():  # what is started here ignores them for good: the parent alone answers
+            futures = [pool.submit(_work, plans[label][0], index, stores[label]) for label, index in missing]
+        for future in as_completed(futures):
+            yield future.result()
+    except BrokenProcessPool:
+        raise InsEvalError(
+            "a worker was ended from outside, perhaps for want of memory; finished instruments are kept, run again, "
+            "with fewer --workers if it repeats"
+        ) from None
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """No KeyboardInterrupt here, nor in the processes that are started meanwhile."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _attend_parent() -> None:
+    """Let a worker end with its parent, however that ends."""
+
+    def wait() -> None:
+        connection.wait([parent_process().sentinel])
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
+def _present(store: Store, index: int) -> dict[str, dict[str, np.ndarray]]:
+    result = store.read(index)
+    if result is None:
+        raise StorageError(f"{store.path(index)}: was written and cannot be read back; check the disk and run again")
+    return result
+
+
+def stacked(members: list[dict[str, dict[str, np.ndarray]]]) -> dict[str, dict[str, np.ndarray]]:
+    """``[arm][key]`` with the members along the first axis."""
+    return {arm: {key: np.stack([m[arm][key] for m in members]) for key in members[0][arm]} for arm in members[0]}

@@ -1,0 +1,61 @@
+"""Finished members on disk, safe against a crash."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ins_eval.errors import StorageError
+from ins_eval.storage import cannot_write, write_whole
+
+CHECKSUM_BYTES = 32  # SHA-256
+
+
+@dataclass(frozen=True)
+class Store:
+    """Finished members on disk, one file each."""
+
+    folder: Path
+
+    def open(self) -> Store:
+        """Make the folder. Raises StorageError where that cannot be done."""
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise cannot_write(self.folder, error) from None
+        return self
+
+    def path(self, index: int) -> Path:
+        """Where the member with this number lies."""
+        return self.folder / f"{index:05d}.npz"
+
+    def read(self, index: int) -> dict[str, dict[str, np.ndarray]] | None:
+        """A finished member, or None where there is none or its file is damaged, so that it is computed again."""
+        try:
+            content = self.path(index).read_bytes()
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            raise StorageError(
+                f"{self.path(index)}: cannot be read ({error.strerror}); remove it or choose another --output"
+            ) from None
+        arrays, checksum = content[:-CHECKSUM_BYTES], content[-CHECKSUM_BYTES:]
+        if hashlib.sha256(arrays).digest() != checksum:
+            return None
+        result: dict[str, dict[str, np.ndarray]] = {}
+        with np.load(io.BytesIO(arrays), allow_pickle=False) as stored:
+            for name in stored.files:
+                arm, _, key = name.rpartition("|")
+                result.setdefault(arm, {})[key] = stored[name]
+        return result
+
+    def write(self, index: int, result: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+        """Keep a member, its checksum behind it. Raises StorageError, with everything finished before still there."""
+        buffer = io.BytesIO()
+        np.savez(buffer, **{f"{arm}|{key}": value for arm, values in result.items() for key, value in values.items()})
+        write_whole(self.path(index), buffer.getvalue() + hashlib.sha256(buffer.getvalue()).digest())
