@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS := 1
 RUN_OPTIONS = $(if $(WORKERS),--workers "$(WORKERS)") $(if $(SEED),--seed "$(SEED)")
 
 .DEFAULT_GOAL := help
-.PHONY: help env flight-report check-cep test test-all lint wheel lock clean
+.PHONY: help env flight-report paper-report check-cep test test-all lint wheel lock clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -37,6 +37,9 @@ $(STAMP): pyproject.toml requirements.lock
 
 flight-report: env ## how good is this INS? writes reports/flight/ (MODEL=my.py:MyModel PROFILE= SEED= WORKERS=)
 	@$(VENV)/bin/ins-eval flight-report $(if $(MODEL),--model "$(MODEL)") $(if $(PROFILE),--profile "$(PROFILE)") $(RUN_OPTIONS)
+
+paper-report: env ## each number of Paper A beside ours; writes reports/paper-a/ (SEED= WORKERS=)
+	@$(VENV)/bin/ins-eval paper-report $(RUN_OPTIONS)
 
 check-cep: env ## the gate: is hysteresis compensation still better than simple? (SEED= WORKERS=)
 	@$(VENV)/bin/ins-eval check-cep $(RUN_OPTIONS)

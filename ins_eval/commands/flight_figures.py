@@ -33,11 +33,7 @@ def traces(
     start_s = first.solution.time_s[0]
     latitude = np.interp(one.time_s, first.solution.time_s, first.solution.latitude_rad)
     height = np.interp(one.time_s, first.solution.time_s, first.solution.height_m)
-    meridian, transverse = radii(latitude)
-    metres = {
-        "latitude": (meridian + height) * DEG / 60.0,
-        "longitude": (transverse + height) * np.cos(latitude) * DEG / 60.0,
-    }
+    metres = metres_per_arcmin(latitude, height)
     common = {
         "time_s": time_s,
         "bridged": ~one.valid,
@@ -61,6 +57,15 @@ def traces(
             **common, component=component, errors_arcmin=values, metres_per_arcmin=float(of_arcmin.mean())
         )
     return drawn
+
+
+def metres_per_arcmin(latitude_rad: np.ndarray, height_m: np.ndarray) -> dict[str, np.ndarray]:
+    """Metres on the ground in an arc-minute of "latitude" and of "longitude", (n,) each."""
+    meridian, transverse = radii(latitude_rad)
+    return {
+        "latitude": (meridian + height_m) * DEG / 60.0,
+        "longitude": (transverse + height_m) * np.cos(latitude_rad) * DEG / 60.0,
+    }
 
 
 def path(fixes: Fixes, start_s: float, outages: Sequence[tuple[float, float]]) -> dict[str, Figure]:

@@ -34,6 +34,6 @@ def write_results(
         print(f"page: {page}")
 
 
-def as_json(tree: Mapping[str, Any]) -> bytes:
+def as_json(tree: Mapping[str, Any] | Sequence[Any]) -> bytes:
     """The same bytes for the same numbers: keys sorted, floats in full."""
     return (json.dumps(tree, sort_keys=True, indent=1, allow_nan=False) + "\n").encode()

@@ -30,6 +30,7 @@ COLOUR = {
     "none": "#8a8a8a",
     "quadratic": "#8073ac",
     "simple": "#4a9bd4",
+    "simple_anchored": "#8fb8d0",
     "simple_refined": "#12508f",
     "hysteresis": "#f0876a",
     "hysteresis_refined": "#b2182b",
@@ -43,6 +44,7 @@ LABEL = {
     "none": "none",
     "quadratic": "quadratic",
     "simple": "simple",
+    "simple_anchored": "simple, anchored",
     "simple_refined": "simple, refined",
     "hysteresis": "hysteresis",
     "hysteresis_refined": "hysteresis, refined",
@@ -89,6 +91,13 @@ def colour(name: str) -> str:
 def label(name: str) -> str:
     """The name of a compensation as a reader sees it."""
     return LABEL.get(name, name)
+
+
+def in_symbols(text: str) -> str:
+    """Words of the package, which keep to ASCII, with the signs of units as a reader knows them."""
+    for plain, sign in ((" degrees", "°"), ("degC^2", "°C²"), ("degC^3", "°C³"), ("degC", "°C"), ("deg/h", "°/h")):
+        text = text.replace(plain, sign)
+    return re.sub(r"\bug\b", "µg", text)
 
 
 def in_order(names: Iterable[str]) -> list[str]:

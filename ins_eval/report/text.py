@@ -10,6 +10,7 @@ from ins_eval.report.content import Block, Paragraph, Picture, Section, Table
 from ins_eval.report.wording import unbroken
 
 GAP = 2  # blanks between columns
+INDENT = "    "  # of a remark below its row
 
 
 def render(
@@ -29,16 +30,19 @@ def render(
 def format_table(table: Table, width: int = 100) -> str:
     """The table with aligned columns; cells are wrapped until a row fits `width`, words before numbers."""
     rows = [list(map(str, table.header)), *(list(map(str, row)) for row in table.rows)]
+    remarks = ["", *([_spoken(remark) for remark in table.remarks] or [""] * len(table.rows))]
     widths = _column_widths(table, rows, width)
     lines = []
-    for number, row in enumerate(rows):
+    for number, (row, remark) in enumerate(zip(rows, remarks, strict=True)):
         cells = [textwrap.wrap(cell, w) or [""] for cell, w in zip(row, widths, strict=True)]
         for line in range(max(map(len, cells))):
             texts = [
                 _pad(cell[line] if line < len(cell) else "", w, side)
                 for cell, w, side in zip(cells, widths, table.alignment, strict=True)
             ]
-            lines.append((" " * GAP).join(texts).rstrip())
+            lines.append((" " * GAP).join(texts).rstrip().replace("\u00a0", " "))
+        if remark:
+            lines += [INDENT + line for line in _fill(remark, width - len(INDENT)).splitlines()]
         if number == 0:
             lines.append("-" * (sum(widths) + GAP * (len(widths) - 1)))
     title = [_fill(table.title, width)] if table.title else []
@@ -69,10 +73,14 @@ def _column_widths(table: Table, rows: Sequence[Sequence[str]], width: int) -> l
 
 def _block(block: Block, figures: Collection[str], width: int) -> str:
     if isinstance(block, Paragraph):
-        return _fill(f"{block.lead} {block.text}".lstrip(), width)
+        return _fill(_spoken(block), width)
     if isinstance(block, Picture):
         return f"[figure: figures/{block.name}.svg]" if block.name in figures else ""
     return format_table(block, width)
+
+
+def _spoken(paragraph: Paragraph) -> str:
+    return f"{paragraph.lead} {paragraph.text}".strip()
 
 
 def _headed(heading: str, rule: str, width: int) -> list[str]:

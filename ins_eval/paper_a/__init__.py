@@ -1,0 +1,9 @@
+"""Paper A (Sensors 2021, 21, 294) statement by statement: printed, computed again from its own numbers, and ours.
+
+printed.toml      the numbers that it prints (those that the simulation needs, too, stand there)
+audit/            what its numbers imply of one another
+ours.py           small simulations that only this page needs
+single.py         single flights, which a published flight has to be held against
+row.py            a row, its verdict, and the rule of the verdicts
+rows.py           all rows: tables.py, equations.py, procedures.py, figures.py, claims.py, inconsistencies.py
+"""

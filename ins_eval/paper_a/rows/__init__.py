@@ -1,0 +1,58 @@
+"""Everything that Paper A contains, a row each: printed, computed again, ours, and a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from ins_eval.paper_a import ours as own
+from ins_eval.paper_a.row import VERDICT_RULE, VERDICTS, Row
+from ins_eval.paper_a.rows import (
+    claims_navigation,
+    claims_sensors,
+    inconsistencies_laboratory,
+    inconsistencies_navigation,
+)
+from ins_eval.paper_a.rows.equations import equation_rows
+from ins_eval.paper_a.rows.figures import figure_rows
+from ins_eval.paper_a.rows.procedures import procedure_rows
+from ins_eval.paper_a.rows.tables import table_rows
+
+# Every id is a row itself or what stands before the first "/" of one.
+REQUIRED = (
+    *(f"A-T{k}" for k in range(1, 8)),
+    "A-CEP",
+    *(f"A-E{k}" for k in range(1, 18)),
+    "A-S",
+    "A-PW",
+    *(f"A-P{k}" for k in range(1, 14)),
+    *(f"A-F{k}" for k in range(1, 14)),
+    *(f"A-C{k}" for k in range(1, 41)),
+    *(f"A{k}" for k in range(1, 31)),
+)
+
+# what makes the rows of each group from the results and from `ours`
+GROUPS = {
+    "Tables": (table_rows,),
+    "Equations": (equation_rows,),
+    "Procedures": (procedure_rows,),
+    "Figures": (figure_rows,),
+    "Text claims": (claims_sensors.sensor_rows, claims_navigation.navigation_rows),
+    "Inconsistencies": (inconsistencies_laboratory.laboratory_rows, inconsistencies_navigation.navigation_rows),
+}
+
+
+def rows(results: Mapping) -> list[Row]:
+    """Every row, in the order of `REQUIRED`.
+
+    `results` is a nested mapping with any of the keys seed, chamber, oven, flight and sensitivity; what is missing was
+    not computed in this run, and its rows say so. With the seed the small computations of `ours` are done here.
+    """
+    ours = own.compute(results["seed"]) if "seed" in results else {}
+    found = [
+        replace(row, group=group) for group, parts in GROUPS.items() for make in parts for row in make(results, ours)
+    ]
+    return sorted(found, key=lambda row: REQUIRED.index(row.id.partition("/")[0]))
+
+
+__all__ = ["GROUPS", "REQUIRED", "VERDICTS", "VERDICT_RULE", "Row", "rows"]

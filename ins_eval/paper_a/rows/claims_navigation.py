@@ -1,0 +1,303 @@
+"""What the text of Paper A claims about the INS: budget, oven, temperatures of the flight, flight."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from ins_eval.paper_a.audit import navigation
+from ins_eval.paper_a.printed import PRINTED
+from ins_eval.paper_a.row import (
+    CONTRADICTS,
+    Estimate,
+    Row,
+    between,
+    decided,
+    find,
+    given,
+    number,
+    percent_off,
+    same,
+)
+from ins_eval.paper_a.single import FIRST, SECOND
+
+
+def navigation_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
+    """In the order of the paper."""
+    yield from _limits(results)
+    yield from _oven(results, ours)
+    yield from _temperature(ours)
+    yield from _flight(results, ours)
+    yield from _system(results)
+
+
+def _limits(results: Mapping) -> Iterator[Row]:
+    thermal, others = _budget(results, "accelerometer_bias_thermal"), {}
+    for source in ("accelerometer_bias_of_the_run", "accelerometer_scale_factor"):
+        others[source] = _budget(results, source)
+    known = True if thermal and all(others.values()) else None
+    yield decided(
+        "A-C4",
+        "Temperature is the main factor that degrades the accelerometer",
+        known and thermal["interval95"][0] > max(e["interval95"][1] for e in others.values()),
+        known
+        and f"With simple compensation the thermal bias alone gives {between(thermal)} m/s of horizontal velocity "
+        f"RMS, turn-on and in-run bias {between(others['accelerometer_bias_of_the_run'])}, the scale factor "
+        f"{between(others['accelerometer_scale_factor'])}. Vibration is not simulated.",
+        ours=thermal,
+        unit="m/s",
+    )
+    gyro = _budget(results, "gyro", "cep_rate_final")
+    sensors = [_budget(results, s, "cep_rate_final") for s in ("accelerometer_bias_thermal", *others)]
+    known = True if gyro and all(sensors) else None
+    yield decided(
+        "A-C5",
+        "The accelerometers, not the gyros, limit the INS",
+        known and gyro["interval95"][1] < float(np.sqrt(sum(s["value"] ** 2 for s in sensors))),
+        known
+        and "Reproduced only if the whole interval of the gyros lies below the root sum of squares of the others. "
+        f"CEP rate (final) with simple compensation from the gyros alone {between(gyro)} nmi/h, from the "
+        f"accelerometer sources alone {' / '.join(between(s) for s in sensors)} nmi/h. The gyros are those of "
+        "Table 5.",
+        ours=gyro,
+        unit="nmi/h",
+    )
+    simple = find(results, "flight", "ensemble", "improvement", "simple/none", "velocity_rms_horizontal")
+    proposed = find(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", "velocity_rms_horizontal")
+    known = simple and proposed
+    yield decided(
+        "A-C6",
+        "Simple linear compensation improves the performance only slightly",
+        known and simple["ratio"] > proposed["ratio"],
+        known
+        and f"Simple compensation lowers the horizontal velocity RMS to {number(simple['ratio'])} of that without "
+        f"any, refined hysteresis compensation to {number(proposed['ratio'])} of that with simple: the first step "
+        "is the larger one.",
+        ours=known and simple["ratio"],
+    )
+
+
+def _budget(results: Mapping, source: str, measure: str = "velocity_rms_horizontal") -> Estimate | None:
+    return find(results, "flight", "budget", source, FIRST, measure)
+
+
+def _oven(results: Mapping, ours: Mapping) -> Iterator[Row]:
+    of = PRINTED["table6"]["reduction_percent"]
+    for axis in navigation.AXES:
+        found = navigation.reduction_percent(PRINTED["table6"], axis)
+        yield decided(
+            f"A-C27/{axis}",
+            f"Oven: the {axis} velocity error is restrained by {of[axis]:g} %",
+            same(of[axis], found, 0.1),
+            "It follows from Table 6; what ours gives stands there.",
+            CONTRADICTS,
+            printed=of[axis],
+            recomputed=found,
+            unit="%",
+        )
+    best, typical = (find(results, "oven", key, "given", "horizontal") for key in ("best_of_ten", "median_of_ten"))
+    known = best and typical
+    yield decided(
+        "A-C28",
+        "One of the best of ten runs shows what the compensation does",
+        known and best["value"] <= typical["interval95"][1],
+        known
+        and f"The horizontal velocity RMS shrinks by {between(best)} % in the best of ten runs and by "
+        f"{between(typical)} % in the median one (median and central 95 % of the instruments, true attitude given).",
+        ours=best,
+        unit="%",
+    )
+    yield _east_more("A-C29/oven", "Oven", PRINTED["table6"], _gain(results, "east"), _gain(results, "north"))
+    ratio = {
+        axis: find(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", f"velocity_rms_{axis}")
+        for axis in navigation.AXES
+    }
+    flight = {axis: r and {"value": r["ratio"], "interval95": r["interval95"]} for axis, r in ratio.items()}
+    yield _east_more("A-C29/flight", "Flight", PRINTED["table7"], flight["east"], flight["north"])
+    position = find(ours, "oven_position")
+    yield decided(
+        "A-C30",
+        "Oven: the position error decreases",
+        position and position["best_east"] > 0.0 and position["best_north"] > 0.0,
+        position
+        and f"First instrument, best of ten runs: longitude error RMS {position['best_east']:+.0f} %, latitude "
+        f"{position['best_north']:+.0f} % smaller; it shrinks in {position['improved_east']:.0f} and "
+        f"{position['improved_north']:.0f} of the ten.",
+    )
+
+
+def _gain(results: Mapping, axis: str) -> Estimate | None:
+    return find(results, "oven", "gain", "given", axis)
+
+
+def _east_more(id: str, where: str, table: Mapping, east: Estimate | None, north: Estimate | None) -> Row:
+    """Does east improve more than north? The intervals of the two ratios must be apart."""
+    printed = {axis: navigation.reduction_percent(table, axis) for axis in navigation.AXES}
+    known = east and north
+    return decided(
+        id,
+        f"{where}: east improves more than north",
+        known and east["interval95"][1] < north["interval95"][0],
+        known
+        and f"Printed: {number(printed['east'])} against {number(printed['north'])} %, of one run. Ours, refined "
+        f"hysteresis over simple: {between(east)} east, {between(north)} north; reproduced if the two 95 % "
+        "intervals are apart.",
+        recomputed=printed["east"] - printed["north"],
+        ours=known and 100.0 * (north["value"] - east["value"]),
+        unit="%",
+    )
+
+
+def _temperature(ours: Mapping) -> Iterator[Row]:
+    thermal, of = find(ours, "thermal"), PRINTED["flight"]
+    yield decided(
+        "A-C31",
+        "The temperature rises first because the circuits heat the INS",
+        thermal and thermal["rise_c"] > 0.0 and thermal["rise_without_own_heat_c"] < 0.5 * thermal["rise_c"],
+        thermal
+        and f"Ours rises by {thermal['rise_c']:.1f} °C until {thermal['peak_s']:.0f} s after the start; without "
+        f"its own heat it would rise by {thermal['rise_without_own_heat_c']:.1f} °C.",
+        ours=thermal and thermal["rise_c"],
+        unit="°C",
+    )
+    yield decided(
+        "A-C32/falls",
+        "The temperature falls constantly through the cruise",
+        thermal and thermal["falling_share_of_cruise"] == 1.0,
+        thermal and f"It falls in {100 * thermal['falling_share_of_cruise']:.0f} % of the cruise.",
+        ours=thermal and 100 * thermal["falling_share_of_cruise"],
+        unit="%",
+    )
+    yield given(
+        "A-C32/coldest",
+        "It falls to -11 °C",
+        "the self-heating of the simulated IMU is solved so that it does.",
+        printed=of["coldest_c"],
+        ours=thermal and thermal["cruise_end_c"],
+        unit="°C",
+    )
+    yield decided(
+        "A-C33",
+        "The temperature rises while landing",
+        thermal and thermal["landing_rise_c"] > 0.0,
+        thermal and f"Ours rises by {thermal['landing_rise_c']:.1f} °C from its lowest value to the end.",
+        ours=thermal and thermal["landing_rise_c"],
+        unit="°C",
+    )
+    yield decided(
+        "A-C34",
+        "30 min of climb, 1.5 h of cruise and 20 min of landing make about 2.3 h",
+        same(of["duration_h"], navigation.duration_h(), 0.1),
+        f"They make {number(navigation.duration_h())} h.",
+        CONTRADICTS,
+        printed=of["duration_h"],
+        recomputed=navigation.duration_h(),
+        unit="h",
+    )
+
+
+def _flight(results: Mapping, ours: Mapping) -> Iterator[Row]:
+    of = PRINTED["table7"]["reduction_percent"]
+    for axis in navigation.AXES:
+        found = navigation.reduction_percent(PRINTED["table7"], axis)
+        yield decided(
+            f"A-C35/{axis}",
+            f"Flight: the {axis} velocity error is restrained by {of[axis]:g} %",
+            same(of[axis], found, 0.1),
+            "It follows from Table 7; what ours gives stands there.",
+            CONTRADICTS,
+            printed=of[axis],
+            recomputed=found,
+            unit="%",
+        )
+    cep, reduction = PRINTED["cep"], navigation.reduction_percent(PRINTED["cep"])
+    yield decided(
+        "A-C36/arithmetic",
+        "1.54 to 1.29 nmi/h is 16.2 %",
+        same(cep["reduction_percent"], reduction, 0.1),
+        "It follows from the two values.",
+        CONTRADICTS,
+        printed=cep["reduction_percent"],
+        recomputed=reduction,
+        unit="%",
+    )
+    ratio = find(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", "cep_rate_final")
+    gain = percent_off(ratio)
+    yield decided(
+        "A-C36/at_least",
+        "The navigation improves by at least 16.2 %",
+        gain and gain["interval95"][0] >= cep["reduction_percent"],
+        gain
+        and f"Ours, CEP rate (final) over the ensemble: {between(gain)} %. At least 16.2 % would need the lower "
+        "bound above it.",
+        printed=cep["reduction_percent"],
+        ours=gain,
+        unit="%",
+    )
+    yield from _early_and_late(results, ours)
+
+
+def _early_and_late(results: Mapping, ours: Mapping) -> Iterator[Row]:
+    tree, thermal = find(results, "flight", "difference_m"), find(ours, "thermal")
+    at = {s: find(tree, s) for s in ("1800", "3600", "6000", "8400")}
+    early, late = at["3600"], at["8400"]
+    known = early and late
+    yield decided(
+        "A-C37",
+        "At the early stage the two compensations differ little in position",
+        known and early["interval95"][1] < 0.5 * late["value"],
+        known
+        and f"Mean position error of simple minus refined hysteresis: {between(early)} m at 3600 s, "
+        f"{between(late)} m at 8400 s; little means below half of the latter.",
+        ours=early,
+        unit="m",
+    )
+    known = at["6000"] and late
+    yield decided(
+        "A-C38/difference",
+        "After 6000 s the difference grows",
+        known and late["interval95"][0] > at["6000"]["value"],
+        known and f"{between(at['6000'])} m at 6000 s, {between(late)} m at 8400 s.",
+        ours=late,
+        unit="m",
+    )
+    yield decided(
+        "A-C38/temperature",
+        "After 6000 s the temperature varies more than before",
+        thermal and thermal["late_rate"] > thermal["early_rate"],
+        thermal
+        and f"The mean rate of ours is {number(thermal['early_rate'])} °C/min before and "
+        f"{number(thermal['late_rate'])} after; it travels {thermal['early_range_c']:.1f} and "
+        f"{thermal['late_range_c']:.1f} °C.",
+        printed=None,
+        ours=thermal and thermal["late_rate"],
+        unit="°C/min",
+    )
+
+
+def _system(results: Mapping) -> Iterator[Row]:
+    tree = find(results, "flight", "ensemble", "improvement")
+    refined = find(tree, f"{SECOND}/hysteresis", "velocity_rms_horizontal")
+    yield decided(
+        "A-C39",
+        "The model needs compensation at the level of the INS, too",
+        refined and refined["interval95"][1] < 1.0,
+        refined and f"The oven refinement multiplies the horizontal velocity RMS of the flight by {_ratio(refined)}.",
+        ours=refined and {"value": refined["ratio"], "interval95": refined["interval95"]},
+    )
+    ratio = find(tree, f"{SECOND}/{FIRST}", "velocity_rms_horizontal")
+    fair = find(tree, f"{SECOND}/simple_refined", "velocity_rms_horizontal")
+    yield decided(
+        "A-C40",
+        "Temperature hysteresis compensation improves the navigation",
+        ratio and ratio["interval95"][1] < 1.0,
+        ratio
+        and f"Ratio of the horizontal velocity RMS, refined hysteresis over simple: {_ratio(ratio)}."
+        + (f" With the same refinement on both sides: {_ratio(fair)}." if fair else ""),
+        ours=ratio and {"value": ratio["ratio"], "interval95": ratio["interval95"]},
+    )
+
+
+def _ratio(ratio: Mapping) -> str:
+    return between({"value": ratio["ratio"], "interval95": ratio["interval95"]})
