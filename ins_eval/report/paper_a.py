@@ -258,8 +258,8 @@ def _value(value: float | str | None, digits: int) -> str:
     if value == round(value):
         return number(value, 0)
     text = significant(value, digits)
-    if digits > OUR_DIGITS and "." in text and "e" not in text:  # exact numbers, not estimates
-        text = text.rstrip("0")
+    if digits > OUR_DIGITS and "." in text:  # exact numbers, not estimates
+        text = re.sub(r"\.?0+(?=$|e)", "", text)
     return text.rstrip(".").replace("-", "−")
 
 
