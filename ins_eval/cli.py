@@ -145,6 +145,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     compare.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
+    diagnose = verbs.add_parser("diagnose", help="where recordings leave what is believed of them")
+    diagnose.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING")
+    diagnose.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
+    diagnose.add_argument("--json", type=Path, metavar="FILE", help="write the answer, ins-diagnosis/1")
+    diagnose.add_argument("--report", type=Path, metavar="DIR", help="folder of the page")
+    diagnose.add_argument("--quiet", action="store_true", help="no progress and no text on the terminal")
+
     model = verbs.add_parser("check-model", help="does a compensation model keep its contract?")
     model.add_argument("model", help="my.py:MyModel, package.module:Class, or a built-in name")
 
@@ -272,6 +279,10 @@ def _run(verb: str, options: dict) -> int:
         folder = options["recording_folder"]
         options["output"] = options["output"] or Path("reports") / f"{folder.name}-compare"
         return compare.run(**options)
+    if verb == "diagnose":
+        from ins_eval.commands import diagnose
+
+        return diagnose.run(**options)
     if verb == "check-model":
         from ins_eval.commands import check_model
 

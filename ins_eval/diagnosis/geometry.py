@@ -1,0 +1,81 @@
+"""A solution at any instant, a start that is moved or turned: what several parts of the diagnosis need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline, make_interp_spline
+from scipy.spatial.transform import Rotation, Slerp
+
+from ins_eval.earth import radii
+from ins_eval.recording import Start
+from ins_eval.strapdown import Solution
+
+VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """A solution at the instants `time_s` (m,): position, velocity and its derivative (m, 3), body to n (m, 3, 3)."""
+
+    time_s: np.ndarray
+    latitude_rad: np.ndarray
+    longitude_rad: np.ndarray
+    height_m: np.ndarray
+    velocity_n: np.ndarray
+    acceleration_n: np.ndarray
+    mat_nb: np.ndarray
+
+
+def at(solution: Solution, time_s: np.ndarray) -> States:
+    """The solution at `time_s` (m,), which lie inside it.
+
+    Position: cubic Hermite with the solution's own velocity; velocity: spline of fifth degree; attitude: Slerp.
+    """
+    t = solution.time_s
+    meridian, transverse = radii(solution.latitude_rad)
+    north, east, down = solution.velocity_n.T
+    rates = (
+        north / (meridian + solution.height_m),
+        east / ((transverse + solution.height_m) * np.cos(solution.latitude_rad)),
+        -down,
+    )
+    values = (solution.latitude_rad, np.unwrap(solution.longitude_rad), solution.height_m)
+    position = [CubicHermiteSpline(t, v, r)(time_s) for v, r in zip(values, rates, strict=True)]
+    degree = min(VELOCITY_DEGREE, (t.size - 1) // 2 * 2 - 1)
+    velocity = make_interp_spline(t, solution.velocity_n, k=max(1, degree))
+    inside = np.clip(time_s, t[0], t[-1])
+    attitude = Slerp(t, Rotation.from_quat(solution.quaternion_nb, scalar_first=True))(inside)
+    return States(
+        time_s, *position, velocity(time_s), velocity.derivative()(time_s), attitude.as_matrix().reshape(-1, 3, 3)
+    )
+
+
+def moved(start: Start, position_n: np.ndarray, velocity_n: np.ndarray) -> Start:
+    """A start shifted by metres north, east, down and by a velocity in m/s."""
+    meridian, transverse = radii(start.latitude_rad)
+    return replace(
+        start,
+        latitude_rad=start.latitude_rad + position_n[0] / (meridian + start.height_m),
+        longitude_rad=start.longitude_rad
+        + position_n[1] / ((transverse + start.height_m) * np.cos(start.latitude_rad)),
+        height_m=start.height_m - position_n[2],
+        velocity_n=tuple(float(v) for v in np.asarray(start.velocity_n) + velocity_n),
+    )
+
+
+def turned(attitude_rad, rotation_n: np.ndarray) -> tuple[float, float, float]:
+    """Roll, pitch, heading after a turn of the body by the rotation vector `rotation_n` in n."""
+    before = Rotation.from_euler("ZYX", np.asarray(attitude_rad, dtype=float)[::-1])
+    angles = (Rotation.from_rotvec(rotation_n) * before).as_euler("ZYX")[::-1]
+    return tuple(float(a) for a in angles)
+
+
+def cross_matrices(vectors: np.ndarray) -> np.ndarray:
+    """(m, 3, 3) matrices that take u to v x u, of `vectors` v (m, 3)."""
+    out = np.zeros((vectors.shape[0], 3, 3))
+    x, y, z = vectors.T
+    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -z, y, -x
+    out[:, 1, 0], out[:, 2, 0], out[:, 2, 1] = z, -y, x
+    return out

@@ -1,0 +1,209 @@
+"""Levels and correlation of all noise, estimated together with the answer under one prior.
+
+White noise of a measurement channel is read off its second differences, in which an INS that is smooth over seconds
+leaves nothing: robust, and the same under every hypothesis. The rest is found by maximising the evidence: level and
+correlation time of the receiver's slow error in position and in velocity, velocity and angle random walk, and the
+slow wander of accelerometers and gyros. Each has a log-normal prior around what is believed, the same under the null
+and under every candidate; a level frozen on the null makes false alarms of what the null cannot fit, and a level that
+is taken from the sheet makes them of an instrument that is a little worse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ins_eval.diagnosis.error_model import ErrorModel
+from ins_eval.diagnosis.evidence import log_evidence
+from ins_eval.diagnosis.observations import CHANNELS, Observations
+from ins_eval.diagnosis.whitening import NoiseLevels, Whitened
+from ins_eval.recording.belief import Belief
+from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
+
+LEAST_OF_BELIEVED = 0.3  # of the believed sigma: a receiver is not judged by errors far below its own statement
+SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise of one sigma
+NORMAL_MAD = 0.6745
+WANDER_TIME_S = 1800.0
+WIDEST = 3.0  # prior sigmas that a level may move
+OUTLIER = 4.5  # sigmas from its neighbours of a measurement that is not believed
+NEIGHBOUR_VARIANCE = 0.3  # of the median of four
+_STEP = 0.03  # of the difference quotient, in prior sigmas
+_ENOUGH = 0.02  # nats that a further step must gain
+_STEPS = 14
+_THREADS = 2
+
+
+class Prior(NamedTuple):
+    """Log-normal: `centre` in SI, `spread` of the logarithm; a spread of 0 keeps it fixed."""
+
+    centre: float
+    spread: float
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseModel:
+    """What is known of the noise before the evidence is looked at.
+
+    `white` (nodes, 9) one sigma of each measurement, `down` (9,) the slow error of what measures relative to north, and
+    `steps` (epochs, 3, 3) what the thermometer adds to velocity.
+    """
+
+    priors: dict[str, Prior]
+    white: np.ndarray
+    down: np.ndarray
+    steps: np.ndarray
+    interval_s: np.ndarray
+
+    @property
+    def free(self) -> list[str]:
+        return [name for name, prior in self.priors.items() if prior.spread > 0.0]
+
+    def values(self, position: Sequence[float]) -> dict[str, float]:
+        """Levels in SI at a position in prior sigmas from the centre, one for each that is free."""
+        moved = dict(zip(self.free, position, strict=True))
+        return {name: p.centre * np.exp(p.spread * moved.get(name, 0.0)) for name, p in self.priors.items()}
+
+    def levels(self, position: Sequence[float]) -> NoiseLevels:
+        """The same as the filter takes it."""
+        v = self.values(position)
+        dt = self.interval_s
+        sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
+        return NoiseLevels(
+            white=self.white,
+            force=np.eye(3) * (v["velocity_random_walk"] ** 2 * dt)[:, None, None] + self.steps,
+            rate=v["angle_random_walk"] ** 2 * dt,
+            slow_sigma=sigma,
+            slow_time_s=np.repeat([v[f"slow_{of}_time"] for of in ("position", "velocity", "attitude")], 3),
+            wander_sigma=np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3),
+            wander_time_s=WANDER_TIME_S,
+        )
+
+
+def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_density: np.ndarray) -> NoiseModel:
+    """Priors from the belief, white noise from the measurements themselves."""
+    level, ratio = white(seen)
+    typical = np.array([np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 1.0 for column in
+                        np.where(np.isfinite(seen.residual), seen.sigma, np.nan).T])  # fmt: skip
+    attitude = bool(np.isfinite(seen.residual[:, 6:]).any())
+    parked = seen.sources[0].name == "standstill"
+    spread = 0.0 if parked else 1.2
+    share = 0.01 if parked else 1.0
+    accelerometer, gyro = belief.accelerometer, belief.gyro
+    density = accelerometer.velocity_random_walk_ug_per_sqrt_hz
+    axes = np.stack(
+        [model.integrals[:, 8 * axis] / model.interval_s[:, None] for axis in range(3)], axis=1
+    )  # (epochs, axis, n): unit vectors of the accelerometers, shortened where the body turned
+    steps = np.einsum("ka,kai,kaj->kij", step_density * model.interval_s[:, None], axes, axes)
+    return NoiseModel(
+        priors={
+            "slow_position": Prior(0.5 * share * typical[0], spread),
+            "slow_position_time": Prior(100.0, min(spread, 1.0)),
+            "slow_velocity": Prior(0.2 * share * typical[3], spread),
+            "slow_velocity_time": Prior(40.0, min(spread, 1.0)),
+            "slow_attitude": Prior(0.5 * typical[6], spread if attitude else 0.0),
+            "slow_attitude_time": Prior(300.0, 1.2 if attitude else 0.0),
+            "velocity_random_walk": Prior(UG * (density or 5.0), 0.7 if density else 1.2),
+            "angle_random_walk": Prior(DEG_PER_SQRT_H * max(gyro.angle_random_walk_deg_per_sqrt_h, 1e-5), 0.7),
+            "accelerometer_wander": Prior(0.2 * UG * max(accelerometer.bias_sigma_ug, 1.0), 1.0),
+            "gyro_wander": Prior(0.2 * DEG_PER_H * max(gyro.bias_sigma_deg_per_h, 1e-4), 1.0),
+        },
+        white=level,
+        down=np.array([1.0, 1.0, ratio[0], 1.0, 1.0, ratio[1], 1.0, 1.0, 1.0]),
+        steps=steps,
+        interval_s=model.interval_s,
+    )
+
+
+def white(seen: Observations) -> tuple[np.ndarray, tuple[float, float]]:
+    """One sigma of each measurement (nodes, 9), and by how much down is noisier than north and east."""
+    factor = np.ones(CHANNELS)
+    for channel in range(CHANNELS):
+        y = seen.residual[:, channel] / seen.sigma[:, channel]
+        y = y[np.isfinite(y)]
+        if y.size > 20:
+            second = np.diff(y, 2)
+            factor[channel] = np.median(np.abs(second - np.median(second))) / NORMAL_MAD / SECOND_DIFFERENCE
+    least = LEAST_OF_BELIEVED if seen.sources[0].name == "gps" else 1.0
+    factor = np.maximum(factor, least)
+    ratios = tuple(float(factor[2 + k] / np.sqrt(factor[k] * factor[k + 1])) for k in (0, 3))
+    return seen.sigma * factor, ratios
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass."""
+
+    position: np.ndarray
+    log_evidence: float
+    whitened: Whitened
+
+
+def fit(
+    whiten_at: Callable[[np.ndarray], Whitened],
+    size: int,
+    start: np.ndarray | None = None,
+    gain: Callable[[Whitened], float] = log_evidence,
+) -> Fitted:
+    """Maximise `gain` + log prior over the free levels, `size` of them, in prior sigmas from the centre."""
+
+    def height(position: np.ndarray) -> float:
+        return gain(whiten_at(position)) - 0.5 * float(position @ position)
+
+    with ThreadPoolExecutor(_THREADS) as pool:
+
+        def slope(position: np.ndarray) -> tuple[float, np.ndarray]:
+            points = [position, *(position + _STEP * one for one in np.eye(size))]
+            heights = list(pool.map(height, points))
+            return -heights[0], -(np.array(heights[1:]) - heights[0]) / _STEP
+
+        begin = np.zeros(size) if start is None else start
+        found = minimize(
+            slope,
+            begin,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=[(-WIDEST, WIDEST)] * size,
+            options={"maxiter": _STEPS, "ftol": 0.0, "gtol": 0.3},
+            callback=_Patience(),
+        )
+    return Fitted(found.x, -float(found.fun), whiten_at(found.x))
+
+
+class _Patience:
+    """Stops where two steps together gained next to nothing."""
+
+    def __init__(self):
+        self.seen: list[float] = []
+
+    def __call__(self, intermediate_result) -> None:
+        self.seen.append(float(intermediate_result.fun))
+        if len(self.seen) > 2 and self.seen[-3] - self.seen[-1] < _ENOUGH:
+            raise StopIteration
+
+
+def without_outliers(seen: Observations) -> tuple[Observations, int]:
+    """The same without isolated measurements that nothing smooth could explain, and their number.
+
+    One is left out where it stands more than `OUTLIER` sigmas of the white noise from the median of the two before
+    and the two after it, and none of these does.
+    """
+    level, _ = white(seen)
+    residual = seen.residual.copy()
+    count = 0
+    for channel in range(CHANNELS):
+        here = np.flatnonzero(np.isfinite(residual[:, channel]))
+        if here.size < 20:
+            continue
+        y = residual[here, channel] / level[here, channel]
+        beside = np.stack([np.roll(y, shift) for shift in (-2, -1, 1, 2)])
+        size = np.abs(y - np.median(beside, axis=0)) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
+        size[:2] = size[-2:] = 0.0
+        odd = here[size > OUTLIER]
+        residual[odd, channel] = np.nan
+        count += odd.size
+    return replace(seen, residual=residual), count

@@ -1,0 +1,219 @@
+"""What was measured, against the solution: nine channels at the nodes of the error model.
+
+Channels: position and velocity error north, east, down (m, m/s), attitude error phi about north, east, down (rad);
+each INS minus measured, NaN where nothing was measured. A parked recording without a receiver is measured against its
+standstill, which is not taken as exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ins_eval.diagnosis.error_model import ATTITUDE, POSITION, STATES, VELOCITY, ErrorModel
+from ins_eval.diagnosis.geometry import cross_matrices
+from ins_eval.diagnosis.null import Believed
+from ins_eval.earth import EARTH_RATE, radii
+from ins_eval.errors import DataRefused
+from ins_eval.evaluate import PARKED
+from ins_eval.recording import Fixes
+from ins_eval.recording.belief import GpsBelief
+from ins_eval.units import DEG
+
+CHANNELS = 9
+STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS = 1.0, 0.01
+REFERENCE_POSITION_M, REFERENCE_VELOCITY_MPS, REFERENCE_ATTITUDE_RAD = 1.0, 0.01, 0.01 * DEG  # a second, not stated
+LONGEST_EPOCH_S = 1.0
+MOST_EPOCHS = 12_000
+_CLOCK_S = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """One origin of measurements: a receiver, a better navigator, or the knowledge that nothing moves."""
+
+    name: str  # gps, reference, standstill
+    fixes: Fixes
+    belief: GpsBelief
+    instants_s: np.ndarray  # on the clock of the IMU
+
+
+@dataclass(frozen=True, eq=False)
+class Observations:
+    """What is measured at each node: all (nodes, ...).
+
+    `residual` (nodes, 9); `sigma` (nodes, 9) as believed; `design` (nodes, 9, 9) what a channel sees of the state;
+    `of_arm` (nodes, 3, 9) response to an antenna that is 1 m farther along a body axis than believed; `of_delay`
+    (nodes, 9) response to a stamp that is 1 s later than believed; `source` the index of the origin, -1 for none.
+    """
+
+    sources: tuple[Source, ...]
+    residual: np.ndarray
+    sigma: np.ndarray
+    design: np.ndarray
+    of_arm: np.ndarray
+    of_delay: np.ndarray
+
+
+def sources(believed: Believed, end_s: float) -> tuple[Source, ...]:
+    """Everything that measures: a reference where it knows a channel, GPS for what it does not."""
+    recording = believed.recording
+    found = []
+    for name, fixes, belief in (
+        ("reference", recording.reference, recording.belief.reference),
+        ("gps", recording.gps, recording.belief.gps),
+    ):
+        if fixes is None:
+            continue
+        instants = fixes.time_s - belief.time_offset_s
+        inside = (instants >= believed.start.time_s - _CLOCK_S) & (instants <= end_s + _CLOCK_S)
+        inside &= _not_too_many(inside)
+        if inside.sum() >= 2:
+            found.append(Source(name, _rows(fixes, inside), belief, np.clip(instants[inside], None, end_s)))
+    if not found and recording.kind in PARKED:
+        found.append(_standstill(believed, end_s))
+    if not found:
+        raise DataRefused(
+            f"{recording.name}: it moves, and neither GPS nor a reference shares two epochs with it; there is nothing "
+            "to diagnose it against"
+        )
+    return tuple(found)
+
+
+def _not_too_many(inside: np.ndarray) -> np.ndarray:
+    """Every row, or every so many of them where a fast navigator would give more than `MOST_EPOCHS`."""
+    every = -(-int(inside.sum()) // MOST_EPOCHS)
+    return np.arange(inside.size) % max(1, every) == 0
+
+
+def nodes(believed: Believed, measured: tuple[Source, ...], end_s: float) -> np.ndarray:
+    """The start, every instant of a measurement, and enough between that no epoch is longer than a second."""
+    instants = np.unique(np.round(np.concatenate([source.instants_s for source in measured]), 6))
+    instants = instants[instants > believed.start.time_s + _CLOCK_S]
+    edges = np.concatenate([[believed.start.time_s], instants[instants <= end_s]])
+    pieces = np.maximum(1, np.ceil(np.diff(edges) / LONGEST_EPOCH_S - 1e-3)).astype(int)
+    first = np.repeat(edges[:-1], pieces)
+    step = np.repeat(np.diff(edges) / pieces, pieces)
+    place = np.arange(first.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    return np.append(first + place * step, edges[-1])
+
+
+def observe(believed: Believed, model: ErrorModel, measured: tuple[Source, ...]) -> Observations:
+    """The solution at the nodes against all that was measured there."""
+    states, count = model.states, model.nodes_s.size
+    out = Observations(
+        measured,
+        residual=np.full((count, CHANNELS), np.nan),
+        sigma=np.ones((count, CHANNELS)),
+        design=np.zeros((count, CHANNELS, STATES)),
+        of_arm=np.zeros((count, 3, CHANNELS)),
+        of_delay=np.zeros((count, CHANNELS)),
+    )
+    out.design[:] = np.eye(CHANNELS, STATES)
+    rate_b = _rate(believed, model)
+    for source in reversed(measured):  # the first has the last word
+        row = np.searchsorted(model.nodes_s, source.instants_s - 2.0 * _CLOCK_S)
+        row = np.minimum(row, count - 1)
+        _one_source(source, row, out, states, rate_b)
+    return out
+
+
+def _one_source(source: Source, row: np.ndarray, out: Observations, states, rate_b: np.ndarray) -> None:
+    fixes, belief = source.fixes, source.belief
+    mat = states.mat_nb[row]
+    spin_b = rate_b[row]
+    arm_n = mat @ np.asarray(belief.lever_arm_m)
+    swing_n = np.einsum("kij,kj->ki", mat, np.cross(spin_b, np.asarray(belief.lever_arm_m)))
+    meridian, transverse = radii(fixes.latitude_rad)
+    around = np.remainder(states.longitude_rad[row] - fixes.longitude_rad + np.pi, 2.0 * np.pi) - np.pi
+    y = np.full((row.size, CHANNELS), np.nan)
+    y[:, 0] = (meridian + fixes.height_m) * (states.latitude_rad[row] - fixes.latitude_rad)
+    y[:, 1] = (transverse + fixes.height_m) * np.cos(fixes.latitude_rad) * around
+    y[:, 2] = fixes.height_m - states.height_m[row]
+    y[:, POSITION] += arm_n
+    y[:, VELOCITY] = states.velocity_n[row] + swing_n - fixes.velocity_n
+    if fixes.attitude_rad is not None:
+        known = np.isfinite(fixes.attitude_rad).all(axis=1)
+        told = Rotation.from_euler("ZYX", fixes.attitude_rad[known][:, ::-1])
+        y[known, ATTITUDE] = -(Rotation.from_matrix(mat[known]) * told.inv()).as_rotvec()
+    y[~fixes.valid] = np.nan
+    sigma = _sigma(source)
+    design = np.broadcast_to(np.eye(CHANNELS, STATES), (row.size, CHANNELS, STATES)).copy()
+    design[:, POSITION, ATTITUDE], design[:, VELOCITY, ATTITUDE] = cross_matrices(arm_n), cross_matrices(swing_n)
+    for channel in range(CHANNELS):
+        here = np.isfinite(y[:, channel])
+        at = row[here]
+        out.residual[at, channel] = y[here, channel]
+        out.sigma[at, channel] = sigma[here, channel]
+        out.design[at, channel] = design[here, channel]
+        out.of_delay[at, channel] = _delay(states, row, spin_b, mat)[here, channel]
+        for axis in range(3):
+            # an antenna farther out than believed: the measurement is ahead of the solution
+            if channel < 3:
+                out.of_arm[at, axis, channel] = -mat[here, channel, axis]
+            elif channel < 6:
+                swing = np.einsum("kij,kj->ki", mat, np.cross(spin_b, np.eye(3)[axis]))
+                out.of_arm[at, axis, channel] = -swing[here, channel - 3]
+
+
+def _delay(states, row: np.ndarray, spin_b: np.ndarray, mat: np.ndarray) -> np.ndarray:
+    """The stamp is later than believed, so the measurement is older: y = x(t) - x(t - delay)."""
+    turning_n = -np.einsum("kij,kj->ki", mat, spin_b)  # phi of C(t) against C(t - delay)
+    return np.column_stack([states.velocity_n[row], states.acceleration_n[row], turning_n])
+
+
+def _rate(believed: Believed, model: ErrorModel) -> np.ndarray:
+    """Body rate against the Earth (nodes, 3) in rad/s: mean over the samples around a node less the Earth's."""
+    edges = np.concatenate([[believed.start.time_s], believed.time_s])
+    angle = np.concatenate([np.zeros((1, 3)), np.cumsum(believed.gyro, axis=0)])
+    half = float(np.median(np.diff(edges)))
+    low, high = (np.clip(model.nodes_s + sign * half, edges[0], edges[-1]) for sign in (-1.0, 1.0))
+    turned = np.column_stack([np.interp(high, edges, a) - np.interp(low, edges, a) for a in angle.T])
+    latitude = model.states.latitude_rad
+    earth_n = EARTH_RATE * np.column_stack([np.cos(latitude), np.zeros_like(latitude), -np.sin(latitude)])
+    return turned / (high - low)[:, None] - np.einsum("kji,kj->ki", model.states.mat_nb, earth_n)
+
+
+def _sigma(source: Source) -> np.ndarray:
+    """One sigma of each channel (m, 9): each fix's own where it states it, else as believed, else a small one."""
+    fixes, belief = source.fixes, source.belief
+    stated = source.name == "gps"
+    position = belief.position_sigma_m or (2.5 if stated else REFERENCE_POSITION_M)
+    velocity = belief.velocity_sigma_mps or (0.05 if stated else REFERENCE_VELOCITY_MPS)
+    if source.name == "standstill":
+        position, velocity = STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS
+    attitude = REFERENCE_ATTITUDE_RAD
+    if source.name == "reference":  # its errors are not new ones at every row
+        fast = np.sqrt(max(1.0, 1.0 / float(np.median(np.diff(source.instants_s)))))
+        position, velocity, attitude = fast * position, fast * velocity, fast * attitude
+    out = np.empty((fixes.time_s.size, CHANNELS))
+    out[:, POSITION], out[:, VELOCITY], out[:, ATTITUDE] = position, velocity, attitude
+    for channels, own in ((POSITION, fixes.position_sigma_m), (VELOCITY, fixes.velocity_sigma_mps)):
+        if own is not None:
+            known = np.isfinite(own) & (own > 0.0)
+            out[known, channels] = own[known, None]
+    return out
+
+
+def _standstill(believed: Believed, end_s: float) -> Source:
+    start = believed.start
+    time_s = np.arange(start.time_s + 1.0, end_s + _CLOCK_S, 1.0)
+    one = np.ones(time_s.size)
+    fixes = Fixes(
+        time_s=time_s,
+        latitude_rad=start.latitude_rad * one,
+        longitude_rad=start.longitude_rad * one,
+        height_m=start.height_m * one,
+        velocity_n=np.zeros((time_s.size, 3)),
+        valid=one.astype(bool),
+    )
+    return Source("standstill", fixes, GpsBelief(), time_s)
+
+
+def _rows(fixes: Fixes, chosen: np.ndarray) -> Fixes:
+    def part(values):
+        return None if values is None else values[chosen]
+
+    return Fixes(*(part(getattr(fixes, name)) for name in Fixes.__dataclass_fields__))

@@ -1,0 +1,121 @@
+"""The linear error model against the full mechanization, one error of sensor, start, Earth or receiver at a time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ins_eval.diagnosis import columns, error_model, geometry, null, observations, whitening
+from ins_eval.diagnosis.columns import Column, Drive, Measured, Missing
+from ins_eval.output_equation import SENSOR_AXES
+from ins_eval.recording.belief import EarthBelief
+from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
+
+# how well an error in the mechanization comes back from its own column, and how much of its energy the column leaves
+COEFFICIENT, LEFT_OVER = 3e-3, 1e-4
+# first order only: the square of a whole missing term of the Earth shows
+EARTH_COEFFICIENT = 0.02
+
+
+def fitted(believed: null.Believed, column: Column) -> tuple[float, float]:
+    """Coefficient of `column` in the residual of `believed`, and the share of the residual's energy that it leaves."""
+    solution = null.solve(believed)
+    measured = observations.sources(believed, solution.time_s[-1])
+    nodes_s = observations.nodes(believed, measured, solution.time_s[-1])
+    model = error_model.build(believed, solution, nodes_s)
+    seen = observations.observe(believed, model, measured)
+    dt = model.interval_s
+    levels = whitening.NoiseLevels(
+        white=seen.sigma,
+        force=np.eye(3) * ((2.0 * UG) ** 2 * dt)[:, None, None],
+        rate=(0.001 * DEG_PER_SQRT_H) ** 2 * dt,
+        slow_sigma=np.repeat([1.0, 0.02, 0.0], 3),
+        slow_time_s=np.repeat([100.0, 20.0, 1.0], 3),
+        wander_sigma=np.zeros(6),
+        wander_time_s=1800.0,
+    )
+    sums = whitening.whiten(columns.assemble(model, seen, columns.Slow(), [column]), levels)
+    a, b = sums.normal[0, 0], sums.projection[0]
+    return b / a, 1.0 - b * b / a / sums.square
+
+
+def check(believed: null.Believed, column: Column, value: float, tolerance: float = COEFFICIENT) -> None:
+    found, left = fitted(believed, column)
+    assert found == pytest.approx(value, rel=tolerance)
+    assert left < (LEFT_OVER if tolerance == COEFFICIENT else tolerance)
+
+
+@pytest.fixture(scope="module")
+def believed(flight) -> null.Believed:
+    return null.believe(flight)
+
+
+@pytest.mark.parametrize(
+    ("axis", "multiplier", "value"),
+    [("x", "1", 20.0 * UG), ("y", "1", 20.0 * UG), ("z", "f", 1e-4), ("x", "f_pendulous", 1e-4), ("z", "f^2", 1e-6)],
+)
+def test_an_error_of_an_accelerometer(believed, axis: str, multiplier: str, value: float) -> None:
+    own, pendulous, _ = SENSOR_AXES[axis]
+    dt = believed.interval_s
+    force = believed.velocity / dt[:, None]
+    shape = {"1": np.ones_like(dt), "f": force[:, own], "f^2": force[:, own] ** 2, "f_pendulous": force[:, pendulous]}
+    velocity = believed.velocity.copy()
+    velocity[:, own] += value * shape[multiplier] * dt
+    check(replace(believed, velocity=velocity), Column("", (Drive("accelerometer", own, multiplier, 1.0),)), value)
+
+
+@pytest.mark.parametrize(
+    ("axis", "multiplier", "value"),
+    [(0, "1", 0.01 * DEG_PER_H), (2, "1", 0.01 * DEG_PER_H), (2, "w", 1e-4), (1, "w_next", 1e-4), (1, "f_next", 5e-9)],
+)
+def test_an_error_of_a_gyro(believed, axis: int, multiplier: str, value: float) -> None:
+    dt = believed.interval_s
+    rate, force = believed.gyro / dt[:, None], believed.velocity / dt[:, None]
+    ahead = (axis + 1) % 3
+    shape = {"1": np.ones_like(dt), "w": rate[:, axis], "w_next": rate[:, ahead], "f_next": force[:, ahead]}
+    gyro = believed.gyro.copy()
+    gyro[:, axis] += value * shape[multiplier] * dt
+    check(replace(believed, gyro=gyro), Column("", (Drive("gyro", axis, multiplier, 1.0),)), value)
+
+
+@pytest.mark.parametrize(("state", "value"), [(0, 1.0), (2, 1.0), (4, 0.01), (6, 1e-5), (8, 1e-5)])
+def test_an_error_of_the_start(believed, state: int, value: float) -> None:
+    error = np.zeros(9)
+    error[state] = value
+    start = geometry.moved(believed.start, error[:3], error[3:6])
+    start = replace(start, attitude_rad=geometry.turned(start.attitude_rad, -error[6:]))
+    check(replace(believed, start=start), Column("", start=tuple(error / value)), value)
+
+
+@pytest.mark.parametrize("term", ["coriolis", "gravity_height", "gravity_latitude"])
+def test_a_term_of_the_earth_that_is_left_out(believed, term: str) -> None:
+    belief = believed.recording.belief.model_copy(update={"earth": EarthBelief(**{term: False})})
+    lacking = replace(believed, recording=replace(believed.recording, belief=belief))
+    check(lacking, Column("", (Missing(term),)), 1.0, EARTH_COEFFICIENT)
+
+
+@pytest.mark.parametrize("axis", [0, 2])
+def test_an_antenna_that_is_elsewhere(believed, axis: int) -> None:
+    believed_arm = tuple(-np.eye(3)[axis])  # true minus believed is +1 m
+    gps = believed.recording.belief.gps.model_copy(update={"lever_arm_m": believed_arm})
+    belief = believed.recording.belief.model_copy(update={"gps": gps})
+    elsewhere = replace(believed, recording=replace(believed.recording, belief=belief))
+    check(elsewhere, Column("", (Measured(f"arm_{'xyz'[axis]}", 1.0),)), 1.0)
+
+
+def test_stamps_that_are_late(believed) -> None:
+    delay_s = 0.02
+    fixes = believed.recording.gps
+    late = replace(believed, recording=replace(believed.recording, gps=replace(fixes, time_s=fixes.time_s + delay_s)))
+    check(late, Column("", (Measured("delay", 1.0),)), delay_s)
+
+
+def test_a_correction_takes_an_error_off(believed) -> None:
+    bias, rotation = np.array([0.0, 30.0 * UG, 0.0]), np.array([1e-5, 0.0, 1e-4])
+    velocity = believed.velocity + bias * believed.interval_s[:, None]
+    attitude = geometry.turned(believed.start.attitude_rad, -rotation)
+    wrong = replace(believed, velocity=velocity, start=replace(believed.start, attitude_rad=attitude))
+    mended = null.corrected(wrong, np.zeros(3), bias, rotation, np.zeros(3), np.zeros(3))
+    np.testing.assert_allclose(null.solve(mended).velocity_n, null.solve(believed).velocity_n, atol=1e-6)

@@ -1,0 +1,71 @@
+"""Noise levels come back from a recording that was made with them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ins_eval.diagnosis import case as cases
+from ins_eval.diagnosis.judge import judge
+from ins_eval.earth import radii
+from ins_eval.random_processes import gauss_markov
+from ins_eval.recording import Recording
+from ins_eval.units import DEG_PER_SQRT_H, UG
+
+POSITION_M, VELOCITY_MPS, SLOW_MPS, SLOW_S = 2.5, 0.05, 0.015, 60.0
+WALK_UG, ANGLE_WALK = 40.0, 0.002
+
+
+@pytest.fixture(scope="module")
+def noisy(flight) -> Recording:
+    """White and slow receiver noise, random walks above the sheet, a few wild fixes."""
+    rng = np.random.default_rng(7)
+    imu, fixes = flight.imu, flight.gps
+    dt = np.diff(imu.time_s, prepend=flight.start.time_s)[:, None]
+    gyro = imu.gyro + DEG_PER_SQRT_H * ANGLE_WALK * np.sqrt(dt) * rng.standard_normal(imu.gyro.shape)
+    force = imu.accelerometer + UG * WALK_UG * np.sqrt(dt) * rng.standard_normal(imu.gyro.shape)
+    position = POSITION_M * rng.standard_normal((fixes.time_s.size, 3))
+    slow = np.column_stack([gauss_markov(fixes.time_s, SLOW_MPS, SLOW_S, rng) for _ in range(3)])
+    velocity = VELOCITY_MPS * rng.standard_normal(position.shape) + slow
+    velocity[500::1000] += 2.0
+    meridian, transverse = radii(fixes.latitude_rad)
+    received = replace(
+        fixes,
+        latitude_rad=fixes.latitude_rad + position[:, 0] / meridian,
+        longitude_rad=fixes.longitude_rad + position[:, 1] / transverse / np.cos(fixes.latitude_rad),
+        height_m=fixes.height_m - position[:, 2],
+        velocity_n=fixes.velocity_n + velocity,
+    )
+    return replace(flight, imu=replace(imu, gyro=gyro, accelerometer=force), gps=received)
+
+
+def test_levels_are_found_and_nothing_else(noisy) -> None:
+    case = cases.prepare(noisy)
+    judgement = judge(case)
+    levels = case.noise.values(judgement.null.position)
+    assert levels["slow_velocity"] == pytest.approx(SLOW_MPS, rel=0.2)
+    assert levels["slow_velocity_time"] == pytest.approx(SLOW_S, rel=0.5)
+    assert levels["velocity_random_walk"] < 2.0 * WALK_UG * UG  # from below it is hidden by the slow error of velocity
+    assert levels["angle_random_walk"] == pytest.approx(ANGLE_WALK * DEG_PER_SQRT_H, rel=0.5)
+    white = np.nanmedian(case.noise.white[1:], axis=0)[:6]
+    np.testing.assert_allclose(white, [POSITION_M] * 3 + [VELOCITY_MPS] * 3, rtol=0.05)
+    assert 24 <= case.outliers <= 36  # eight wild fixes in three channels, and a few of the tail
+    assert judgement.mismatches == ()
+    rms = np.sqrt(np.nanmean(judgement.innovations[:, :6] ** 2, axis=0))
+    np.testing.assert_allclose(rms, 1.0, atol=0.08)
+
+
+@pytest.mark.slow
+def test_a_disturbance_of_one_axis_is_located(noisy) -> None:
+    begin_s, end_s = 3000.0, 5000.0
+    imu = noisy.imu
+    inside = (imu.time_s > begin_s) & (imu.time_s <= end_s)
+    force = imu.accelerometer.copy()
+    force[inside, 1] += 60.0 * UG / 20.0
+    found = judge(cases.prepare(replace(noisy, imu=replace(imu, accelerometer=force)))).mismatches
+    assert [one.channel for one in found] == ["accelerometer.y"]
+    assert found[0].begin_s == pytest.approx(begin_s, abs=200.0)
+    assert found[0].end_s == pytest.approx(end_s, abs=200.0)
+    assert "level flight" in found[0].where

@@ -1,0 +1,128 @@
+"""The filter against the same model written out densely, and means over blocks against single measurements."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ins_eval.diagnosis import case as cases
+from ins_eval.diagnosis.coarse import coarse, coarse_noise
+from ins_eval.diagnosis.columns import Assembled
+from ins_eval.diagnosis.whitening import NoiseLevels, whiten
+
+NODES, EPOCHS = 30, 29
+ROUNDING = 1e-7
+COLUMNS = 3  # beside the residual
+
+
+@pytest.fixture
+def problem() -> tuple[Assembled, NoiseLevels]:
+    """A small random problem of every part: drives, starts, observation terms, gaps, all kinds of noise."""
+    rng = np.random.default_rng(5)
+    interval_s = rng.uniform(0.5, 2.0, EPOCHS)
+    matrices = 0.1 * rng.standard_normal((EPOCHS, 9, 9))
+    residual = rng.standard_normal((NODES, 9))
+    residual[rng.random((NODES, 9)) < 0.3] = np.nan
+    terms = [(c, target, s, slow) for c in range(COLUMNS + 1) for target, s, slow in ((3, 0, 0), (6, 1, 1), (0, 2, 1))]
+    shown = [(0, 0, 0), (2, 1, 1)]
+    start = rng.standard_normal((COLUMNS + 1, 9))
+    start[0] = 0.0
+    observed = rng.standard_normal((NODES, 2, 9))
+    observed[:, 0] = np.nan_to_num(residual)
+    assembled = Assembled(
+        count=COLUMNS + 1,
+        start=start,
+        transition=np.eye(9) + matrices,
+        half=np.eye(9) + 0.5 * matrices,
+        coupling=0.3 * rng.standard_normal((EPOCHS, 9, 6)),
+        interval_s=interval_s,
+        sources=rng.standard_normal((EPOCHS, 3, 3)),
+        slow_epochs=np.stack([np.ones(EPOCHS), rng.standard_normal(EPOCHS)]),
+        drive_terms=np.array(terms, dtype=np.int64),
+        drive_weights=rng.standard_normal(len(terms)),
+        residual=residual,
+        design=rng.standard_normal((NODES, 9, 9)),
+        observed=observed,
+        slow_nodes=np.stack([np.ones(NODES), rng.standard_normal(NODES)]),
+        observation_terms=np.array(shown, dtype=np.int64),
+        observation_weights=np.array([1.0, 0.7]),
+    )
+    levels = NoiseLevels(
+        white=rng.uniform(0.5, 2.0, (NODES, 9)),
+        force=np.eye(3) * rng.uniform(0.1, 0.2, EPOCHS)[:, None, None],
+        rate=rng.uniform(0.1, 0.2, EPOCHS),
+        slow_sigma=rng.uniform(0.5, 1.0, 9),
+        slow_time_s=rng.uniform(2.0, 20.0, 9),
+        wander_sigma=rng.uniform(0.1, 0.5, 6),
+        wander_time_s=15.0,
+    )
+    return assembled, levels
+
+
+def dense(c: Assembled, n: NoiseLevels) -> tuple[np.ndarray, np.ndarray]:
+    """Columns (rows, 1 + m) without any filter, and the covariance (rows, rows) of the noise, written out."""
+    time_s = np.append(0.0, np.cumsum(c.interval_s))
+    # responses by plain recursion
+    columns = np.zeros((NODES, 9, c.count))
+    state = c.start.T.copy()
+    responses = [state]
+    for e in range(EPOCHS):
+        pushed = np.zeros((9, c.count))
+        for (column, target, s, slow), weight in zip(c.drive_terms, c.drive_weights, strict=True):
+            pushed[target : target + 3, column] += weight * c.slow_epochs[slow, e] * c.sources[e, s]
+        state = c.transition[e] @ state + c.half[e] @ pushed
+        responses.append(state)
+    for k in range(NODES):
+        columns[k] = c.design[k] @ responses[k]
+        for (column, s, slow), weight in zip(c.observation_terms, c.observation_weights, strict=True):
+            columns[k, :, column] += weight * c.slow_nodes[slow, k] * c.observed[k, s]
+    # navigation noise: sum over epochs of what each adds, carried on
+    to = np.zeros((NODES, NODES, 9, 9))  # to[k, e]: from just after epoch e to node k
+    for e in range(1, NODES):
+        to[e, e] = np.eye(9)
+        for k in range(e + 1, NODES):
+            to[k, e] = c.transition[k - 1] @ to[k - 1, e]
+    lag = np.abs(time_s[:, None] - time_s)
+    start_free = np.exp(-lag / n.wander_time_s) - np.exp(-(time_s[:, None] + time_s) / n.wander_time_s)
+    noise = np.zeros((NODES, 9, NODES, 9))
+    for k in range(NODES):
+        for j in range(NODES):
+            cov = np.zeros((9, 9))
+            for e in range(1, min(k, j) + 1):
+                q = np.zeros((9, 9))
+                q[3:6, 3:6] = n.force[e - 1]
+                q[6:9, 6:9] = n.rate[e - 1] * np.eye(3)
+                cov += to[k, e] @ q @ to[j, e].T
+            for e in range(1, k + 1):  # the wander at the beginning of an epoch acts through it
+                for f in range(1, j + 1):
+                    w = np.diag(n.wander_sigma**2 * start_free[e - 1, f - 1])
+                    cov += to[k, e] @ c.coupling[e - 1] @ w @ c.coupling[f - 1].T @ to[j, f].T
+            block = c.design[k] @ cov @ c.design[j].T
+            block += np.diag(n.slow_sigma**2 * np.exp(-lag[k, j] / n.slow_time_s))
+            if k == j:
+                block += np.diag(n.white[k] ** 2)
+            noise[k, :, j, :] = block
+    here = np.isfinite(c.residual).ravel()
+    covariance = noise.reshape(NODES * 9, NODES * 9)[np.ix_(here, here)]
+    return columns.reshape(NODES * 9, -1)[here], covariance
+
+
+def test_whitened_sums_are_those_of_the_dense_covariance(problem) -> None:
+    assembled, levels = problem
+    columns, covariance = dense(assembled, levels)
+    expected = columns.T @ np.linalg.solve(covariance, columns)
+    sums = whiten(assembled, levels)
+    np.testing.assert_allclose(sums.normal, expected[1:, 1:], rtol=ROUNDING, atol=ROUNDING)
+    np.testing.assert_allclose(sums.projection, expected[1:, 0], rtol=ROUNDING, atol=ROUNDING)
+    assert sums.square == pytest.approx(expected[0, 0], rel=ROUNDING)
+    assert sums.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], rel=ROUNDING)
+    assert sums.rows == covariance.shape[0]
+
+
+def test_means_over_blocks_keep_what_is_slow(flight) -> None:
+    case = cases.prepare(flight)
+    fine = case.assembled()
+    levels = case.noise.levels(np.zeros(len(case.noise.free)))
+    single = whiten(fine, levels).normal.diagonal()
+    means = whiten(coarse(fine, 5), coarse_noise(levels, 5)).normal.diagonal()
+    np.testing.assert_allclose(means, single, rtol=0.03)
