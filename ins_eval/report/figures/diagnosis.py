@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from ins_eval.report.style import INK, QUIET, legend_below, shade, sheet, styled
+from ins_eval.report.style import INK, QUIET, legend_below, sheet, styled
 
 CHANNELS = (
     "position north", "position east", "position down",
     "velocity north", "velocity east", "velocity down",
     "attitude north", "attitude east", "attitude down",
 )  # fmt: skip
-LOCATED = "#f4c7ab"
+LOCATED = "#d95f02"
 BAND = 2.0  # sigmas
 
 
@@ -31,20 +31,30 @@ def whitened_residuals(
     shown = [k for k in range(innovations.shape[1]) if np.isfinite(innovations[:, k]).any()]
     note = (
         f"Means over {block_s:g} s divided by their sigma: 95 % lie within the band where the belief and the noise "
-        "found account for the recording. Shaded: what was located."
+        "found account for the recording." + (" Below: what was located." if located else "")
     )
-    figure, panels = sheet(1.2 + 1.05 * len(shown), title, note, rows=len(shown), sharex=True, squeeze=False)
-    for k, ax in zip(shown, panels[:, 0], strict=True):
+    count = len(shown) + bool(located)
+    heights = [1.0] * len(shown) + ([0.4 + 0.28 * len(located)] if located else [])
+    figure, panels = sheet(
+        1.2 + 1.05 * sum(heights), title, note, rows=count, sharex=True, squeeze=False, height_ratios=heights
+    )
+    for k, ax in zip(shown, panels[:, 0], strict=False):
         t, mean = _means(time_s, innovations[:, k], block_s)
         ax.axhspan(-BAND, BAND, color="#ececec", linewidth=0, zorder=0.2, label="95 % of a white residual")
-        for channel in dict.fromkeys(one[2] for one in located):
-            shade(ax, [one[:2] for one in located if one[2] == channel], f"located: {channel}", color=LOCATED)
         ax.plot(t, mean, color=INK, linewidth=0.8, label="whitened residual")
         ax.axhline(0.0, color=QUIET, linewidth=0.5)
         ax.set_ylabel(CHANNELS[k].replace(" ", "\n"))
         ax.set_ylim(min(-4.0, np.nanmin(mean) * 1.1), max(4.0, np.nanmax(mean) * 1.1))
+    if located:
+        ax = panels[-1, 0]
+        for row, (start, end, _) in enumerate(located):
+            ax.barh(row, end - start, left=start, height=0.55, color=LOCATED, label="located")
+        ax.set_yticks(range(len(located)), [channel for _, _, channel in located], fontsize=7.5)
+        ax.set_ylim(len(located) - 0.5, -0.5)
+        ax.set_ylabel("located")
+        ax.grid(axis="y", visible=False)
     panels[-1, 0].set_xlabel("time in the recording [s]")
-    legend_below(figure, panels[0, 0])
+    legend_below(figure, *panels[:, 0])
     return figure
 
 
