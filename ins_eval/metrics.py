@@ -267,6 +267,16 @@ class Estimate(NamedTuple):
     low: float | np.ndarray
     high: float | np.ndarray
 
+    def as_tree(self) -> dict[str, float | list[float]]:
+        """Of floats: ``{"value", "interval95"}``, as an estimate stands in every report's numbers."""
+        return {"value": float(self.value), "interval95": [float(self.low), float(self.high)]}
+
+
+def central(values: np.ndarray) -> Estimate:
+    """Median of single units (n,) and what holds the central 95 % of them; no interval of the median."""
+    value, low, high = np.quantile(np.asarray(values, dtype=float), (0.5, 0.025, 0.975))
+    return Estimate(value, low, high)
+
 
 class Ratio(NamedTuple):
     """A ratio of two arms with its 95 % interval, and the standard deviation of its logarithm."""

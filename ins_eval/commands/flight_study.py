@@ -124,10 +124,6 @@ def _definitions() -> dict[str, dict[str, str]]:
     }
 
 
-def _estimate(estimate: metrics.Estimate) -> dict[str, Any]:
-    return {"value": float(estimate.value), "interval95": [float(estimate.low), float(estimate.high)]}
-
-
 def _arm(estimates: dict[str, metrics.Estimate]) -> dict[str, Any]:
     """One compensation: estimates by measure, sorted into velocity RMS and CEP rates."""
     groups: dict[str, dict[str, Any]] = {"velocity_rms_mps": {}, "cep_rate_nmi_per_h": {}}
@@ -137,7 +133,7 @@ def _arm(estimates: dict[str, metrics.Estimate]) -> dict[str, Any]:
             if measure.startswith("velocity_rms_")
             else ("cep_rate_nmi_per_h", measure[9:])
         )
-        groups[kind][key] = _estimate(estimate)
+        groups[kind][key] = estimate.as_tree()
     return groups
 
 
@@ -157,7 +153,7 @@ def _ensemble(arms, size: int, rng: Streams, users: tuple[str, ...]) -> dict[str
         at = [int(np.argmin(np.abs(track_s - t))) for t in CEP_TIMES_S if t <= track_s[-1]]
         cep = metrics.cep(arms[arm]["track_m"][:, at], rng.at("cep", arm).rng())
         result[arm]["cep_nmi_at_s"] = {
-            f"{track_s[k]:.0f}": _estimate(metrics.Estimate(cep.value[i] / NMI, cep.low[i] / NMI, cep.high[i] / NMI))
+            f"{track_s[k]:.0f}": metrics.Estimate(cep.value[i] / NMI, cep.low[i] / NMI, cep.high[i] / NMI).as_tree()
             for i, k in enumerate(at)
         }
     for pair, ratios in compared.ratios.items():
@@ -168,7 +164,7 @@ def _ensemble(arms, size: int, rng: Streams, users: tuple[str, ...]) -> dict[str
                 for measure, r in ratios.items()
             },
             "fraction_improved": {
-                measure: _estimate(metrics.exceedance(0.0, np.log(arms[second][measure] / arms[first][measure])))
+                measure: metrics.exceedance(0.0, np.log(arms[second][measure] / arms[first][measure])).as_tree()
                 for measure in ("velocity_rms_horizontal", "cep_rate_final", "cep_rate_radial_error_rate_rms")
             },
         }
@@ -178,7 +174,7 @@ def _ensemble(arms, size: int, rng: Streams, users: tuple[str, ...]) -> dict[str
 def _budget(arms, rng: Streams) -> dict[str, Any]:
     measures = {m: ensemble.STATISTICS[m] for m in ("velocity_rms_horizontal", "cep_rate_final")}
     compared = metrics.paired_bootstrap(arms, measures, (), rng.at("budget").rng())
-    return {arm: {m: _estimate(e) for m, e in estimates.items()} for arm, estimates in compared.arms.items()}
+    return {arm: {m: e.as_tree() for m, e in estimates.items()} for arm, estimates in compared.arms.items()}
 
 
 def _percentiles(arms) -> dict[str, Any]:

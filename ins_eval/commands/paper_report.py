@@ -20,6 +20,7 @@ from ins_eval.ensemble import ARMS, Plan, World, chamber, oven, sensitivity
 from ins_eval.laboratory import Chamber, draw_printed_units
 from ins_eval.laboratory.creep_rig import CreepRig
 from ins_eval.laboratory.magnet import loop, opening
+from ins_eval.metrics import Estimate
 from ins_eval.paper_a.printed import PRINTED
 from ins_eval.paper_a.rows import rows
 from ins_eval.paper_a.single import single_flights, single_runs
@@ -85,7 +86,7 @@ def _differences(arms: Mapping[str, Mapping[str, np.ndarray]], streams: Streams)
     chosen = streams.rng().integers(len(difference), size=(BOOTSTRAP, len(difference)))
     low, high = np.quantile(difference[chosen].mean(axis=1), (0.025, 0.975), axis=0)
     return {
-        f"{t}": {"value": float(mean), "interval95": [float(low[k]), float(high[k])]}
+        f"{t}": Estimate(mean, low[k], high[k]).as_tree()
         for k, (t, mean) in enumerate(zip(DIFFERENCE_TIMES_S, difference.mean(axis=0), strict=True))
     }
 

@@ -32,6 +32,7 @@ from ins_eval.ensemble.plan import Plan
 from ins_eval.ensemble.world import World
 from ins_eval.laboratory import Chamber, draw_printed_units
 from ins_eval.laboratory.magnet import opening
+from ins_eval.metrics import Estimate, central
 from ins_eval.recording import ChamberReadings
 from ins_eval.streams import Streams
 
@@ -161,7 +162,7 @@ def summary(members: Sequence[Member], seed: int) -> dict[str, Any]:
     units = [name for name in groups if "/" not in name]
 
     def table(kind: str, key: str) -> dict[str, Any]:
-        return {u: {name: _central(groups[f"{kind}/{u}"][f"{key}_{name}"]) for name in TABLE_4} for u in units}
+        return {u: {name: central(groups[f"{kind}/{u}"][f"{key}_{name}"]).as_tree() for name in TABLE_4} for u in units}
 
     def shares(key: str) -> np.ndarray:  # (units of all members, ...)
         return np.concatenate([groups[u][key] for u in units])
@@ -186,7 +187,7 @@ def summary(members: Sequence[Member], seed: int) -> dict[str, Any]:
         "table4": table("table4", "sensitivity"),
         "table4_scaled": table("table4_scaled", "sensitivity"),
         "residual_rms_ppm": table("table4", "residual_rms"),
-        "magnet_share": {u: _central(groups[u]["magnet_share"]) for u in units},
+        "magnet_share": {u: central(groups[u]["magnet_share"]).as_tree() for u in units},
         "coverage": coverage,
     }
 
@@ -201,4 +202,4 @@ def mean_of_units(shares: np.ndarray, streams: Streams, draws: int = 2000) -> di
     """Mean over units (n,) with the bootstrap interval that has units as clusters."""
     chosen = streams.rng().integers(shares.size, size=(draws, shares.size))
     low, high = np.quantile(shares[chosen].mean(axis=1), (0.025, 0.975))
-    return {"value": float(shares.mean()), "interval95": [float(low), float(high)]}
+    return Estimate(shares.mean(), low, high).as_tree()

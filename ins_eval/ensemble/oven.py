@@ -125,21 +125,22 @@ def summary(members: Sequence[dict[str, dict[str, np.ndarray]]], seed: int) -> d
     result: dict[str, Any] = {"size": len(members), "runs": RUNS}
     for case in CASES:
         result[case] = {
-            arm: {axis: _estimate(*compared.arms[f"{arm}/{case}"][axis]) for axis in AXES}
+            arm: {axis: compared.arms[f"{arm}/{case}"][axis].as_tree() for axis in AXES}
             for arm in ARMS
             if f"{arm}/{case}" in groups
         }
         ratios = compared.ratios[f"{HYSTERESIS}/{case}/{SIMPLE}/{case}"]
         gains = {
-            axis: 1.0 - groups[f"{HYSTERESIS}/{case}"][f"velocity_rms_{axis}"] / before
+            axis: 100.0 * (1.0 - groups[f"{HYSTERESIS}/{case}"][f"velocity_rms_{axis}"] / before)
             for axis in AXES
             for before in [groups[f"{SIMPLE}/{case}"][f"velocity_rms_{axis}"]]
         }
         best = gains["horizontal"].argmax(axis=1)[:, None]
+        of_best = {axis: np.take_along_axis(gain, best, axis=1) for axis, gain in gains.items()}
         of_case = {
-            "gain": {axis: _estimate(r.ratio, r.low, r.high) for axis, r in ratios.items()},
-            "best_of_ten": {a: _distribution(np.take_along_axis(g, best, axis=1)) for a, g in gains.items()},
-            "median_of_ten": {a: _distribution(np.median(g, axis=1)) for a, g in gains.items()},
+            "gain": {axis: metrics.Estimate(r.ratio, r.low, r.high).as_tree() for axis, r in ratios.items()},
+            "best_of_ten": {a: metrics.central(g).as_tree() for a, g in of_best.items()},
+            "median_of_ten": {a: metrics.central(np.median(g, axis=1)).as_tree() for a, g in gains.items()},
             "runs_improved": float(np.mean(gains["horizontal"] > 0.0)),
         }
         for key, value in of_case.items():
@@ -148,7 +149,7 @@ def summary(members: Sequence[dict[str, dict[str, np.ndarray]]], seed: int) -> d
     counts = range(1, MOST_REFINEMENTS + 1)
     result["refinement_cases"] = {
         case: {
-            name: {f"{n}": _estimate(*compared.arms[f"{name}_{n}/{case}"]["horizontal"]) for n in counts}
+            name: {f"{n}": compared.arms[f"{name}_{n}/{case}"]["horizontal"].as_tree() for n in counts}
             for name in ("refined", "free")
             if f"{name}_1/{case}" in groups
         }
@@ -170,12 +171,3 @@ def _shown(first: dict[str, dict[str, np.ndarray]], case: str) -> dict[str, Any]
             for run in range(gain.size)
         ],
     }
-
-
-def _estimate(value: float, low: float, high: float) -> dict[str, Any]:
-    return {"value": float(value), "interval95": [float(low), float(high)]}
-
-
-def _distribution(gain: np.ndarray) -> dict[str, Any]:
-    """Median and central 95 % of gains (n,), in percent."""
-    return _estimate(*(100.0 * np.quantile(gain, (0.5, 0.025, 0.975))))

@@ -100,18 +100,14 @@ def summary(members: Mapping[str, Sequence[dict[str, dict[str, np.ndarray]]]], s
 
     def ratio(first: str, second: str) -> dict[str, Any]:
         found = compared.ratios[f"{first}/{second}"]["horizontal"]
-        return _estimate(found.ratio, found.low, found.high)
+        return metrics.Estimate(found.ratio, found.low, found.high).as_tree()
 
     return {
         case: {
             "words": CASES[case].words,
-            **{arm: {a: _estimate(*compared.arms[f"{case}|{arm}"][a]) for a in AXES} for arm in ARMS},
+            **{arm: {a: compared.arms[f"{case}|{arm}"][a].as_tree() for a in AXES} for arm in ARMS},
             "ratio": ratio(f"{case}|{HYSTERESIS}", f"{case}|{SIMPLE}"),
             "against_base": {arm: ratio(f"{case}|{arm}", f"{BASE}|{arm}") for arm in ARMS},
         }
         for case in members
     }
-
-
-def _estimate(value: float, low: float, high: float) -> dict[str, Any]:
-    return {"value": float(value), "interval95": [float(low), float(high)]}

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ins_eval import metrics
+
 FIRST, SECOND = "simple", "hysteresis_refined"
 AXES = ("east", "north", "horizontal")
 MEASURES = (  # those that a single flight has
@@ -45,6 +47,5 @@ def single_runs(members: Sequence[Mapping[str, Mapping[str, np.ndarray]]]) -> di
 
 
 def central(values: np.ndarray) -> dict[str, Any]:
-    """Median of single units and the central 95 % of them, as an estimate."""
-    low, middle, high = np.quantile(np.asarray(values, dtype=float), (0.025, 0.5, 0.975))
-    return {"value": float(middle), "interval95": [float(low), float(high)]}
+    """`metrics.central` as it stands in the results."""
+    return metrics.central(values).as_tree()
