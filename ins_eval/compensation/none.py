@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from ins_eval.calibration.fits import constant
+from ins_eval.calibration import FITS
 from ins_eval.compensation.scale_and_bias import ScaleAndBias
 
 
 def none() -> ScaleAndBias:
     """K1 and K0 of the readings nearest to T0, at every temperature."""
-    return ScaleAndBias("none", scale=constant, bias=constant)
+    return ScaleAndBias("none", *FITS["none"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ins_eval.calibration.fits import anchored_line, line
+from ins_eval.calibration import FITS
 from ins_eval.compensation.scale_and_bias import ScaleAndBias
 
 
@@ -12,6 +12,5 @@ def simple(anchored: bool = False) -> ScaleAndBias:
     The intercepts are fitted with the slopes; `anchored` takes the values measured at T0 for them instead. The
     paper's wording allows both.
     """
-    if anchored:
-        return ScaleAndBias("simple_anchored", scale=anchored_line, bias=anchored_line)
-    return ScaleAndBias("simple", scale=line, bias=line)
+    name = "simple_anchored" if anchored else "simple"
+    return ScaleAndBias(name, *FITS[name])

@@ -26,7 +26,6 @@ from ins_eval.streams import Streams
 from ins_eval.units import MINUTE
 
 FULL_LOOP_C = (22.0, -60.0, 70.0, -60.0)  # from the soak of Paper A's step 1 to its ends, and once around
-NESTED_LOOPS_C = (22.0, -60.0, 70.0, -40.0, 50.0, -20.0, 30.0, 0.0, 20.0)
 STEP_C = 0.25  # between points of a loop
 WINDOW_C = 2.0  # readings this close to a temperature decide the scale factor at it, by a straight line
 

@@ -10,9 +10,11 @@ import pytest
 from ins_eval.accelerometer import Accelerometer, Population
 from ins_eval.errors import UsageError
 from ins_eval.laboratory import Chamber, draw_printed_units
-from ins_eval.laboratory.magnet import FULL_LOOP_C, NESTED_LOOPS_C, Loop, loop, opening
+from ins_eval.laboratory.magnet import FULL_LOOP_C, Loop, loop, opening
 from ins_eval.streams import Streams
 from ins_eval.thermal import Thermometer
+
+NESTED_LOOPS_C = (22.0, -60.0, 70.0, -40.0, 50.0, -20.0, 30.0, 0.0, 20.0)
 
 AMPLITUDE_PPM = 200.0
 EXACT_PPM = 1e-9
