@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -12,6 +13,7 @@ from ins_eval import metrics
 from ins_eval.alignment import Alignment, AlignmentNoise, align
 from ins_eval.compensation import CompensationModel, Samples
 from ins_eval.earth import radii
+from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.quiet import Stretch, choose_alignment, quiet_stretches
@@ -101,6 +103,7 @@ def evaluate(
     every: int = 1,
     vertical: Vertical | None = None,
     start: Start | None = None,
+    folder: str | Path = ".",
 ) -> Evaluation:
     """Navigate a recording by pure inertial mechanization and compare it with what is known.
 
@@ -111,14 +114,17 @@ def evaluate(
     until_s : end of navigation
     every : one row of the solution for so many steps of four samples
     vertical : None: damped by the height that the recording believes in, free where there is none
-    start : where to begin instead of the recording's own start
+    start : where to begin instead of the recording's own start, taken as it is
+    folder : of the recording, where a believed compensation file is relative to it
 
     Notes
     -----
-    Gyros are corrected for the believed bias. Compared with `recording.reference` where there is one, else with its
+    Believed effects are taken off and gyros corrected for the believed bias. Compared with `recording.reference` where
+    there is one, else with its
     GPS, else with the known standstill of a parked recording; for GPS and reference the solution is carried to the
     antenna and the believed time offset is applied.
     """
+    recording, velocity = without_effects(recording, velocity, folder)
     imu, believed = recording.imu, recording.belief
     interval_s = np.diff(imu.time_s, prepend=recording.start.time_s)
     gyro = (
@@ -138,6 +144,8 @@ def evaluate(
             f"{recording.name}: the attitude of the start is unknown and there is no standstill to find it on; "
             "give one of them"
         )
+    if start is None:
+        begin = turned_start(begin, believed)
     rest = slice(*np.searchsorted(imu.time_s, [begin.time_s + 1e-6, until_s + 1e-6]))
     aid = height_aid(recording)
     solution = navigate(

@@ -13,6 +13,7 @@ from ins_eval import channels
 from ins_eval.alignment import Alignment, align
 from ins_eval.channels import Channel, Estimate, Windows, find_clock, fit_channels, in_windows
 from ins_eval.compensation.file import believed_model
+from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
 from ins_eval.evaluate import PARKED, compensate, samples
 from ins_eval.implied import epoch_spacing_s, implied_increments
@@ -48,7 +49,9 @@ def run(recording_folder: Path, output: Path, quiet: bool, use_found_offset: boo
     With `use_found_offset` the clock offset that the gyros show is used instead of the believed one.
     """
     recording = form.read(recording_folder)
-    recorded = Increments(recording.imu.time_s, recording.imu.gyro, _velocity(recording, recording_folder))
+    recording, velocity = without_effects(recording, _velocity(recording, recording_folder), recording_folder)
+    recording = replace(recording, start=turned_start(recording.start, recording.belief))
+    recorded = Increments(recording.imu.time_s, recording.imu.gyro, velocity)
     known = _known(recording, recorded)
     start_s, earth = recording.start.time_s, recording.belief.earth
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from ins_eval.commands.flight_figures import path, temperature, traces
 from ins_eval.compensation.file import SINGLE, believed_model, read_model
+from ins_eval.effects import without_effects
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.evaluate import (
     PARKED,
@@ -95,7 +96,7 @@ def _arms(recording: Recording, folder: Path, wanted: Sequence[str]) -> dict[str
     found = (
         _of_pulses(recording, folder, wanted)
         if recording.imu.accelerometer_form == "pulse"
-        else _of_increments(recording)
+        else _of_increments(recording, folder)
     )
     unknown = [name for name in wanted if name not in found]
     if unknown:
@@ -115,7 +116,22 @@ def _of_pulses(recording: Recording, folder: Path, wanted: Sequence[str]) -> dic
             f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
             "[accelerometer.x], .y and .z in recording.toml, or a model with --compensation FILE.toml"
         )
-    return {name: _Arm(recording, compensate(seen, triad, start_s)) for name, triad in triads.items()}
+    other = replace(recording, belief=_of_other_accelerometers(recording.belief))
+    return {
+        name: _Arm(*without_effects(recording if name == BELIEVED else other, compensate(seen, triad, start_s), folder))
+        for name, triad in triads.items()
+    }
+
+
+def _of_other_accelerometers(belief: Belief) -> Belief:
+    """A belief without the effects that hold for its own compensation of the accelerometers only."""
+    own = ("accelerometer.", "temperature.")
+    kept = [
+        one
+        for one in belief.effects
+        if not one.name.startswith(own) and not (one.form or "").startswith("accelerometer")
+    ]
+    return belief.model_copy(update={"effects": tuple(kept)})
 
 
 def _model_files(folder: Path, wanted: Sequence[str]) -> dict[str, Path]:
@@ -124,14 +140,17 @@ def _model_files(folder: Path, wanted: Sequence[str]) -> dict[str, Path]:
     return files | {name: Path(name) for name in wanted if name.endswith(".toml")}
 
 
-def _of_increments(recording: Recording) -> dict[str, _Arm]:
+def _of_increments(recording: Recording, folder: Path) -> dict[str, _Arm]:
     belief = recording.belief
-    bare = belief.model_copy(update={"gyro": belief.gyro.model_copy(update={"bias_radps": (0.0, 0.0, 0.0)})})
+    bare = belief.model_copy(
+        update={"gyro": belief.gyro.model_copy(update={"bias_radps": (0.0, 0.0, 0.0)}), "effects": ()}
+    )
     arms = {AS_RECORDED: _Arm(replace(recording, belief=bare), recording.imu.accelerometer)}
     bias = np.asarray(belief.accelerometer.bias_mps2)
-    if bias.any() or any(belief.gyro.bias_radps):
+    if bias.any() or any(belief.gyro.bias_radps) or belief.effects:
         interval_s = np.diff(recording.imu.time_s, prepend=recording.start.time_s)
-        arms[BELIEVED] = _Arm(recording, recording.imu.accelerometer - bias * interval_s[:, None])
+        velocity = recording.imu.accelerometer - bias * interval_s[:, None]
+        arms[BELIEVED] = _Arm(*without_effects(recording, velocity, folder))
     return arms
 
 

@@ -115,6 +115,26 @@ class AccelerometerBelief(Table):
     z: AxisBelief | None = None
 
 
+class EffectBelief(Table):
+    """An effect that the instrument is believed to have, by its name in EFFECTS.md.
+
+    `value` is true minus believed in what is indicated, in `unit`. It belongs to all recordings of the instrument, or
+    to the one whose name is `recording`. What the names mean is in `ins_eval.effects`.
+    """
+
+    name: str
+    axis: Literal["x", "y", "z", "north", "east"] | None = None
+    value: float
+    unit: str | None = None  # None: that of the vocabulary
+    recording: str | None = None
+    other_axis: Literal["x", "y", "z"] | None = None
+    time_constant_s: Annotated[float, Field(gt=0.0)] | None = None
+    branch_width_c: Annotated[float, Field(gt=0.0)] | None = None
+    at_s: float | None = None
+    driver: str | None = None
+    form: str | None = None
+
+
 class Belief(Table):
     """All that a recording believes."""
 
@@ -124,3 +144,4 @@ class Belief(Table):
     earth: EarthBelief = EarthBelief()
     gyro: GyroBelief = GyroBelief()
     accelerometer: AccelerometerBelief = AccelerometerBelief()
+    effects: tuple[EffectBelief, ...] = ()

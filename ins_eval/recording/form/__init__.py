@@ -15,6 +15,6 @@ Source of the form: RECORDING.md.
 from __future__ import annotations
 
 from ins_eval.recording.form.reading import read, read_belief, read_chamber
-from ins_eval.recording.form.writing import write, write_chamber
+from ins_eval.recording.form.writing import write, write_belief, write_chamber
 
-__all__ = ["read", "read_belief", "read_chamber", "write", "write_chamber"]
+__all__ = ["read", "read_belief", "read_chamber", "write", "write_belief", "write_chamber"]

@@ -35,6 +35,8 @@ from ins_eval.units import to_degrees_exactly
 
 TABLES = ("imu", "gps", "reference", "chamber", "truth")
 HEAD = f"A recording in the form {FORMAT}. The unit of a value is in its name."
+BELIEF_HEAD = """What is believed of an instrument: the tables of recording.toml that are not data.
+The unit of a value is in its name; that of an effect stands beside it."""
 Table = dict[str, np.ndarray]
 
 
@@ -91,6 +93,22 @@ def write_chamber(
     if alone.axis:
         table["accelerometer"][alone.axis] = of_axis
     return _write_folder(Path(folder), table, {CHAMBER: columns})
+
+
+def write_belief(path: str | Path, belief: Belief, folder: str | Path = ".") -> Path:
+    """Write a belief as a file that ``--belief`` takes; returns the path.
+
+    `folder` is that to which its compensation files are relative: the file names them by their whole path, so that
+    it may stand anywhere.
+    """
+    table = belief.model_dump(exclude_none=True)
+    for axis in "xyz":
+        of_axis = table["accelerometer"].get(axis, {})
+        if "compensation" in of_axis:
+            of_axis["compensation"] = str((Path(folder) / of_axis["compensation"]).resolve())
+    return write_whole(
+        Path(path), dumps({key: value for key, value in table.items() if value != ()}, BELIEF_HEAD).encode()
+    )
 
 
 def _named(readings: ChamberReadings) -> Table:
