@@ -145,11 +145,14 @@ def _parser() -> argparse.ArgumentParser:
     )
     compare.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
-    diagnose = verbs.add_parser("diagnose", help="where recordings leave what is believed of them")
+    diagnose = verbs.add_parser("diagnose", help="where recordings leave what is believed, and what was left out")
     diagnose.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING")
     diagnose.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
     diagnose.add_argument("--json", type=Path, metavar="FILE", help="write the answer, ins-diagnosis/1")
     diagnose.add_argument("--report", type=Path, metavar="DIR", help="folder of the page")
+    diagnose.add_argument(
+        "--write-model", type=Path, metavar="FILE", help="write the belief with the effects found in it"
+    )
     diagnose.add_argument("--quiet", action="store_true", help="no progress and no text on the terminal")
 
     model = verbs.add_parser("check-model", help="does a compensation model keep its contract?")

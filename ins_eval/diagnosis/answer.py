@@ -10,52 +10,100 @@ from typing import Any
 
 import numpy as np
 
-from ins_eval.diagnosis.judge import Judgement, Mismatch
+from ins_eval.diagnosis.case import Case
+from ins_eval.diagnosis.verdict import Diagnosis, Effect, Mismatch, Rival
 from ins_eval.metrics import radial_error_rates
 
 FORMAT = "ins-diagnosis/1"
-NO_MISMATCH, UNEXPLAINED = "no mismatch", "unexplained"
+Q95 = 1.96
+WORDS = ("other_axis", "driver", "form")  # parameters that are no numbers
 
 
-def answer(judgements: Sequence[Judgement]) -> dict[str, Any]:
+def answer(found: Diagnosis) -> dict[str, Any]:
     """One answer for all recordings of a command line."""
-    mismatch = [_mismatch(judgement, one) for judgement in judgements for one in judgement.mismatches]
-    mismatch.sort(key=lambda one: -one["significance_sigma"])
-    worst = mismatch[0] if mismatch else None
+    left = found.remainder
     return {
         "format": FORMAT,
-        "verdict": UNEXPLAINED if mismatch else NO_MISMATCH,
-        "mismatch": mismatch,
-        "effects": [],
-        "indistinguishable": [],
+        "verdict": found.verdict,
+        "mismatch": [_mismatch(found, one) for one in found.mismatches],
+        "effects": [_effect(one) for one in found.effects],
+        "indistinguishable": [_rival(one) for one in found.rivals],
         "unexplained": {
-            "significance_sigma": worst["significance_sigma"] if worst else _largest(judgements),
-            "channel": worst["channel"] if worst else None,
-            "interval_s": worst["interval_s"] if worst else None,
+            "significance_sigma": round(left.significance_sigma, 2),
+            "channel": left.mismatch.channel if left.mismatch else None,
+            "interval_s": _interval(left.mismatch) if left.mismatch else None,
         },
-        "fit": _fit(judgements),
+        "fit": _fit(found),
     }
 
 
-def _mismatch(judgement: Judgement, one: Mismatch) -> dict[str, Any]:
+def _interval(one: Mismatch) -> list[float]:
+    return [round(one.begin_s, 3), round(one.end_s, 3)]
+
+
+def _mismatch(found: Diagnosis, one: Mismatch) -> dict[str, Any]:
     return {
-        "recording": judgement.case.name,
+        "recording": found.cases[one.recording].name,
         "channel": one.channel,
-        "interval_s": [round(one.begin_s, 3), round(one.end_s, 3)],
+        "interval_s": _interval(one),
         "where": one.where,
         "significance_sigma": round(one.significance_sigma, 2),
     }
 
 
-def _largest(judgements: Sequence[Judgement]) -> float:
-    return round(max((float(j.statistics["significance_sigma"]) for j in judgements), default=0.0), 2)
+def _effect(one: Effect) -> dict[str, Any]:
+    candidate = one.hypothesis.candidate
+    parameters: dict[str, Any] = {
+        "value": one.value,
+        "interval95": [one.value - Q95 * one.sigma, one.value + Q95 * one.sigma],
+        "unit": candidate.unit,
+    }
+    for name, value in candidate.parameters.items():
+        if name in WORDS:
+            parameters[name] = value
+        elif name != "lag_s":  # which is the value itself
+            parameters[name] = value
+            if name in one.spread:
+                parameters[f"{name}_interval95"] = list(one.spread[name])
+    entry = {
+        "name": candidate.name,
+        "axis": candidate.axis,
+        "parameters": parameters,
+        "probability": one.probability,
+        "log_evidence_gain": one.log_evidence_gain,
+        "false_alarm_probability": one.false_alarm_probability,
+    }
+    return entry | {name: candidate.parameters[name] for name in ("driver", "form") if name in candidate.parameters}
 
 
-def _fit(judgements: Sequence[Judgement]) -> dict[str, Any]:
-    """Of the belief, over all recordings: velocity RMS and radial error rate of the pure-inertial solution."""
+def _rival(one: Rival) -> dict[str, Any]:
+    candidate = one.hypothesis.candidate
+    return {
+        "from": one.of.candidate.name,
+        "name": candidate.name,
+        "axis": candidate.axis,
+        **{name: candidate.parameters[name] for name in WORDS if name in candidate.parameters},
+        "probability": one.probability,
+        "log_evidence_below_best": one.below_best,
+        "told_apart_by_prior_only": one.by_prior_only,
+        "experiment": one.experiment,
+        "expected_log_bayes_factor": one.expected_log_bayes_factor,
+    }
+
+
+def _fit(found: Diagnosis) -> dict[str, Any]:
+    before = navigation_errors(found.cases)
+    after = navigation_errors(found.after) if found.effects else {}
+    out: dict[str, Any] = {"held_out": found.held_out} if found.held_out else {}
+    for name in before:
+        out[name] = {"before": before[name]} | ({"after": after[name]} if name in after else {})
+    return out
+
+
+def navigation_errors(cases: Sequence[Case]) -> dict[str, Any]:
+    """Velocity RMS and radial error rate of the pure-inertial solution, over all recordings that move or could."""
     squares, rates = [], []
-    for judgement in judgements:
-        case = judgement.case
+    for case in cases:
         if case.believed is None:
             continue
         y = case.seen.residual
@@ -70,6 +118,6 @@ def _fit(judgements: Sequence[Judgement]) -> dict[str, Any]:
         return {}
     north, east = np.sqrt(np.concatenate(squares).mean(axis=0))
     return {
-        "velocity_rms_mps": {"before": {"north": float(north), "east": float(east)}},
-        "radial_error_rate_nmi_per_h": {"before": float(np.sqrt(np.mean(np.square(rates))))},
+        "velocity_rms_mps": {"north": float(north), "east": float(east)},
+        "radial_error_rate_nmi_per_h": float(np.sqrt(np.mean(np.square(rates)))),
     }

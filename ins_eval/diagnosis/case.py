@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +14,15 @@ from ins_eval.diagnosis.coarse import block_of, coarse, coarse_noise
 from ins_eval.diagnosis.columns import Assembled, Column, Drive, Measured, Slow, assemble
 from ins_eval.diagnosis.error_model import ErrorModel
 from ins_eval.diagnosis.evidence import log_evidence
-from ins_eval.diagnosis.library import Candidate, candidates, slow_factors
+from ins_eval.diagnosis.library import Candidate, Parameters, candidates, composed_candidates, member
 from ins_eval.diagnosis.noise import Fitted, NoiseModel
 from ins_eval.diagnosis.null import Believed
-from ins_eval.diagnosis.observations import Observations
-from ins_eval.diagnosis.temperature import Temperature, step_noise, temperature
+from ins_eval.diagnosis.observations import REFERENCE_POSITION_M, Observations
+from ins_eval.diagnosis.thermometer import step_noise
 from ins_eval.diagnosis.whitening import Whitened, whiten
+from ins_eval.effects.temperature import Temperature, temperature
 from ins_eval.recording import Recording
+from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.units import DEG_PER_H, UG
 
 LEAST_VELOCITY_SIGMA_MPS = 1e-3  # of a start that is said to be exact
@@ -43,6 +46,8 @@ class Case:
     noise: NoiseModel
     outliers: int
     epochs_s: np.ndarray  # between nodes, for what forgets
+    member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
+    again: Callable[[Sequence[EffectBelief]], Case]  # the same recording with these effects believed as well
 
     def assembled(self, columns: Sequence[Column] = ()) -> Assembled:
         """Nuisances first, then `columns`."""
@@ -61,13 +66,17 @@ class Case:
         gain: Callable[[Whitened], float] = log_evidence,
     ) -> Fitted:
         """Noise fitted with nuisances and `columns`, at the maximum of `gain` of the sums."""
+        return noise.fit(self.ready(columns), len(self.noise.free), start, gain)
+
+    def ready(self, columns: Sequence[Column]) -> Callable[[np.ndarray], Whitened]:
+        """The pass on means over `block` nodes as a function of the noise's position: what it shares is done once."""
         block = self.block
         assembled = coarse(self.assembled(columns), block)
 
         def at(position: np.ndarray) -> Whitened:
             return whiten(assembled, coarse_noise(self.noise.levels(position), block))
 
-        return noise.fit(at, len(self.noise.free), start, gain)
+        return at
 
     @property
     def block(self) -> int:
@@ -83,8 +92,8 @@ def prepare(recording: Recording, folder: str | Path = ".") -> Case:
     measured = observations.sources(believed, end_s)
     model = error_model.build(believed, solution, observations.nodes(believed, measured, end_s))
     seen, outliers = noise.without_outliers(observations.observe(believed, model, measured))
-    told = temperature(believed)
-    slow = slow_factors(model, told)
+    told = temperature(believed.recording)
+    slow = Slow()
     return Case(
         name=recording.name,
         kind=recording.kind,
@@ -94,11 +103,18 @@ def prepare(recording: Recording, folder: str | Path = ".") -> Case:
         temperature=told,
         slow=slow,
         nuisances=tuple(nuisances(believed)),
-        candidates=tuple(candidates(believed, model, told, slow)),
+        candidates=(*candidates(believed, model, told, slow), *composed_candidates(believed, model, told, slow)),
         noise=noise.noise_model(recording.belief, model, seen, step_noise(believed, told, model.middle_s)),
         outliers=outliers,
         epochs_s=model.interval_s,
+        member=partial(member, believed, model, told, slow),
+        again=lambda effects: prepare(replace(recording, belief=with_effects(recording.belief, effects)), folder),
     )
+
+
+def with_effects(belief: Belief, effects: Sequence[EffectBelief]) -> Belief:
+    """A belief in further effects."""
+    return belief.model_copy(update={"effects": (*belief.effects, *effects)})
 
 
 def nuisances(believed: Believed) -> list[Column]:
@@ -120,6 +136,10 @@ def nuisances(believed: Believed) -> list[Column]:
         begin[k] = sigma
         out.append(Column(f"start {what}", start=tuple(begin)))
     reference = believed.recording.reference
+    if reference is not None:
+        for k, axis in enumerate("NED"):  # of its datum, and of where in its box it navigates
+            size = belief.reference.position_sigma_m or REFERENCE_POSITION_M
+            out.append(Column(f"position offset of the reference {axis}", (Measured(f"channel_{k}", size),)))
     if reference is not None and reference.attitude_rad is not None:
         for axis in "xyz":
             term = Measured(f"mount_{axis}", MOUNTING_SIGMA_RAD)

@@ -10,31 +10,34 @@ the chamber's air was recorded, the smooth reading is that of a body that follow
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from ins_eval.compensation import Samples
 from ins_eval.compensation.file import believed_model
-from ins_eval.diagnosis.case import Case
+from ins_eval.diagnosis.case import Case, with_effects
 from ins_eval.diagnosis.columns import Column, Measured, Slow
 from ins_eval.diagnosis.drives import SOURCES
 from ins_eval.diagnosis.error_model import STATES, ErrorModel
-from ins_eval.diagnosis.library import CREEP_TIMES_S, HYSTERESIS_WIDTHS_C, ROWS, Candidate, branch
+from ins_eval.diagnosis.library import Candidate, Parameters, sized, tried
 from ins_eval.diagnosis.noise import NoiseModel, Prior, white, without_outliers
 from ins_eval.diagnosis.observations import CHANNELS, Observations, Source
-from ins_eval.diagnosis.temperature import Temperature
+from ins_eval.effects.apply import OF_INPUT, chamber_error
+from ins_eval.effects.effect import ACCELEROMETER, AXES, multiplied
+from ins_eval.effects.parts import chamber_conditions, parts, possible
+from ins_eval.effects.slow import Conditions
+from ins_eval.effects.temperature import chamber_temperature
+from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.recording import ChamberReadings
 from ins_eval.recording.belief import Belief, GpsBelief
-from ins_eval.thermal import filtered_rate, lagged
-from ins_eval.units import PPM, STANDARD_GRAVITY, UG
+from ins_eval.thermal import filtered_rate
+from ins_eval.units import STANDARD_GRAVITY, UG
 
 WHITE_UG = 5.0  # where nothing is known; read off the readings themselves
 RUN_SIGMA_UG = 1000.0  # of the constant of a run: at 0 g a milliradian of tilt
-LAGS_S = np.concatenate([[0.0], np.geomspace(10.0, 3600.0, 25)])
-FEW_READINGS = 9  # that are smoothed together where the air was not recorded
-GOOD_FIT_STEPS = 2.0
+STILL = 0.25  # of a step of the output: less scatter does not carry it across
 _ONE = "channel_0"
 
 
@@ -45,13 +48,14 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
     runs = [np.flatnonzero(readings.run == run) for run in dict.fromkeys(readings.run.tolist())]
     filter_s = belief.accelerometer.rate_filter_s
     rate = np.zeros(readings.time_s.size)
-    smooth, smooth_rate = np.zeros_like(rate), np.zeros_like(rate)
     for rows in runs:
-        time_s = readings.time_s[rows]
-        rate[rows] = filtered_rate(time_s, readings.temperature_c[rows], filter_s)
-        smooth[rows] = _smooth(readings, rows)
-        smooth_rate[rows] = filtered_rate(time_s, smooth[rows], filter_s)
+        rate[rows] = filtered_rate(readings.time_s[rows], readings.temperature_c[rows], filter_s)
+    temperature = chamber_temperature(readings, belief.accelerometer)
     told = model.specific_force(Samples(readings.time_s, readings.output, readings.temperature_c, rate))
+    one_more = model.specific_force(Samples(readings.time_s, readings.output + 1.0, readings.temperature_c, rate))
+    size = float(np.median(one_more - told))  # of 1 pulse/s
+    if belief.effects:
+        told = told - chamber_error(readings, belief, name, folder, temperature)
     seen = _observations(readings, told - STANDARD_GRAVITY * readings.input_g)
     seen, outliers = without_outliers(seen)
     nodes_s, epochs = readings.time_s, readings.time_s.size - 1
@@ -64,11 +68,8 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         missing=np.zeros((epochs, 5, 6)),
         feedback=np.zeros((epochs, 2)),
     )
-    temperature = Temperature(
-        nodes_s, np.repeat(smooth[:, None], 3, 1), np.repeat(smooth_rate[:, None], 3, 1),
-        belief.accelerometer.reference_temperature_c,
-    )  # fmt: skip
     slow = Slow()
+    bench = Bench(readings, chamber_conditions(readings, belief, folder, temperature), slow)
     apart_s = float(np.max(np.diff(nodes_s))) * 1e3
     interval_s = np.where(np.diff(readings.run) != 0, apart_s, np.diff(nodes_s))
     return Case(
@@ -80,10 +81,12 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         temperature=temperature,
         slow=slow,
         nuisances=tuple(_of_runs(runs, slow, nodes_s)),
-        candidates=tuple(_candidates(readings, runs, temperature, axis, slow)),
-        noise=_noise(seen, interval_s),
+        candidates=tuple(bench.candidates()),
+        noise=_noise(seen, interval_s, _counted(readings, told, size, runs)),
         outliers=outliers,
         epochs_s=interval_s,
+        member=bench.member,
+        again=lambda effects: prepare_chamber(readings, with_effects(belief, effects), name, folder),
     )
 
 
@@ -102,9 +105,10 @@ def _observations(readings: ChamberReadings, residual: np.ndarray) -> Observatio
     )
 
 
-def _noise(seen: Observations, interval_s: np.ndarray) -> NoiseModel:
+def _noise(seen: Observations, interval_s: np.ndarray, counted: np.ndarray) -> NoiseModel:
     level, _ = white(seen)
-    slow = Prior(2.0 * UG, 1.2)
+    level[:, 0] = np.maximum(level[:, 0], counted)
+    slow = Prior(max(2.0 * UG, 0.1 * float(np.median(level[:, 0]))), 1.2)
     fixed = {
         name: Prior(0.0, 0.0)
         for name in ("slow_velocity", "slow_attitude", "velocity_random_walk", "angle_random_walk",
@@ -120,6 +124,25 @@ def _noise(seen: Observations, interval_s: np.ndarray) -> NoiseModel:
     )
 
 
+def _counted(readings: ChamberReadings, told: np.ndarray, size: float, runs: list[np.ndarray]) -> np.ndarray:
+    """One sigma (n,) in m/s^2 of what the resolution of the output hides; `size` is that of 1 pulse/s in m/s^2.
+
+    Where noise carries the output across its steps they average out. A run whose readings scatter by less than a step
+    tells the same again and again, so all its readings together are worth one.
+    """
+    changes = np.abs(np.diff(readings.output))
+    changes = changes[changes > 1e-9]
+    step = size * float(changes.min(initial=np.inf))
+    out = np.zeros(told.size)
+    if not np.isfinite(step):
+        return out
+    for rows in runs:
+        scatter = float(np.std(np.diff(told[rows]))) / np.sqrt(2.0) if rows.size > 2 else np.inf
+        if scatter < STILL * step:
+            out[rows] = step / np.sqrt(12.0) * np.sqrt(rows.size * len(runs))
+    return out
+
+
 def _at(slow: Slow, name: str, values: np.ndarray) -> str:
     slow.epochs[name], slow.nodes[name] = np.zeros(values.size - 1), values
     return name
@@ -132,45 +155,37 @@ def _of_runs(runs: list[np.ndarray], slow: Slow, nodes_s: np.ndarray) -> Iterato
         yield Column(f"run {k}", (Measured(_ONE, RUN_SIGMA_UG * UG, _at(slow, f"run {k}", inside)),))
 
 
-def _candidates(
-    readings: ChamberReadings, runs: list[np.ndarray], seen: Temperature, axis: str, slow: Slow
-) -> Iterator[Candidate]:
-    force = STANDARD_GRAVITY * readings.input_g
-    t, r = seen.smooth_c[:, 0] - seen.reference_c, seen.rate_c_per_min[:, 0]
-    since = readings.time_s - readings.time_s[0]
-    factors = {"1": 1.0, "t": since, "T": t, "T^2": t**2, "r": r, "r^2": r**2, "r T": r * t}
-    multipliers = {"1": np.ones(force.size), "f": force, "f^2": force**2, "f^3": force**3}
-    for row in ROWS:
-        if row.sensor == "accelerometer" and row.multiplier in multipliers and (row.multiplier, row.slow) != ("1", "1"):
-            name = _at(slow, f"{row.multiplier} {row.slow}", multipliers[row.multiplier] * factors[row.slow])
-            column = Column("", (Measured(_ONE, row.si * row.nominal, name),))
-            yield Candidate(row.name, axis, row.unit, row.nominal, column)
-    for tau in CREEP_TIMES_S:
-        memory = np.zeros(force.size)
-        for rows in runs:
-            of_run = lagged(readings.time_s[rows], seen.smooth_c[rows, 0], tau)
-            memory[rows] = of_run - of_run[0]
-        column = Column("", (Measured(_ONE, 4.0 * UG, _at(slow, f"creep {tau:g}", memory)),))
-        yield Candidate("accelerometer.bias_creep", axis, "ug/degC", 4.0, column, {"time_constant_s": tau})
-    for width in HYSTERESIS_WIDTHS_C:
-        side = np.zeros(force.size)
-        for rows in runs:
-            side[rows] = branch(seen.smooth_c[rows, 0], width)
-        column = Column("", (Measured(_ONE, 30.0 * PPM, _at(slow, f"branch {width:g}", side * force)),))
-        yield Candidate("accelerometer.scale_hysteresis", axis, "ppm", 30.0, column, {"branch_width_c": width})
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """What candidates of a chamber recording are made of; `slow` is added to."""
 
+    readings: ChamberReadings
+    told: Conditions
+    slow: Slow
 
-def _smooth(readings: ChamberReadings, rows: np.ndarray) -> np.ndarray:
-    """The reading of one run without its steps and noise, (n,) degC."""
-    time_s, told = readings.time_s[rows], readings.temperature_c[rows]
-    air = readings.further.get("chamber_c")
-    if air is not None:
-        fits = [lagged(time_s, air[rows], lag) if lag else np.array(air[rows]) for lag in LAGS_S]
-        fits = [fit + np.mean(told - fit) for fit in fits]
-        best = min(fits, key=lambda fit: float(np.std(told - fit)))
-        changes = np.abs(np.diff(told))
-        step = float(changes[changes > 1e-9].min(initial=np.inf))
-        if np.std(told - best) < GOOD_FIT_STEPS * max(step, 0.01):
-            return best
-    window = min(FEW_READINGS, (rows.size - 1) // 2 * 2 + 1)
-    return savgol_filter(told, window, 2) if window > 3 else told
+    def candidates(self) -> Iterator[Candidate]:
+        """Every effect that the recording could show: of the accelerometer in the chamber, along its input."""
+        for effect in VOCABULARY.values():
+            if effect.enters not in (ACCELEROMETER, "temperature") or not possible(effect, self.told):
+                continue
+            constant = effect.multipliers == ("1",) and effect.slow in ("1", "step")  # as the constant of a run is
+            if effect.enters == ACCELEROMETER and (constant or effect.multipliers[0] not in OF_INPUT):
+                continue
+            axis = None if effect.enters == "temperature" else self.told.axes[0]
+            for parameters in tried(effect, axis, self.told):
+                yield self.member(effect.name, axis, parameters)
+
+    def member(self, name: str, axis: str | None, parameters: Parameters) -> Candidate:
+        """One effect with further parameters of any value; see `library.member`."""
+        effect = VOCABULARY[name]
+        of_parts = parts(effect, axis, parameters, self.told)
+        time_s = self.readings.time_s
+        unit, nominal, centre = sized(effect, parameters, of_parts, time_s)
+        force = np.zeros((time_s.size, 3))
+        force[:, AXES.index(self.told.axes[0])] = STANDARD_GRAVITY * self.readings.input_g
+        terms = []
+        for part in of_parts:
+            values = part.slow(time_s) * multiplied(part.sensor, part.multiplier, part.axis, force, force)
+            key = _at(self.slow, f"{part.multiplier}: {part.key}", values)
+            terms.append(Measured(_ONE, nominal * part.weight, key))
+        return Candidate(effect.name, axis, unit, nominal, Column("", tuple(terms)), dict(parameters), centre)

@@ -57,7 +57,7 @@ class ErrorModel:
 
 def build(believed: Believed, solution: Solution, nodes_s: np.ndarray) -> ErrorModel:
     """The error model on the nodes `nodes_s`, the first of which is the start."""
-    states = at(solution, nodes_s)
+    states = at(solution, believed.gyro, nodes_s)
     integrals = drives.integrate(believed, solution, nodes_s)
     dt = np.diff(nodes_s)[:, None]
     force_n = sum(integrals[:, drives.source("accelerometer", axis, "f")] for axis in range(3)) / dt

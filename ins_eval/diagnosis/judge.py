@@ -1,18 +1,20 @@
-"""Is there a mismatch, and where: the noise refitted under every suspect, under the same prior as under the null.
+"""From the sums to a verdict: is there a mismatch, what explains it, is that enough, and what else could it be?
 
-A suspect is an interval of a channel, or an effect of the library. Both are first ranked with the noise of the null,
-which what is wrong has inflated; the best few are then compared with the null each at its own noise:
+    1  noise is fitted under the null, and every effect and every interval of every channel is looked at with it
+    2  noise is fitted again under the best set of effects and under the best intervals, and the search repeated: what
+       is wrong has inflated the noise of the null
+    3  the finalists are compared with the noise integrated out of each
+    4  the finalist is refitted through the full mechanization (`refine`)
+    5  enough? what a slow disturbance of a channel, or any interval of it, still gains beside the effects
+    6  what else: every family in the place of each effect
 
-    gain of an effect    log Bayes factor, max over noise of log Z_1 less max over noise of log Z_0
-    gain of an interval  twice the same with the size at its best, to be judged as the largest of many
-
-Found suspects join what is uncertain anyway, and the search goes on until nothing is left.
+Sources: Kass and Raftery 1995; Willsky and Jones 1976.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -20,253 +22,390 @@ from threadpoolctl import threadpool_limits
 
 from ins_eval.diagnosis import locate
 from ins_eval.diagnosis.case import Case
-from ins_eval.diagnosis.columns import Column
-from ins_eval.diagnosis.evidence import log_bayes_factors, log_evidence_of, reduce
-from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.locate import Interval, Significance
-from ins_eval.diagnosis.noise import Fitted
+from ins_eval.diagnosis.disturbance import Suspect, intervals, largest_probability, of_windows, one_sensor
+from ins_eval.diagnosis.evidence import Reduced
+from ins_eval.diagnosis.experiments import Catalogue
+from ins_eval.diagnosis.locate import Channel
+from ins_eval.diagnosis.open_form import open_form
+from ins_eval.diagnosis.refine import again, believed_effect, refine
+from ins_eval.diagnosis.search import LEAST_SHARE, LEAST_SHARE_ELSEWHERE, log_bayes_factor
+from ins_eval.diagnosis.stage import Stage, staged
+from ins_eval.diagnosis.study import fit_noise, marginal, wide
+from ins_eval.diagnosis.verdict import (
+    EXPLAINED,
+    NO_MISMATCH,
+    NOT_IDENTIFIABLE,
+    PARTLY,
+    UNEXPLAINED,
+    Diagnosis,
+    Effect,
+    Mismatch,
+    Remainder,
+    Rival,
+    channel_of,
+    located,
+)
 from ins_eval.diagnosis.where import where
-from ins_eval.diagnosis.whitening import Whitened
+from ins_eval.recording.belief import Belief
 from ins_eval.streams import Streams
 
-LEAST_LOG_BAYES_FACTOR = 5.0  # of an effect before it counts
-# of an interval as remarkable as this, where nothing is wrong; a receiver that changes satellites steps by itself
-LARGEST_PROBABILITY = {"gps.position": 1e-6, "gps.velocity": 1e-4}
-OTHERWISE = 0.003
-SUSPECTS = 2  # of each kind, refitted
-WORTH_REFITTING = 1.0  # log Bayes factor with the noise of the null, or
-REMARKABLE = 0.5  # probability of the ratio with that noise
-MOST_MISMATCHES = 4
-WIDEST_SIZES, WIDEST_FOUND = 10.0, 3.0  # prior sigma of a mismatch once it is taken for granted: sizes, or as found
+WITHIN = 3.0  # nats of the best: a rival
+BY_PRIOR = 6.0  # nats of the best within which a rival is listed that only its prior keeps apart
+ALIKE = 0.5  # twice the log likelihood ratio below which only priors tell two apart
+WORTH_REFITTING = 2.0  # log Bayes factor with the noise of the null
+ROUNDS = 3
+LARGE = 30.0  # log Bayes factor from which a term of the Earth is tried by navigating with it
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
+OPEN_MARGIN = 6.0  # nats by which a form without a name must beat the best with one
 
 
-@dataclass(frozen=True)
-class Mismatch:
-    """One located mismatch; `log_bayes_factor` of the effect that showed it, None where a plain interval did."""
-
-    channel: str
-    axis: str
-    begin_s: float
-    end_s: float
-    where: str
-    significance_sigma: float
-    log_bayes_factor: float | None
-    column: Column = field(repr=False)
-    size: float = 0.0  # found, in sizes of the column
-
-
-@dataclass(frozen=True, eq=False)
-class Judgement:
-    """The null of one recording, and what was found against it.
-
-    `statistics` are the largest log Bayes factor and the smallest probability of the first search; `innovations` of
-    the null (nodes, 9), everything uncertain at its best.
-    """
-
-    case: Case
-    null: Fitted
-    mismatches: tuple[Mismatch, ...]
-    statistics: dict[str, float | str]
-    innovations: np.ndarray
-
-
-def judge(case: Case, progress: Callable[[str], None] = lambda _: None) -> Judgement:
-    """Search one recording for mismatches."""
+def judge(
+    cases: Sequence[Case], progress: Callable[[str], None] = lambda _: None, belief: Belief | None = None
+) -> Diagnosis:
+    """Search recordings of one instrument together; `belief` plans experiments where all of them are chambers."""
     with threadpool_limits(1):  # small matrices: more threads in each product only wait for one another
-        return _judged(case, progress)
+        return _Judge(tuple(cases), progress, belief).judged()
 
 
-def _judged(case: Case, progress: Callable[[str], None]) -> Judgement:
-    progress("noise")
-    null = case.fitted()
-    innovations = _innovations(case, null.position)
-    found: list[Mismatch] = []
-    statistics: dict[str, float | str] = {}
-    current, base = case, null
-    while len(found) < MOST_MISMATCHES:
-        progress(f"search {len(found) + 1}")
-        mismatch, fitted, seen = _search(current, base)
-        statistics = statistics or seen
-        if mismatch is None:
-            break
-        found.append(mismatch)
-        current = replace(current, nuisances=(*current.nuisances, _widened(mismatch)))
-        base = current.fitted(start=fitted.position)
-    return Judgement(case, null, tuple(found), statistics, innovations)
+class _Judge:
+    """The steps of one diagnosis and what they share."""
 
+    def __init__(self, cases: tuple[Case, ...], progress: Callable[[str], None], belief: Belief | None):
+        self.cases, self.progress, self.belief = cases, progress, belief
+        kinds = {case.kind for case in cases}
+        self.share = max((LEAST_SHARE.get(kind, LEAST_SHARE_ELSEWHERE) for kind in kinds), default=0.0)
+        self.spread: dict[tuple, dict[str, tuple[float, float]]] = {}
+        self.rng = Streams(0).at("diagnosis", "significance").rng()
 
-def _search(case: Case, base: Fitted) -> tuple[Mismatch | None, Fitted, dict[str, float | str]]:
-    """The one mismatch that is most certain, or None, its noise, and what the search saw."""
-    over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
-    windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]
-    columns = [one.column for one in case.candidates] + windows
-    known = len(case.nuisances)
-    reduced = reduce(case.whitened(columns, base.position, case.block), known)
-    effects = len(case.candidates)
-    factors = _factors(case, reduced.normal.diagonal()[:effects], reduced.projection[:effects])
-    inside = slice(effects, None)
-    of_windows = replace(reduced, normal=reduced.normal[inside, inside], projection=reduced.projection[inside])
-    intervals = locate.scan(of_windows, over, edges_s)
-    trials = locate.significance(of_windows, edges_s.size - 1, Streams(0).at("diagnosis", "significance").rng())
+    def judged(self) -> Diagnosis:
+        self.progress("noise")
+        self.null = fit_noise(self.cases, [], [None] * len(self.cases))
+        self.innovations = tuple(
+            _innovations(case, one.position) for case, one in zip(self.cases, self.null, strict=True)
+        )
+        self.progress("effects")
+        alone = [one_sensor(case, r, self.null[r]) for r, case in enumerate(self.cases)]
+        self.alone = [one for one in alone if one is not None and one.sure]
+        stage = self._searched(self._with_earth(staged(self.cases, (), np.zeros(0), self.null, self.share)))
+        if self.alone:  # a disturbance of one sensor has made all of them look noisy
+            quiet = list(self.null)
+            for one in self.alone:
+                quiet[one.recording] = one.fitted
+            other = self._searched(staged(self.cases, (), np.zeros(0), quiet, self.share))
+            stage = max(stage, other, key=lambda one: one.height)
+        gain = self._gain(stage)
+        statistics: dict[str, float | str] = {
+            "largest_log_bayes_factor": gain,
+            "largest_effect": stage.name(),
+            "cost_of_an_effect": stage.space.cost,
+        }
+        heard = gain - stage.space.cost * len(stage.best.members) > 0.0
+        if heard:
+            self.progress("what is left")
+            explained = self._explained(stage, statistics)
+            if explained is not None:
+                return explained
+        self.progress("intervals")
+        suspects = list(self.alone)
+        for r, case in enumerate(self.cases):
+            suspects += intervals(case, r, self.null[r], self.rng)
+        statistics["smallest_probability"] = min((one.probability for one in suspects), default=1.0)
+        return self._located(stage if heard else None, suspects, gain, statistics)
 
-    families = _families(case, factors)
-    best = [
-        _refit_effect(case, base, case.candidates[k], of_family - factors[k])
-        for k, of_family in families[:SUSPECTS]
-        if of_family > WORTH_REFITTING
-    ]
-    best += [
-        _refit_interval(case, base, one, trials)
-        for one in intervals[:SUSPECTS]
-        if trials.probability(one.t2) < REMARKABLE
-    ]
-    seen: dict[str, float | str] = {
-        "largest_log_bayes_factor": max((s.gain for s in best if s.effect), default=families[0][1]),
-        "largest_effect": max(
-            (s for s in best if s.effect), key=lambda s: s.gain, default=_Suspect(None, None, 0.0, 0.0, 0.0, base)
-        ).name,
-        "smallest_probability": min((s.probability for s in best if not s.effect), default=1.0),
-        "trials": trials.trials,
-        "significance_sigma": max((s.sigma for s in best if not s.effect), default=0.0),
-    }
-    sure = [s for s in best if s.sure]
-    if not sure:
-        return None, base, seen
-    winner = max(sure, key=lambda s: s.gain)
-    located = _of_effect(case, winner, trials) if winner.effect else _of_interval(case, winner)
-    return located, winner.fitted, seen
+    # 1 and 2
 
+    def _with_earth(self, stage: Stage) -> Stage:
+        """Start from a term of the Earth that the belief leaves out where that alone mends the most.
 
-@dataclass(frozen=True, eq=False)
-class _Suspect:
-    """A suspect after its refit; `gain` is a log Bayes factor, of an interval less the log of the trials."""
+        Such an error is so large that nothing linear around a solution without the term can be trusted.
+        """
+        if stage.best.log_bayes_factor < LARGE:
+            return stage
+        best, height = stage, stage.height
+        for one in stage.hypotheses:
+            if not one.candidate.name.startswith("earth."):
+                continue
+            effect = believed_effect(one, one.candidate.centre, self.cases)
+            cases = [case.again([effect]) for case in self.cases]
+            model = [again(one, cases)]
+            fitted = fit_noise(cases, [], [None] * len(cases))
+            tried = staged(cases, model, np.array([one.candidate.centre]), fitted, self.share)
+            if tried.height > height:
+                best, height = tried, tried.height
+        return best
 
-    effect: Candidate | None
-    interval: Interval | None
-    gain: float
-    probability: float
-    sigma: float
-    fitted: Fitted
+    def _searched(self, stage: Stage) -> Stage:
+        """The search again at the noise under what it found, and once more around it, until it stays."""
+        for turn in range(ROUNDS):
+            best = stage.best
+            if best.log_bayes_factor < WORTH_REFITTING:
+                return stage
+            if turn == 0:
+                starts = [one.position for one in stage.fitted]
+                fitted = fit_noise(stage.cases, stage.chosen(), starts)
+                m = len(stage.point[stage.point != 0.0])
+                stage = staged(stage.cases, stage.hypotheses[:m], stage.point[:m], fitted, self.share)
+                if stage.best.log_posterior < 0.0:
+                    return stage
+            keys = stage.keys
+            refined = refine(self.cases, stage.chosen(scaled=False), stage.fitted)
+            stage = staged(refined.cases, refined.model, refined.point, refined.fitted, self.share)
+            self.spread = dict(zip((one.key for one in refined.model), refined.spread, strict=True))
+            if stage.keys == keys:
+                break
+        return stage
 
-    @property
-    def name(self) -> str:
-        return "" if self.effect is None else f"{self.effect.name} {self.effect.axis or ''}".strip()
+    # 3
 
-    @property
-    def sure(self) -> bool:
-        if self.effect is not None:
-            return self.gain >= LEAST_LOG_BAYES_FACTOR
-        return self.probability <= LARGEST_PROBABILITY.get(self.interval.channel.name, OTHERWISE)
+    def _gain(self, stage: Stage) -> float:
+        """log Bayes factor of the best set against the null, the noise integrated out of both."""
+        best, here = stage.best, stage.here
+        if best.log_bayes_factor < WORTH_REFITTING:
+            return best.log_bayes_factor
+        m = list(best.members)
+        centre = stage.space.centre[m]
+        exact, _ = log_bayes_factor(here.normal[np.ix_(m, m)], here.projection[m], centre)
+        share = best.log_bayes_factor - exact
+        models = [[], list(range(len(m)))]
+        positions = [one.position for one in stage.fitted]
+        there = marginal(stage.cases, positions, stage.chosen(scaled=False), models, centre, stage.point[m])
+        alone = marginal(self.cases, [one.position for one in self.null], [], [[]], np.zeros(0))
+        return float(there[1] - max(there[0], alone[0])) + share
 
+    # 4, 5 and 6
 
-def _factors(case: Case, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    centres = np.array([one.centre for one in case.candidates])
-    out = log_bayes_factors(a, b)
-    for k in np.flatnonzero(centres):
-        out[k] = log_bayes_factors(a[k], b[k], centres[k])
-    return out
+    def _explained(self, stage: Stage, statistics: dict[str, float | str]) -> Diagnosis | None:
+        """The answer where the effects found are enough, else None."""
+        self.instead, self.beside = self._remainders(stage)
+        posterior = stage.best.log_posterior
+        statistics |= {"instead": self.instead.gain, "beside": self.beside.gain, "posterior": posterior}
+        if self.beside.mismatch is not None or self.instead.gain > posterior + OPEN_MARGIN:
+            return None
+        if not self._holds(stage):
+            return None
+        verdict = NOT_IDENTIFIABLE if any(one.below_best < WITHIN for one in self._rivals(stage)) else EXPLAINED
+        shown = [self._shown(stage, k) for k in stage.best.members]
+        return self._answer(verdict, self.beside, shown, stage, statistics=statistics)
 
+    def _located(
+        self, stage: Stage | None, suspects: list[Suspect], gain: float, statistics: dict[str, float | str]
+    ) -> Diagnosis:
+        """The answer where effects, if any, are not enough: sure ones beside something, or a place without a name."""
+        found = [one for one in suspects if one.sure]
+        surest = max(found, key=lambda one: one.gain, default=None)
+        place = []
+        if surest is not None:
+            case = self.cases[surest.recording]
+            exact = locate.refined(case, surest.interval, surest.fitted.position)
+            place = [located(case, surest.recording, exact, surest.sigma)]
+        if stage is None:
+            if surest is None:
+                sigma = max((one.sigma for one in suspects), default=0.0)
+                return self._answer(NO_MISMATCH, Remainder(None, 0.0, sigma), statistics=statistics)
+            remainder = Remainder(place[0], surest.gain, surest.sigma)
+            return self._answer(UNEXPLAINED, remainder, place, statistics=statistics)
+        shown = [self._shown(stage, k) for k in stage.best.members]
+        beside, instead = self.beside, self.instead
+        if surest is not None and surest.gain > gain:
+            shown = place + shown
+        enough = beside.mismatch is None
+        # beside a disturbance without a name, the effects must still be worth what they cost
+        lead = OPEN_MARGIN if enough else max(beside.gain, 0.0) - stage.space.cost
+        if instead.gain > stage.best.log_posterior + lead:
+            remainder = replace(instead, mismatch=(place or [instead.mismatch])[0])
+            return self._answer(UNEXPLAINED, remainder, place or shown, stage, named=False, statistics=statistics)
+        return self._answer(PARTLY, beside, shown, stage, statistics=statistics)
 
-def _families(case: Case, factors: np.ndarray) -> list[tuple[int, float]]:
-    """Of each effect and axis the best member and its family's log Bayes factor, best first.
+    @staticmethod
+    def _holds(stage: Stage) -> bool:
+        """Whether what is composed of a recorded column helps on data that did not suggest it."""
+        if all(stage.hypotheses[k].candidate.name != "composed" for k in stage.best.members):
+            return True
+        fit = stage.held_out()
+        return fit["after"] < min(fit["before"], fit["placebo"])
 
-    A family is all that differ in a time, a width or a constant only; each value is as probable as another, so the
-    factor of the family is the mean of those of its members.
-    """
-    members: dict[tuple[str, str | None, str], list[int]] = {}
-    for k, one in enumerate(case.candidates):
-        members.setdefault((one.name, one.axis, str(one.parameters.get("other_axis"))), []).append(k)
-    out = []
-    for of_family in members.values():
-        best = max(of_family, key=lambda k: factors[k])
-        out.append((best, float(logsumexp(factors[of_family]) - np.log(len(of_family)))))
-    return sorted(out, key=lambda one: -one[1])
+    def _remainders(self, stage: Stage) -> tuple[Remainder, Remainder]:
+        """What an unnamed disturbance gains instead of the effects, and what it gains beside them."""
+        instead, beside = [], []
+        m = list(stage.best.members)
+        chosen, mean = stage.chosen(), stage.coefficients[0]
+        for r, case in enumerate(stage.cases):
+            own = [i for i, one in enumerate(chosen) if one.columns[r] is not None]
+            scale = np.array([max(1.0, abs(float(mean[i]))) for i in own])
+            point = stage.point[[m[i] for i in own]] / scale
+            columns = [chosen[i].columns[r] for i in own]
+            for known, out in ((False, instead), (True, beside)):
+                over, edges_s, reduced = of_windows(case, stage.fitted[r].position, columns, point, known)
+                out.append(self._remainder(r, stage, over, edges_s, reduced, known))
+        return tuple(max(ones, key=lambda one: one.gain) for ones in (instead, beside))
 
+    def _remainder(
+        self, r: int, stage: Stage, over: list[Channel], edges_s: np.ndarray, reduced: Reduced, beside: bool
+    ) -> Remainder:
+        case, count = stage.cases[r], edges_s.size - 1
+        trials = locate.significance(reduced, count, self.rng)
+        forms = [
+            open_form(k, reduced.normal[part, part], reduced.projection[part])
+            for k, part in ((k, slice(k * count, (k + 1) * count)) for k in range(len(over)))
+        ]
+        # a channel is one more family, and costs what an effect costs
+        gain = float(max(one.log_bayes_factor for one in forms)) - stage.space.cost
+        interval = next(iter(locate.scan(reduced, over, edges_s)), None)
+        if interval is None:
+            return Remainder(None, gain, 0.0)
+        sigma = trials.sigma(interval.t2)
+        mismatch = None
+        least = self.share * max(stage.best.log_bayes_factor, 0.0) if beside else 0.0
+        sure = trials.probability(interval.t2) <= largest_probability(interval)
+        if not beside or (sure and 0.5 * interval.t2 > least) or gain > least:
+            mismatch = located(case, r, interval, sigma)
+        return Remainder(mismatch, gain, sigma)
 
-def _refit_effect(case: Case, base: Fitted, effect: Candidate, share: float) -> _Suspect:
-    """`share` is the log Bayes factor of the family less that of this member."""
-    known = slice(0, len(case.nuisances))
+    def _effects(self, stage: Stage) -> tuple[Effect, ...]:
+        m = list(stage.best.members)
+        here, centre = stage.here, stage.space.centre[m]
+        a, b = here.normal[np.ix_(m, m)], here.projection[m]
+        whole, _ = log_bayes_factor(a, b, centre)
+        mean, covariance = stage.coefficients
+        out = []
+        for i, k in enumerate(m):
+            others = [j for j in range(len(m)) if j != i]
+            gain = whole - log_bayes_factor(a[np.ix_(others, others)], b[others], centre[others])[0]
+            one = stage.hypotheses[k]
+            out.append(
+                Effect(
+                    hypothesis=one,
+                    value=float(mean[i] * one.candidate.nominal),
+                    sigma=float(np.sqrt(covariance[i, i]) * one.candidate.nominal),
+                    probability=self._probability(stage, k),
+                    log_evidence_gain=float(gain),
+                    false_alarm_probability=float(min(1.0, np.exp(min(0.0, stage.space.cost - gain)))),
+                    spread=self.spread.get(one.key, {}),
+                )
+            )
+        return tuple(sorted(out, key=lambda one: -one.log_evidence_gain))
 
-    def gain(whitened: Whitened) -> float:
-        left = reduce(whitened, known.stop)
-        factor = log_bayes_factors(left.normal[0, 0], left.projection[0], effect.centre)
-        return log_evidence_of(whitened, known) + float(factor)
+    def _probability(self, stage: Stage, k: int) -> float:
+        of_family, _, _ = stage.places(k)
+        own = of_family[stage.space.families[k]]
+        return float(np.exp(own - logsumexp(np.append(of_family, stage.space.cost))))
 
-    fitted = case.fitted([effect.column], base.position, gain)
-    return _Suspect(effect, None, _gained(fitted, base, known) + share, 0.0, 0.0, fitted)
+    def _rivals(self, stage: Stage) -> tuple[Rival, ...]:
+        out: dict[int, Rival] = {}
+        for k in stage.best.members:
+            of_family, members, ratio = stage.places(k)
+            own = int(stage.space.families[k])
+            log_sum = logsumexp(np.append(of_family, stage.space.cost))
+            for family in np.argsort(of_family)[::-1]:
+                below = float(of_family[own] - of_family[family])
+                alike = bool(ratio[own] - ratio[family] < ALIKE)
+                if family == own or not (below < WITHIN or (alike and below < BY_PRIOR)):
+                    continue
+                one = Rival(
+                    of=stage.hypotheses[k],
+                    hypothesis=stage.hypotheses[members[family]],
+                    probability=float(np.exp(of_family[family] - log_sum)),
+                    below_best=below,
+                    by_prior_only=alike,
+                )
+                if family not in out or out[family].below_best > below:
+                    out[int(family)] = one
+        return tuple(sorted(out.values(), key=lambda one: one.below_best))
 
+    def _with_experiments(self, stage: Stage, rivals: tuple[Rival, ...]) -> tuple[Rival, ...]:
+        """The same with the cheapest experiment that would tell each from the answer."""
+        m = list(stage.best.members)
+        if not rivals or (self.belief is None and all(case.believed is None for case in self.cases)):
+            return rivals
+        self.progress("experiments")
+        place = {stage.hypotheses[k]: i for i, k in enumerate(m)}
+        index = {one: k for k, one in enumerate(stage.hypotheses)}
+        chosen = [*m, *(index[one.hypothesis] for one in rivals)]
+        catalogue = Catalogue(self.cases, [one.position for one in stage.fitted], self.belief)
+        found = catalogue.recommend(
+            [stage.hypotheses[k].candidate for k in chosen],
+            stage.here.normal[np.ix_(chosen, chosen)],
+            dict(enumerate(stage.coefficients[0])),
+            [[*(i for i in range(len(m)) if i != place[one.of]), len(m) + j] for j, one in enumerate(rivals)],
+        )
+        return tuple(
+            one
+            if told is None
+            else replace(one, experiment=told.experiment, expected_log_bayes_factor=told.expected_log_bayes_factor)
+            for one, told in zip(rivals, found, strict=True)
+        )
 
-def _refit_interval(case: Case, base: Fitted, interval: Interval, trials: Significance) -> _Suspect:
-    known = slice(0, len(case.nuisances))
+    def _shown(self, stage: Stage, k: int) -> Mismatch:
+        """Where effect `k` shows: the recording and the interval that hold most of its energy."""
+        of_family, _, _ = stage.places(k)
+        gain = float(of_family[stage.space.families[k]])
+        one, best, fitted = stage.hypotheses[k], stage.best, stage.fitted
+        energies = []
+        for r, case in enumerate(stage.cases):
+            if one.columns[r] is None:
+                continue
+            known = len(case.nuisances)
+            others = [stage.hypotheses[j].columns[r] for j in best.members if j != k]
+            columns = [wide(c, 16.0) for c in others if c is not None] + [one.columns[r]]
+            last = known + len(columns)
+            whitened = case.whitened(columns, fitted[r].position, keep=last + 1)
+            taken = np.linalg.solve(
+                np.eye(last - 1) + whitened.normal[: last - 1, : last - 1], whitened.normal[: last - 1, last - 1]
+            )
+            energy = np.nansum((whitened.kept[..., last] - whitened.kept[..., 1:last] @ taken) ** 2, axis=1)
+            energies.append((float(energy.sum()), r, energy))
+        _, r, energy = max(energies, key=lambda entry: entry[0])
+        case = stage.cases[r]
+        part = np.cumsum(energy) / max(float(energy.sum()), 1e-300)
+        begin, end = np.searchsorted(part, ENERGY)
+        nodes_s = case.model.nodes_s
+        begin_s, end_s = float(nodes_s[max(begin - 1, 0)]), float(nodes_s[min(end, nodes_s.size - 1)])
+        if "at_s" in one.candidate.parameters:
+            begin_s, end_s = float(one.candidate.parameters["at_s"]), float(nodes_s[-1])
+        return Mismatch(
+            recording=r,
+            channel=channel_of(one.candidate.name, one.candidate.axis, one.candidate.parameters),
+            axis=one.candidate.axis or "",
+            begin_s=begin_s,
+            end_s=end_s,
+            where=where(case.model, case.temperature, begin_s, end_s),
+            significance_sigma=float(np.sqrt(2.0 * max(0.0, gain - stage.space.cost))),
+        )
 
-    def gain(whitened: Whitened) -> float:
-        left = reduce(whitened, known.stop)
-        return log_evidence_of(whitened, known) + 0.5 * float(left.projection[0] ** 2 / max(left.normal[0, 0], 1e-12))
-
-    fitted = case.fitted([interval.column(case.slow, case.model)], base.position, gain)
-    ratio = max(0.0, 2.0 * _gained(fitted, base, known))
-    return _Suspect(
-        None,
-        interval,
-        0.5 * ratio - np.log(trials.trials),
-        trials.probability(ratio),
-        trials.sigma(ratio),
-        fitted,
-    )
-
-
-def _gained(fitted: Fitted, base: Fitted, known: slice) -> float:
-    """What a suspect gains over the null, which is tried with the suspect's noise too: a better search is no gain."""
-    there = log_evidence_of(fitted.whitened, known) - 0.5 * float(fitted.position @ fitted.position)
-    return fitted.log_evidence - max(base.log_evidence, there)
-
-
-def _of_interval(case: Case, suspect: _Suspect) -> Mismatch:
-    interval = locate.refined(case, suspect.interval, suspect.fitted.position)
-    return Mismatch(
-        channel=interval.channel.name,
-        axis=interval.channel.axis,
-        begin_s=interval.begin_s,
-        end_s=interval.end_s,
-        where=where(case.model, case.temperature, interval.begin_s, interval.end_s),
-        significance_sigma=suspect.sigma,
-        log_bayes_factor=None,
-        column=interval.column(case.slow, case.model),
-        size=interval.size,
-    )
-
-
-def _of_effect(case: Case, suspect: _Suspect, trials: Significance) -> Mismatch:
-    effect = suspect.effect
-    known = len(case.nuisances)
-    whitened = case.whitened([effect.column], suspect.fitted.position, keep=known + 2)
-    left = reduce(whitened, known)
-    begin_s, end_s = _shown(case, whitened, known)
-    if "at_s" in effect.parameters:
-        begin_s, end_s = float(effect.parameters["at_s"]), float(case.model.nodes_s[-1])
-    return Mismatch(
-        channel=channel_of(effect.name, effect.axis),
-        axis=effect.axis or "",
-        begin_s=begin_s,
-        end_s=end_s,
-        where=where(case.model, case.temperature, begin_s, end_s),
-        significance_sigma=trials.sigma(float(left.score[0] ** 2)),
-        log_bayes_factor=suspect.gain,
-        column=effect.column,
-        size=float(left.projection[0] / max(left.normal[0, 0], 1e-12)),
-    )
-
-
-def _shown(case: Case, whitened: Whitened, known: int) -> tuple[float, float]:
-    """The interval that holds most of the energy of the last column, less what the nuisances take of it."""
-    a = whitened.normal
-    taken = np.linalg.solve(np.eye(known) + a[:known, :known], a[:known, known])
-    energy = np.nansum((whitened.kept[..., known + 1] - whitened.kept[..., 1 : known + 1] @ taken) ** 2, axis=1)
-    share = np.cumsum(energy) / max(float(energy.sum()), 1e-300)
-    begin, end = np.searchsorted(share, ENERGY)
-    nodes_s = case.model.nodes_s
-    return float(nodes_s[max(begin - 1, 0)]), float(nodes_s[min(end, nodes_s.size - 1)])
+    def _answer(
+        self,
+        verdict: str,
+        remainder: Remainder,
+        mismatches: Sequence[Mismatch] = (),
+        stage: Stage | None = None,
+        named: bool = True,
+        statistics: dict[str, float | str] | None = None,
+    ) -> Diagnosis:
+        """The answer; with a `stage` whose effects are `named`, all that is said of them."""
+        found = Diagnosis(
+            cases=self.cases,
+            verdict=verdict,
+            effects=(),
+            rivals=(),
+            mismatches=tuple(mismatches),
+            remainder=remainder,
+            null=tuple(self.null),
+            fitted=tuple(self.null if stage is None else stage.fitted),
+            innovations=self.innovations,
+            statistics=statistics or {},
+            held_out={},
+            after=(),
+            stage=stage,
+        )
+        if stage is None or not named:
+            return found
+        found = replace(
+            found,
+            effects=self._effects(stage),
+            rivals=self._with_experiments(stage, self._rivals(stage)),
+            held_out=stage.held_out(),
+        )
+        return replace(found, after=tuple(case.again(found.believed) for case in self.cases))
 
 
 def _innovations(case: Case, position: np.ndarray) -> np.ndarray:
@@ -274,25 +413,3 @@ def _innovations(case: Case, position: np.ndarray) -> np.ndarray:
     whitened = case.whitened([], position, keep=len(case.nuisances) + 1)
     best = np.linalg.solve(np.eye(len(case.nuisances)) + whitened.normal, whitened.projection)
     return whitened.kept[..., 0] - whitened.kept[..., 1:] @ best
-
-
-def _widened(found: Mismatch) -> Column:
-    """The column of a mismatch with a prior that leaves it free."""
-    wide = max(WIDEST_SIZES, WIDEST_FOUND * abs(found.size))
-    return replace(
-        found.column,
-        terms=tuple(term._replace(weight=wide * term.weight) for term in found.column.terms),
-        start=tuple(wide * x for x in found.column.start),
-    )
-
-
-def channel_of(name: str, axis: str | None) -> str:
-    """The channel in which an effect of this name lives."""
-    sensor = name.partition(".")[0]
-    if sensor in ("accelerometer", "gyro"):
-        return f"{sensor}.{axis}"
-    if sensor in ("alignment", "earth"):
-        return "navigation"
-    if sensor == "reference":
-        return "reference.attitude"
-    return {"gps.lever_arm": "gps.position", "temperature.lag": "temperature"}.get(name, "gps.velocity")

@@ -1,78 +1,38 @@
-"""Effects that can be told apart by a column: what each drives, in which unit, and how large it usually is.
+"""Effects of the vocabulary as columns: what each drives in this recording, and how large it usually is.
 
-One row an effect, after the vocabulary of the answer. A row names the sensor, the multiplier that is integrated at
-the sample rate (`drives`), the slow factor, the SI value of one unit, and a nominal size that is one sigma of the
-prior's middle scale. Effects that need more than a row (receiver, start, Earth) are made by a function below.
+The physics, units, sizes and further parameters are those of `ins_eval.effects`; here each effect becomes a column of
+the regression, once for each axis and each value of its further parameters that is worth a try.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ins_eval.diagnosis.columns import EARTH_TERMS, Column, Drive, Measured, Missing, Slow
-from ins_eval.diagnosis.error_model import ErrorModel
+from ins_eval.diagnosis.columns import Column, Drive, Measured, Missing, Slow
+from ins_eval.diagnosis.error_model import STATES, ErrorModel
 from ins_eval.diagnosis.null import Believed
-from ins_eval.diagnosis.temperature import Temperature
-from ins_eval.output_equation import SENSOR_AXES
-from ins_eval.thermal import lagged
-from ins_eval.units import ARCSEC, DEG_PER_H, HOUR, PPM, STANDARD_GRAVITY, UG
+from ins_eval.effects import composed
+from ins_eval.effects.effect import AXES, Effect
+from ins_eval.effects.lag import SPREAD
+from ins_eval.effects.parts import SENSORS, Part, conditions, parts, possible
+from ins_eval.effects.slow import Conditions
+from ins_eval.effects.start import ROTATIONS
+from ins_eval.effects.temperature import Temperature
+from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.evaluate import PARKED
 
-AXES = "xyz"
-CREEP_TIMES_S = (300.0, 600.0, 1200.0, 2400.0, 4800.0)
-HYSTERESIS_WIDTHS_C = (0.5, 1.0, 2.0, 4.0, 8.0)
-STEPS = 40  # instants at which a step is tried, over the whole recording
-LEVER_ARM_M, DELAY_S = 0.5, 0.02
-LEVEL, HEADING = 20.0 * ARCSEC, 200.0 * ARCSEC
-
-
-@dataclass(frozen=True)
-class Row:
-    """An effect of an accelerometer or a gyro that is multiplier x slow factor."""
-
-    name: str
-    sensor: str
-    multiplier: str
-    slow: str
-    unit: str
-    si: float
-    nominal: float
-
-
-A, G = "accelerometer", "gyro"
-_PER_G = 1.0 / STANDARD_GRAVITY
-ROWS = (
-    Row("accelerometer.bias", A, "1", "1", "ug", UG, 100.0),
-    Row("accelerometer.bias_temperature", A, "1", "T", "ug/degC", UG, 4.0),
-    Row("accelerometer.bias_temperature_quadratic", A, "1", "T^2", "ug/degC^2", UG, 0.1),
-    Row("accelerometer.bias_temperature_rate", A, "1", "r", "ug/(degC/min)", UG, 100.0),
-    Row("accelerometer.bias_drift", A, "1", "t", "ug/h", UG / HOUR, 30.0),
-    Row("accelerometer.scale", A, "f", "1", "ppm", PPM, 100.0),
-    Row("accelerometer.scale_temperature", A, "f", "T", "ppm/degC", PPM, 5.0),
-    Row("accelerometer.scale_temperature_quadratic", A, "f", "T^2", "ppm/degC^2", PPM, 0.1),
-    Row("accelerometer.scale_temperature_rate", A, "f", "r", "ppm/(degC/min)", PPM, 100.0),
-    Row("accelerometer.scale_temperature_rate_quadratic", A, "f", "r^2", "ppm/(degC/min)^2", PPM, 300.0),
-    Row("accelerometer.scale_temperature_rate_coupling", A, "f", "r T", "ppm/(degC degC/min)", PPM, 5.0),
-    Row("accelerometer.scale_drift", A, "f", "t", "ppm/h", PPM / HOUR, 30.0),
-    Row("accelerometer.quadratic", A, "f^2", "1", "ug/g^2", UG * _PER_G**2, 20.0),
-    Row("accelerometer.cubic", A, "f^3", "1", "ug/g^3", UG * _PER_G**3, 20.0),
-    Row("accelerometer.cross_pendulous", A, "f f_pendulous", "1", "ug/g^2", UG * _PER_G**2, 20.0),
-    Row("accelerometer.cross_output", A, "f f_output", "1", "ug/g^2", UG * _PER_G**2, 20.0),
-    Row("accelerometer.misalignment", A, "f_pendulous", "1", "urad", 1e-6, 50.0),
-    Row("accelerometer.misalignment", A, "f_output", "1", "urad", 1e-6, 50.0),
-    Row("gyro.bias", G, "1", "1", "deg/h", DEG_PER_H, 0.05),
-    Row("gyro.bias_temperature", G, "1", "T", "(deg/h)/degC", DEG_PER_H, 1e-3),
-    Row("gyro.bias_temperature_rate", G, "1", "r", "(deg/h)/(degC/min)", DEG_PER_H, 0.05),
-    Row("gyro.bias_drift", G, "1", "t", "(deg/h)/h", DEG_PER_H / HOUR, 0.01),
-    Row("gyro.scale", G, "w", "1", "ppm", PPM, 50.0),
-    Row("gyro.misalignment", G, "w_next", "1", "urad", 1e-6, 50.0),
-    Row("gyro.misalignment", G, "w_last", "1", "urad", 1e-6, 50.0),
-    Row("gyro.g_sensitivity", G, "f", "1", "(deg/h)/g", DEG_PER_H * _PER_G, 0.02),
-    Row("gyro.g_sensitivity", G, "f_next", "1", "(deg/h)/g", DEG_PER_H * _PER_G, 0.02),
-    Row("gyro.g_sensitivity", G, "f_last", "1", "(deg/h)/g", DEG_PER_H * _PER_G, 0.02),
-)
+Parameters = Mapping[str, float | str]
+# arguments of the shapes that are tried of a recorded column: s, and of a branch in ranges of the column
+COMPOSED = {
+    "change": (None,),
+    "square": (None,),
+    "rate": (180.0,),
+    "lag": (150.0, 600.0, 2400.0, 9600.0),
+    "branch": (0.03, 0.1, 0.3),
+}
 
 
 @dataclass(frozen=True)
@@ -87,137 +47,146 @@ class Candidate:
     parameters: dict[str, float | str] = field(default_factory=dict)
     centre: float = 0.0  # other than 0: what physics fixes the coefficient to, in nominal sizes
 
+    @property
+    def key(self) -> tuple[str, str | None, str | None]:
+        """The family: what differs in a time, a width, a lag or an argument only has the same."""
+        other = self.parameters.get("other_axis")
+        if self.name == composed.NAME:
+            other = str(self.parameters["form"]).partition(" = ")[0] + f" by {self.parameters['driver']}"
+        return self.name, self.axis, other
 
-def slow_factors(model: ErrorModel, seen: Temperature | None) -> Slow:
-    """Time, and of each axis temperature, rate and their products."""
-    slow = Slow()
-    start_s = model.nodes_s[0]
-    slow.add("t", lambda time_s: time_s - start_s, model)
-    for axis in range(3) if seen is not None else ():
-        t, r = seen.smooth_c - seen.reference_c, seen.rate_c_per_min
-        for name, values in {"T": t, "T^2": t**2, "r": r, "r^2": r**2, "r T": r * t}.items():
-            slow.add(f"{name} {AXES[axis]}", seen.at(values, axis), model)
-    return slow
+    @property
+    def local(self) -> bool:
+        """Whether it belongs to one recording only."""
+        return VOCABULARY[self.name].local
 
 
 def candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, slow: Slow) -> list[Candidate]:
     """Every effect that this recording could show."""
+    told = conditions(believed.recording, believed.folder, seen)
     return [
-        *_of_rows(seen),
-        *_creep(seen, model, slow),
-        *_hysteresis(seen, model, slow),
-        *_steps(model, slow),
-        *_of_receiver(believed),
-        *_of_start(believed),
-        *_of_earth(believed),
+        _member(model, slow, told, effect, axis, one)
+        for effect in VOCABULARY.values()
+        if possible(effect, told) or _elsewhere(effect, believed)
+        for axis in effect.axes
+        for one in tried(effect, axis, told)
     ]
 
 
-def _drive(sensor: str, axis: int, multiplier: str, size: float, slow: str = "1") -> Column:
-    return Column("", (Drive(sensor, axis, multiplier, size, slow),))
+def member(
+    believed: Believed,
+    model: ErrorModel,
+    seen: Temperature | None,
+    slow: Slow,
+    name: str,
+    axis: str | None,
+    parameters: Parameters,
+) -> Candidate:
+    """One effect with further parameters of any value: `time_constant_s`, `branch_width_c`, `at_s`, `lag_s`.
+
+    And with what says which effect it is: `other_axis`, or `driver` and `form`. `slow` is added to.
+    """
+    told = conditions(believed.recording, believed.folder, seen)
+    return _member(model, slow, told, VOCABULARY[name], axis, parameters)
 
 
-def _of_rows(seen: Temperature | None) -> Iterator[Candidate]:
-    for row in ROWS:
-        thermal = row.slow not in ("1", "t")
-        if thermal and seen is None:
+def composed_candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, slow: Slow) -> list[Candidate]:
+    """What could be composed of the further columns that were recorded: every target, axis and shape of each."""
+    told = conditions(believed.recording, believed.folder, seen)
+    found = []
+    for driver, values in believed.recording.imu.further.items():
+        spread = float(np.ptp(values))
+        if not spread > 0.0:
             continue
-        for axis in range(3):
-            slow = f"{row.slow} {AXES[axis]}" if thermal else row.slow
-            other = _other_axis(row, axis)
-            yield Candidate(
-                row.name,
-                AXES[axis],
-                row.unit,
-                row.nominal,
-                _drive(row.sensor, axis, row.multiplier, row.si * row.nominal, slow),
-                {"other_axis": other} if other else {},
-            )
-
-
-def _other_axis(row: Row, axis: int) -> str | None:
-    """The axis that a multiplier takes from elsewhere."""
-    _, pendulous, output = SENSOR_AXES[AXES[axis]]
-    places = {"f_pendulous": pendulous, "f_output": output}
-    if row.sensor == "gyro":
-        ahead, behind = (axis + 1) % 3, (axis + 2) % 3
-        places = {"w_next": ahead, "w_last": behind, "f": axis, "f_next": ahead, "f_last": behind}
-    return AXES[places[row.multiplier]] if row.multiplier in places else None
-
-
-def _creep(seen: Temperature | None, model: ErrorModel, slow: Slow) -> Iterator[Candidate]:
-    if seen is None:
-        return
-    for tau in CREEP_TIMES_S:
-        for axis in range(3):
-            memory = lagged(seen.time_s, np.ascontiguousarray(seen.smooth_c[:, axis]), tau)
-            values = np.repeat((memory - memory[0])[:, None], 3, axis=1)
-            name = slow.add(f"creep {tau:g} {AXES[axis]}", seen.at(values, axis), model)
-            column = _drive(A, axis, "1", UG * 4.0, name)
-            yield Candidate("accelerometer.bias_creep", AXES[axis], "ug/degC", 4.0, column, {"time_constant_s": tau})
-
-
-def _hysteresis(seen: Temperature | None, model: ErrorModel, slow: Slow) -> Iterator[Candidate]:
-    if seen is None:
-        return
-    for width in HYSTERESIS_WIDTHS_C:
-        for axis in range(3):
-            side = branch(seen.smooth_c[:, axis], width)
-            name = slow.add(f"branch {width:g} {AXES[axis]}", seen.at(np.repeat(side[:, None], 3, 1), axis), model)
-            column = _drive(A, axis, "f", PPM * 30.0, name)
-            yield Candidate(
-                "accelerometer.scale_hysteresis", AXES[axis], "ppm", 30.0, column, {"branch_width_c": width}
-            )
-
-
-def branch(temperature_c: np.ndarray, width_c: float) -> np.ndarray:
-    """+1 on the falling, -1 on the rising branch: dh = (-sign(dT) - h) |dT| / width, from the branch it starts on."""
-    steps = np.diff(temperature_c)
-    out = np.empty(temperature_c.size)
-    far = np.flatnonzero(np.abs(temperature_c - temperature_c[0]) > 0.1 * width_c)
-    out[0] = -np.sign(temperature_c[far[0]] - temperature_c[0]) if far.size else 0.0
-    for k, step in enumerate(steps):
-        out[k + 1] = -np.sign(step) + (out[k] + np.sign(step)) * np.exp(-abs(step) / width_c)
-    return out
-
-
-def _steps(model: ErrorModel, slow: Slow) -> Iterator[Candidate]:
-    start_s, end_s = float(model.nodes_s[0]), float(model.nodes_s[-1])
-    for at_s in np.linspace(start_s, end_s, STEPS + 2)[1:-1]:
-        window = slow.add_window(float(at_s), end_s + 1.0, model)
-        for axis in range(3):
-            where = {"at_s": float(at_s)}
-            yield Candidate(
-                "accelerometer.bias_step", AXES[axis], "ug", 50.0, _drive(A, axis, "1", UG * 50.0, window), where
-            )
-            column = _drive(G, axis, "1", DEG_PER_H * 0.02, window)
-            yield Candidate("gyro.bias_step", AXES[axis], "deg/h", 0.02, column, where)
-
-
-def _of_receiver(believed: Believed) -> Iterator[Candidate]:
-    recording = believed.recording
-    if recording.gps is not None:
+        for shape, arguments in COMPOSED.items():
+            scale = spread if shape == "branch" else 1.0
+            for argument in arguments:
+                for target in composed.TARGETS:
+                    form = composed.form(target, shape, driver, None if argument is None else scale * argument)
+                    found += [
+                        _member(model, slow, told, VOCABULARY[composed.NAME], axis, {"driver": driver, "form": form})
+                        for axis in AXES
+                    ]
+    if believed.recording.kind not in PARKED:
         for axis in AXES:
-            column = Column("", (Measured(f"arm_{axis}", LEVER_ARM_M),))
-            yield Candidate("gps.lever_arm", axis, "m", LEVER_ARM_M, column)
-    for name, fixes in (("reference", recording.reference), ("gps", recording.gps)):
-        if fixes is not None:
-            yield Candidate(f"{name}.time_offset", None, "s", DELAY_S, Column("", (Measured("delay", DELAY_S),)))
-            return
+            driver = f"gyro_{axis}"
+            parameters = {"driver": driver, "form": composed.form("gyro bias", composed.MAGNITUDE, driver)}
+            found.append(_member(model, slow, told, VOCABULARY[composed.NAME], axis, parameters))
+    return found
 
 
-def _of_start(believed: Believed) -> Iterator[Candidate]:
-    for k, (name, axis, size) in enumerate(
-        (("alignment.level", "north", LEVEL), ("alignment.level", "east", LEVEL), ("alignment.heading", None, HEADING))
-    ):
-        start = np.zeros(9)
-        start[6 + k] = size
-        yield Candidate(name, axis, "arcsec", size / ARCSEC, Column("", start=tuple(start)))
+def tried(effect: Effect, axis: str | None, told: Conditions) -> Iterator[dict[str, float | str]]:
+    """The further parameters that are worth a try, each value of each with every other axis."""
+    for other in effect.others(axis) if axis in AXES else (None,):
+        which = {} if other is None else {"other_axis": other}
+        if not effect.parameters:
+            yield which
+        for parameter in effect.parameters:
+            for value in parameter.grid(told.start_s, told.end_s):
+                yield {**which, parameter.name: float(value)}
 
 
-def _of_earth(believed: Believed) -> Iterator[Candidate]:
-    earth = believed.recording.belief.earth
-    for term in EARTH_TERMS:
-        if not getattr(earth, term):
-            # physics fixes the coefficient to 1
-            yield Candidate(f"earth.{term}", None, "1", 0.05, Column("", (Missing(term, 0.05),)), centre=20.0)
+def sized(effect: Effect, parameters: Parameters, of_parts: list[Part], time_s: np.ndarray) -> tuple[str, float, float]:
+    """Unit, nominal size, and the centre of the prior in nominal sizes."""
+    if effect.enters == "temperature":
+        return effect.unit, SPREAD * float(parameters["lag_s"]), 1.0 / SPREAD
+    if effect.name == composed.NAME:
+        target, shape, *_ = composed.parse_form(str(parameters["form"]))
+        if shape == composed.MAGNITUDE:
+            return f"{target.unit} per rad/s", composed.ASYMMETRY / target.si, 0.0
+        spread = float(np.std(of_parts[0].slow(time_s)))
+        return f"{target.unit} per unit of {parameters['driver']}", target.size / max(spread, 1e-12), 0.0
+    return effect.unit, effect.nominal, effect.centre / effect.nominal
+
+
+def _member(
+    model: ErrorModel, slow: Slow, told: Conditions, effect: Effect, axis: str | None, parameters: Parameters
+) -> Candidate:
+    of_parts: list[Part] = []
+    if effect.enters in (*SENSORS, "temperature", "any"):
+        of_parts = parts(effect, axis, parameters, told)
+    unit, nominal, centre = sized(effect, parameters, of_parts, model.nodes_s)
+    if of_parts:
+        names = [_slow(part, effect, parameters, slow, model) for part in of_parts]
+        drives = [
+            Drive(part.sensor, AXES.index(part.axis), part.multiplier, nominal * part.weight, name)
+            for part, name in zip(of_parts, names, strict=True)
+        ]
+        column = Column("", tuple(drives))
+    else:
+        column = _not_of_a_sensor(effect, axis, nominal * effect.si)
+    return Candidate(effect.name, axis, unit, nominal, column, dict(parameters), centre)
+
+
+def _slow(part: Part, effect: Effect, parameters: Parameters, slow: Slow, model: ErrorModel) -> str:
+    """The name of a part's slow factor; an epoch across a step counts by the part that is behind it."""
+    if effect.slow == "step":
+        return slow.add_window(float(parameters["at_s"]), float(model.nodes_s[-1]) + 1.0, model)
+    return "1" if part.key == "1" else slow.add(part.key, part.slow, model)
+
+
+def _not_of_a_sensor(effect: Effect, axis: str | None, size: float) -> Column:
+    what = effect.name.partition(".")[2]
+    if effect.enters == "start":
+        start = np.zeros(STATES)
+        start[6 + ROTATIONS[effect.name, axis]] = size
+        return Column("", start=tuple(start))
+    if effect.enters == "earth":
+        return Column("", (Missing(what, size),))
+    response = {"lever_arm": f"arm_{axis}", "misalignment": f"mount_{axis}", "time_offset": "delay"}[what]
+    return Column("", (Measured(response, size),))
+
+
+def _elsewhere(effect: Effect, believed: Believed) -> bool:
+    """Whether a recording could show an effect that is not of a sensor; of the Earth, where its flag is false."""
+    recording = believed.recording
+    reference = recording.reference
+    if effect.enters == "earth":
+        return not getattr(recording.belief.earth, effect.name.partition(".")[2])
+    if effect.name == "reference.misalignment":
+        return reference is not None and reference.attitude_rad is not None
+    if effect.name == "gps.time_offset":  # stamps of the source that has the last word
+        return recording.gps is not None and reference is None
+    if effect.enters in ("gps", "reference"):
+        return getattr(recording, effect.enters) is not None
+    return effect.enters == "start"

@@ -1,9 +1,10 @@
 """Levels and correlation of all noise, estimated together with the answer under one prior.
 
 White noise of a measurement channel is read off its second differences, in which an INS that is smooth over seconds
-leaves nothing: robust, and the same under every hypothesis. The rest is found by maximising the evidence: level and
-correlation time of the receiver's slow error in position and in velocity, velocity and angle random walk, and the
-slow wander of accelerometers and gyros. Each has a log-normal prior around what is believed, the same under the null
+leaves nothing: robust, and the same under every hypothesis. Where navigator or standstill is smoother than the INS, a
+random walk is told apart. The rest is found by maximising the evidence: level and correlation time of the slow error of
+what measures, velocity and angle random walk, level and correlation time of the wander of accelerometers and gyros.
+Each has a log-normal prior around what is believed, the same under the null
 and under every candidate; a level frozen on the null makes false alarms of what the null cannot fit, and a level that
 is taken from the sheet makes them of an instrument that is a little worse.
 """
@@ -16,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.optimize import minimize
 
 from ins_eval.diagnosis.error_model import ErrorModel
@@ -25,7 +27,11 @@ from ins_eval.diagnosis.whitening import NoiseLevels, Whitened
 from ins_eval.recording.belief import Belief
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
-LEAST_OF_BELIEVED = 0.3  # of the believed sigma: a receiver is not judged by errors far below its own statement
+# of the believed sigma: what measures is not judged by errors far below its own statement
+LEAST_OF_BELIEVED = {"gps": 0.3, "reference": 0.02, "standstill": 0.05}
+VELOCITIES = range(3, 6)
+FEWEST = 20  # measurements that tell a level
+AGITATION_ROWS, AGITATED = 9, 3.0
 SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise of one sigma
 NORMAL_MAD = 0.6745
 WANDER_TIME_S = 1800.0
@@ -35,6 +41,7 @@ NEIGHBOUR_VARIANCE = 0.3  # of the median of four
 _STEP = 0.03  # of the difference quotient, in prior sigmas
 _ENOUGH = 0.02  # nats that a further step must gain
 _STEPS = 14
+_EVALUATIONS = 30  # of the slope
 _THREADS = 2
 
 
@@ -43,6 +50,24 @@ class Prior(NamedTuple):
 
     centre: float
     spread: float
+
+
+class Slow(NamedTuple):
+    """Slow error of what measures: one sigma of position and velocity in believed sigmas, times, prior spreads."""
+
+    position: float
+    position_time_s: float
+    velocity: float
+    velocity_time_s: float
+    spread: float
+    time_spread: float
+
+
+SLOW = {
+    "gps": Slow(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
+    "reference": Slow(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
+    "standstill": Slow(1.0, 300.0, 0.5, 10.0, 0.3, 0.0),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +105,7 @@ class NoiseModel:
             slow_sigma=sigma,
             slow_time_s=np.repeat([v[f"slow_{of}_time"] for of in ("position", "velocity", "attitude")], 3),
             wander_sigma=np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3),
-            wander_time_s=WANDER_TIME_S,
+            wander_time_s=v.get("wander_time", WANDER_TIME_S),
         )
 
 
@@ -90,9 +115,7 @@ def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_dens
     typical = np.array([np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 1.0 for column in
                         np.where(np.isfinite(seen.residual), seen.sigma, np.nan).T])  # fmt: skip
     attitude = bool(np.isfinite(seen.residual[:, 6:]).any())
-    parked = seen.sources[0].name == "standstill"
-    spread = 0.0 if parked else 1.2
-    share = 0.01 if parked else 1.0
+    slow = SLOW[seen.measured_by[0] or seen.measured_by[3] or "reference"]
     accelerometer, gyro = belief.accelerometer, belief.gyro
     density = accelerometer.velocity_random_walk_ug_per_sqrt_hz
     axes = np.stack(
@@ -101,16 +124,17 @@ def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_dens
     steps = np.einsum("ka,kai,kaj->kij", step_density * model.interval_s[:, None], axes, axes)
     return NoiseModel(
         priors={
-            "slow_position": Prior(0.5 * share * typical[0], spread),
-            "slow_position_time": Prior(100.0, min(spread, 1.0)),
-            "slow_velocity": Prior(0.2 * share * typical[3], spread),
-            "slow_velocity_time": Prior(40.0, min(spread, 1.0)),
-            "slow_attitude": Prior(0.5 * typical[6], spread if attitude else 0.0),
+            "slow_position": Prior(slow.position * typical[0], slow.spread),
+            "slow_position_time": Prior(slow.position_time_s, slow.time_spread),
+            "slow_velocity": Prior(slow.velocity * typical[3], slow.spread),
+            "slow_velocity_time": Prior(slow.velocity_time_s, slow.time_spread),
+            "slow_attitude": Prior(0.5 * typical[6], 1.2 if attitude else 0.0),
             "slow_attitude_time": Prior(300.0, 1.2 if attitude else 0.0),
             "velocity_random_walk": Prior(UG * (density or 5.0), 0.7 if density else 1.2),
             "angle_random_walk": Prior(DEG_PER_SQRT_H * max(gyro.angle_random_walk_deg_per_sqrt_h, 1e-5), 0.7),
             "accelerometer_wander": Prior(0.2 * UG * max(accelerometer.bias_sigma_ug, 1.0), 1.0),
             "gyro_wander": Prior(0.2 * DEG_PER_H * max(gyro.bias_sigma_deg_per_h, 1e-4), 1.0),
+            "wander_time": Prior(WANDER_TIME_S, 1.0),
         },
         white=level,
         down=np.array([1.0, 1.0, ratio[0], 1.0, 1.0, ratio[1], 1.0, 1.0, 1.0]),
@@ -122,16 +146,41 @@ def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_dens
 def white(seen: Observations) -> tuple[np.ndarray, tuple[float, float]]:
     """One sigma of each measurement (nodes, 9), and by how much down is noisier than north and east."""
     factor = np.ones(CHANNELS)
-    for channel in range(CHANNELS):
-        y = seen.residual[:, channel] / seen.sigma[:, channel]
-        y = y[np.isfinite(y)]
-        if y.size > 20:
-            second = np.diff(y, 2)
-            factor[channel] = np.median(np.abs(second - np.median(second))) / NORMAL_MAD / SECOND_DIFFERENCE
-    least = LEAST_OF_BELIEVED if seen.sources[0].name == "gps" else 1.0
-    factor = np.maximum(factor, least)
+    level = seen.sigma.copy()
+    for channel, by in enumerate(seen.measured_by):
+        here = np.flatnonzero(np.isfinite(seen.residual[:, channel]))
+        if here.size <= FEWEST:
+            continue
+        y = seen.residual[here, channel] / seen.sigma[here, channel]
+        factor[channel] = max(LEAST_OF_BELIEVED.get(by, 1.0), _level(y) if by == "gps" else _level_less_walk(y))
+        level[:, channel] *= factor[channel]
+        if by == "standstill" and channel in VELOCITIES:
+            level[here, channel] = np.maximum(level[here, channel], seen.sigma[here, channel] * _agitation(y))
     ratios = tuple(float(factor[2 + k] / np.sqrt(factor[k] * factor[k + 1])) for k in (0, 3))
-    return seen.sigma * factor, ratios
+    return level, ratios
+
+
+def _level(y: np.ndarray) -> float:
+    """One sigma of white noise in `y` (n,), by the median of its second differences."""
+    return _deviation(np.diff(y, 2)) / SECOND_DIFFERENCE
+
+
+def _level_less_walk(y: np.ndarray) -> float:
+    """The same beside a random walk: var(d_k) = 6 w^2 + 2 q^2, var(d_k + d_k+1) = 4 w^2 + 2 q^2 of w white, steps q."""
+    second = np.diff(y, 2)
+    white = np.sqrt(max(0.0, 0.5 * (_deviation(second) ** 2 - _deviation(second[1:] + second[:-1]) ** 2)))
+    return min(white, _level(y))  # a sway faster than the rows alternates and would look larger
+
+
+def _deviation(values: np.ndarray) -> float:
+    return float(np.median(np.abs(values - np.median(values)))) / NORMAL_MAD
+
+
+def _agitation(y: np.ndarray) -> np.ndarray:
+    """White noise (n,) of a standstill where people, engines or wind disturb it more than is usual, else 0."""
+    second = np.pad(np.diff(y, 2), 1, mode="edge")
+    local = np.sqrt(np.maximum(uniform_filter1d(second**2, AGITATION_ROWS), 0.0))  # running sums round below 0
+    return np.where(local > AGITATED * _deviation(second), local / SECOND_DIFFERENCE, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +217,7 @@ def fit(
             jac=True,
             method="L-BFGS-B",
             bounds=[(-WIDEST, WIDEST)] * size,
-            options={"maxiter": _STEPS, "ftol": 0.0, "gtol": 0.3},
+            options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": 0.3},
             callback=_Patience(),
         )
     return Fitted(found.x, -float(found.fun), whiten_at(found.x))
@@ -189,17 +238,18 @@ class _Patience:
 def without_outliers(seen: Observations) -> tuple[Observations, int]:
     """The same without isolated measurements that nothing smooth could explain, and their number.
 
-    One is left out where it stands more than `OUTLIER` sigmas of the white noise from the median of the two before
-    and the two after it, and none of these does.
+    One is left out where it stands more than `OUTLIER` sigmas of what changes from row to row from the median of the
+    two before and the two after it, and none of these does.
     """
-    level, _ = white(seen)
     residual = seen.residual.copy()
     count = 0
     for channel in range(CHANNELS):
         here = np.flatnonzero(np.isfinite(residual[:, channel]))
-        if here.size < 20:
+        by = seen.measured_by[channel]
+        if here.size <= FEWEST or by == "standstill":  # nobody reads a standstill wrong
             continue
-        y = residual[here, channel] / level[here, channel]
+        y = residual[here, channel] / seen.sigma[here, channel]
+        y /= max(LEAST_OF_BELIEVED.get(by, 1.0), _level(y))
         beside = np.stack([np.roll(y, shift) for shift in (-2, -1, 1, 2)])
         size = np.abs(y - np.median(beside, axis=0)) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
         size[:2] = size[-2:] = 0.0

@@ -13,14 +13,16 @@ from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import believed_model
 from ins_eval.diagnosis.geometry import moved, turned
 from ins_eval.earth import EARTH_RATE
+from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
 from ins_eval.evaluate import PARKED, compensate, height_aid, samples, standstill_to_align_on
 from ins_eval.recording import Recording, Start
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
-from ins_eval.units import DEG, DEG_PER_H, UG
+from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
 
 UNSTATED_LEVEL_SIGMA_RAD = 0.5 * DEG
 UNSTATED_HEADING_SIGMA_RAD = 2.0 * DEG
+LEAST_LEVEL_SIGMA_RAD = 5.0 * ARCSEC  # of a vehicle that settles and sways after it was levelled
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,26 +48,34 @@ class Believed:
 
 
 def believe(recording: Recording, folder: str | Path = ".") -> Believed:
-    """Compensate a recording as it believes, and align it where it gives no attitude.
+    """Compensate a recording as it believes, take off the effects it believes in, align where it gives no attitude.
+
+    Where the table [earth] leaves the rotation out, a standstill gives the level alone, also with `earth.rotation`
+    among the effects: both are to be compared from one start, and north found on these gyros would be of the one.
 
     Raises DataRefused where nothing says what a pulse is worth, or where there is nothing to align on.
     """
+    interval_s = np.diff(recording.imu.time_s, prepend=recording.start.time_s)[:, None]
+    finds_north = recording.belief.earth.rotation
+    recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
     imu, belief = recording.imu, recording.belief
-    interval_s = np.diff(imu.time_s, prepend=recording.start.time_s)[:, None]
     gyro = imu.gyro - np.asarray(belief.gyro.bias_radps) * interval_s
-    velocity = _velocity(recording, folder, interval_s)
     start, sigma_n = recording.start, None
     stand = standstill_to_align_on(recording)
     if stand is not None:
         rows = slice(*np.searchsorted(imu.time_s, [stand.start_s + 1e-6, stand.end_s + 1e-6]))
         at = replace(start, time_s=float(imu.time_s[rows.start - 1]) if rows.start else start.time_s)
-        found = align(imu.time_s[rows], gyro[rows], velocity[rows], at)
-        start, sigma_n = found.start, _aligned_sigma(recording, found)
+        if finds_north:
+            found = align(imu.time_s[rows], gyro[rows], velocity[rows], at)
+            start, sigma_n = found.start, _aligned_sigma(recording, found)
+        else:
+            start, sigma_n = _levelled(recording, velocity[rows], float(imu.time_s[rows][-1]))
     elif start.attitude_rad is None:
         raise DataRefused(
             f"{recording.name}: the attitude of the start is unknown and there is no standstill to find it on; "
             "give attitude_deg in [start]"
         )
+    start = turned_start(start, belief)
     rest = slice(int(np.searchsorted(imu.time_s, start.time_s + 1e-6)), None)
     rest = slice(rest.start, rest.start + (imu.time_s.size - rest.start) // SAMPLES_PER_STEP * SAMPLES_PER_STEP)
     return Believed(
@@ -163,10 +173,29 @@ def _given_sigma(start: Start) -> np.ndarray:
     return np.array([np.hypot(c * roll, s * pitch), np.hypot(s * roll, c * pitch), heading])
 
 
+def _levelled(recording: Recording, velocity: np.ndarray, end_s: float) -> tuple[Start, np.ndarray]:
+    """The start at the end of a standstill, level by its specific force, with the given heading; its sigma N, E, D.
+
+    f = C_bn (0, 0, -g), so that  roll = atan2(-f_y, -f_z),  pitch = atan2(f_x, sqrt(f_y^2 + f_z^2))
+    """
+    start = recording.start
+    if start.attitude_rad is None:
+        raise DataRefused(
+            f"{recording.name}: [earth] leaves the rotation out, so the gyros cannot find north, and the heading of "
+            "the start is unknown; give attitude_deg in [start]"
+        )
+    x, y, z = -velocity.sum(axis=0)
+    attitude = (float(np.arctan2(y, z)), float(np.arctan2(-x, np.hypot(y, z))), start.attitude_rad[2])
+    level = max(LEAST_LEVEL_SIGMA_RAD, recording.belief.accelerometer.bias_sigma_ug * UG / STANDARD_GRAVITY)
+    heading = UNSTATED_HEADING_SIGMA_RAD if start.attitude_sigma_rad is None else start.attitude_sigma_rad[2]
+    standing = replace(start, time_s=end_s, velocity_n=(0.0, 0.0, 0.0), attitude_rad=attitude)
+    return standing, np.array([level, level, heading])
+
+
 def _aligned_sigma(recording: Recording, found) -> np.ndarray:
     """What the filter says, and what the turn-on biases did to it, which the filter cannot know."""
     belief = recording.belief
-    level = np.hypot(found.level_sigma_rad, belief.accelerometer.bias_sigma_ug * UG / 9.8)
+    level = np.hypot(found.level_sigma_rad, belief.accelerometer.bias_sigma_ug * UG / STANDARD_GRAVITY)
     east_rate = EARTH_RATE * np.cos(recording.start.latitude_rad)
     heading = np.hypot(found.heading_sigma_rad, belief.gyro.bias_sigma_deg_per_h * DEG_PER_H / east_rate)
     return np.array([level, level, heading])

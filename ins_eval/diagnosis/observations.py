@@ -2,12 +2,12 @@
 
 Channels: position and velocity error north, east, down (m, m/s), attitude error phi about north, east, down (rad);
 each INS minus measured, NaN where nothing was measured. A parked recording without a receiver is measured against its
-standstill, which is not taken as exact.
+standstill, which holds to a centimetre and a few millimetres a second: a vehicle settles on its wheels and sways.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -20,11 +20,12 @@ from ins_eval.errors import DataRefused
 from ins_eval.evaluate import PARKED
 from ins_eval.recording import Fixes
 from ins_eval.recording.belief import GpsBelief
-from ins_eval.units import DEG
+from ins_eval.units import DEG, DEG_PER_H
 
 CHANNELS = 9
-STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS = 1.0, 0.01
-REFERENCE_POSITION_M, REFERENCE_VELOCITY_MPS, REFERENCE_ATTITUDE_RAD = 1.0, 0.01, 0.01 * DEG  # a second, not stated
+STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS = 0.01, 0.002
+REFERENCE_POSITION_M, REFERENCE_VELOCITY_MPS, REFERENCE_ATTITUDE_RAD = 1.0, 0.01, 0.01 * DEG  # where not stated
+LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
 LONGEST_EPOCH_S = 1.0
 MOST_EPOCHS = 12_000
 _CLOCK_S = 1e-6
@@ -46,7 +47,7 @@ class Observations:
 
     `residual` (nodes, 9); `sigma` (nodes, 9) as believed; `design` (nodes, 9, 9) what a channel sees of the state;
     `of_arm` (nodes, 3, 9) response to an antenna that is 1 m farther along a body axis than believed; `of_delay`
-    (nodes, 9) response to a stamp that is 1 s later than believed; `source` the index of the origin, -1 for none.
+    (nodes, 9) response to a stamp that is 1 s later than believed; `measured_by` (9,) the source of each channel.
     """
 
     sources: tuple[Source, ...]
@@ -55,11 +56,16 @@ class Observations:
     design: np.ndarray
     of_arm: np.ndarray
     of_delay: np.ndarray
+    measured_by: tuple[str, ...] = ("",) * CHANNELS
 
 
 def sources(believed: Believed, end_s: float) -> tuple[Source, ...]:
-    """Everything that measures: a reference where it knows a channel, GPS for what it does not."""
+    """Everything that measures: a reference where it knows a channel, GPS for what it does not.
+
+    Raises DataRefused where nothing does, and where errors grow beyond what a linear error model can follow.
+    """
     recording = believed.recording
+    _small_enough(believed, end_s)
     found = []
     for name, fixes, belief in (
         ("reference", recording.reference, recording.belief.reference),
@@ -70,7 +76,7 @@ def sources(believed: Believed, end_s: float) -> tuple[Source, ...]:
         instants = fixes.time_s - belief.time_offset_s
         inside = (instants >= believed.start.time_s - _CLOCK_S) & (instants <= end_s + _CLOCK_S)
         inside &= _not_too_many(inside)
-        if inside.sum() >= 2:
+        if (inside & _tells(fixes)).sum() >= 2:
             found.append(Source(name, _rows(fixes, inside), belief, np.clip(instants[inside], None, end_s)))
     if not found and recording.kind in PARKED:
         found.append(_standstill(believed, end_s))
@@ -80,6 +86,28 @@ def sources(believed: Believed, end_s: float) -> tuple[Source, ...]:
             "to diagnose it against"
         )
     return tuple(found)
+
+
+def _small_enough(believed: Believed, end_s: float) -> None:
+    gyro = believed.recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
+    duration_s = end_s - believed.start.time_s
+    start = float(np.max(believed.attitude_sigma_n))
+    off = np.hypot(start, gyro * duration_s)
+    if off > LARGEST_ATTITUDE_RAD:
+        raise DataRefused(
+            f"{believed.recording.name}: the attitude may be {off / DEG:.0f} degrees off before the end (one sigma: "
+            f"{start / DEG:.2g} at the start, gyro biases of {gyro / DEG_PER_H:.3g} deg/h for {duration_s:.0f} s), "
+            f"expected at most {LARGEST_ATTITUDE_RAD / DEG:.0f}, as far as small errors add up; give "
+            "attitude_sigma_deg and bias_sigma_deg_per_h of a calibrated unit, or a shorter recording"
+        )
+
+
+def _tells(fixes: Fixes) -> np.ndarray:
+    """(m,) rows that are valid and hold any number."""
+    columns = [fixes.latitude_rad, fixes.height_m, *fixes.velocity_n.T]
+    if fixes.attitude_rad is not None:
+        columns.append(fixes.attitude_rad.sum(axis=1))
+    return fixes.valid & np.isfinite(columns).any(axis=0)
 
 
 def _not_too_many(inside: np.ndarray) -> np.ndarray:
@@ -113,25 +141,29 @@ def observe(believed: Believed, model: ErrorModel, measured: tuple[Source, ...])
     )
     out.design[:] = np.eye(CHANNELS, STATES)
     rate_b = _rate(believed, model)
+    by = [""] * CHANNELS
     for source in reversed(measured):  # the first has the last word
         row = np.searchsorted(model.nodes_s, source.instants_s - 2.0 * _CLOCK_S)
         row = np.minimum(row, count - 1)
-        _one_source(source, row, out, states, rate_b)
-    return out
+        for channel in _one_source(source, row, out, states, rate_b):
+            by[channel] = source.name
+    return replace(out, measured_by=tuple(by))
 
 
-def _one_source(source: Source, row: np.ndarray, out: Observations, states, rate_b: np.ndarray) -> None:
+def _one_source(source: Source, row: np.ndarray, out: Observations, states, rate_b: np.ndarray) -> list[int]:
+    """Write what one source measured into `out`; the channels in which it measured anything."""
     fixes, belief = source.fixes, source.belief
     mat = states.mat_nb[row]
     spin_b = rate_b[row]
     arm_n = mat @ np.asarray(belief.lever_arm_m)
     swing_n = np.einsum("kij,kj->ki", mat, np.cross(spin_b, np.asarray(belief.lever_arm_m)))
-    meridian, transverse = radii(fixes.latitude_rad)
+    latitude, height = states.latitude_rad[row], states.height_m[row]
+    meridian, transverse = radii(latitude)
     around = np.remainder(states.longitude_rad[row] - fixes.longitude_rad + np.pi, 2.0 * np.pi) - np.pi
     y = np.full((row.size, CHANNELS), np.nan)
-    y[:, 0] = (meridian + fixes.height_m) * (states.latitude_rad[row] - fixes.latitude_rad)
-    y[:, 1] = (transverse + fixes.height_m) * np.cos(fixes.latitude_rad) * around
-    y[:, 2] = fixes.height_m - states.height_m[row]
+    y[:, 0] = (meridian + height) * (latitude - fixes.latitude_rad)
+    y[:, 1] = (transverse + height) * np.cos(latitude) * around
+    y[:, 2] = fixes.height_m - height
     y[:, POSITION] += arm_n
     y[:, VELOCITY] = states.velocity_n[row] + swing_n - fixes.velocity_n
     if fixes.attitude_rad is not None:
@@ -156,6 +188,7 @@ def _one_source(source: Source, row: np.ndarray, out: Observations, states, rate
             elif channel < 6:
                 swing = np.einsum("kij,kj->ki", mat, np.cross(spin_b, np.eye(3)[axis]))
                 out.of_arm[at, axis, channel] = -swing[here, channel - 3]
+    return [channel for channel in range(CHANNELS) if np.isfinite(y[:, channel]).any()]
 
 
 def _delay(states, row: np.ndarray, spin_b: np.ndarray, mat: np.ndarray) -> np.ndarray:
@@ -185,9 +218,6 @@ def _sigma(source: Source) -> np.ndarray:
     if source.name == "standstill":
         position, velocity = STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS
     attitude = REFERENCE_ATTITUDE_RAD
-    if source.name == "reference":  # its errors are not new ones at every row
-        fast = np.sqrt(max(1.0, 1.0 / float(np.median(np.diff(source.instants_s)))))
-        position, velocity, attitude = fast * position, fast * velocity, fast * attitude
     out = np.empty((fixes.time_s.size, CHANNELS))
     out[:, POSITION], out[:, VELOCITY], out[:, ATTITUDE] = position, velocity, attitude
     for channels, own in ((POSITION, fixes.position_sigma_m), (VELOCITY, fixes.velocity_sigma_mps)):

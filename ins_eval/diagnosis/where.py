@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ins_eval.diagnosis.error_model import ErrorModel
-from ins_eval.diagnosis.temperature import Temperature
+from ins_eval.effects.temperature import Temperature
 from ins_eval.units import DEG
 
 MOST = 0.8  # share of an interval that a word must hold for

@@ -1,56 +1,61 @@
-"""The diagnosis in words: where a recording leaves what is believed of it, and how sure."""
+"""The diagnosis in words: where a recording leaves what is believed of it, what was left out, and how sure."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ins_eval.report.content import Block, Picture, Section, paragraphs, table
-from ins_eval.report.figures.diagnosis import CHANNELS
+from ins_eval.effects import VOCABULARY
+from ins_eval.report.content import Section
+from ins_eval.report.diagnosis_sections import sections_of
+from ins_eval.report.diagnosis_words import amount, chance, channel, effect_words, figures, nats, probability, rare
 from ins_eval.report.wording import listed, number, sentence
 
 TITLE = "Diagnosis"
-SPOKEN = {
-    "gps.position": "GPS position",
-    "gps.velocity": "GPS velocity",
-    "reference.position": "position of the reference",
-    "reference.velocity": "velocity of the reference",
-    "reference.attitude": "attitude of the reference",
-    "temperature": "temperature",
-    "navigation": "the navigation",
-}
-NOISE = (
-    ("velocity_random_walk_ug_per_sqrt_hz", "velocity random walk [ug/sqrt(Hz)]", 2),
-    ("angle_random_walk_deg_per_sqrt_h", "angle random walk [deg/sqrt(h)]", 5),
-    ("accelerometer_wander_ug", "wander of the accelerometers [ug]", 2),
-    ("gyro_wander_deg_per_h", "wander of the gyros [deg/h]", 5),
-    ("slow_position_m", "slow error of position [m]", 2),
-    ("slow_position_time_s", "its correlation time [s]", 0),
-    ("slow_velocity_mps", "slow error of velocity [m/s]", 4),
-    ("slow_velocity_time_s", "its correlation time [s]", 0),
-)
 
 
 def diagnosis_content(tree: Mapping) -> tuple[str, list[Section]]:
-    """The answer and the sections of a diagnosis."""
-    sections = [
-        Section("Where", _where(tree)),
-        Section("What is left over", _residuals(tree)),
-        Section("Noise found", _noise(tree)),
-    ]
-    return _answer(tree), [section for section in sections if section.blocks]
+    """The answer, of which the first line is the heading of the page, and the sections of a diagnosis."""
+    return _answer(tree), sections_of(tree)
 
 
 def _answer(tree: Mapping) -> str:
-    found, recordings = tree["diagnosis"]["mismatch"], tree["recordings"]
-    names = listed([one["name"] for one in recordings])
-    if not found:
+    found = tree["diagnosis"]
+    names = listed([one["name"] for one in tree["recordings"]])
+    lines = [f"{names}: {_headline(found)}", *_what(found), *_seen(tree), *_how_sure(tree), *_else(tree), *_gain(found)]
+    return "\n".join([*lines, *_remainder(found)])
+
+
+def _headline(found: Mapping) -> str:
+    """What was left out and how much, or that nothing was."""
+    effects, verdict = found["effects"], found["verdict"]
+    if verdict == "no mismatch":
         return (
-            f"{names}: no mismatch. What is believed accounts for the recording within what noise and stated "
-            "uncertainty allow."
+            "no mismatch. What is believed accounts for the recording within what noise and stated uncertainty allow."
         )
-    lines = [f"{names}: a mismatch that nothing named here accounts for."]
-    lines += [_spoken(one, len(recordings) > 1) for one in found]
-    return "\n".join(lines)
+    if not effects:
+        return f"{verdict}. There is a mismatch that nothing named here accounts for."
+    words = f"{len(effects)} effects" if len(effects) > 1 else f"{effect_words(effects[0])}: {amount(effects[0])}"
+    if verdict == "partly explained":
+        return f"partly explained by {words}; something else is wrong beside."
+    if verdict == "not identifiable":
+        return f"not identifiable. Best explained by {words}; something else fits as well."
+    return f"{verdict} by {words}."
+
+
+def _what(found: Mapping) -> list[str]:
+    """One line for each effect: how sure, and its physics."""
+    several = len(found["effects"]) > 1
+    lines = []
+    for one in found["effects"]:
+        which = f"{effect_words(one)}: {amount(one)}; " if several else ""
+        words = f"{which}probability {probability(one['probability'])}; chance alone would do as much in {rare(one)}"
+        lines.append(f"{sentence(words)} In words: {VOCABULARY[one['name']].physics}.")
+    return lines
+
+
+def _seen(tree: Mapping) -> list[str]:
+    several = len(tree["recordings"]) > 1
+    return [_spoken(one, several) for one in tree["diagnosis"]["mismatch"]]
 
 
 def _spoken(one: Mapping, several: bool) -> str:
@@ -62,48 +67,85 @@ def _spoken(one: Mapping, several: bool) -> str:
     return sentence(f"{channel(one['channel'])}{of}, {when}: {sigma} sigma after having looked everywhere")
 
 
-def channel(name: str) -> str:
-    """A channel as a reader sees it."""
-    sensor, _, axis = name.partition(".")
-    return SPOKEN.get(name, f"{sensor} {axis}".strip())
+def _how_sure(tree: Mapping) -> list[str]:
+    """Where nothing is wrong: how near the most remarkable came."""
+    told = tree["statistics"]
+    if tree["diagnosis"]["verdict"] != "no mismatch" or "largest_effect" not in told:
+        return []
+    gain, cost = number(told["largest_log_bayes_factor"], 1), number(told["cost_of_an_effect"], 1)
+    best = tree["evidence"]["families"][:1]
+    name = effect_words(best[0]) if best else told["largest_effect"]
+    line = f"The effect that would gain most is {name}: {gain} nats, where {cost} are needed"
+    smallest = told.get("smallest_probability")
+    if smallest is not None:
+        line += f"; the most remarkable interval has a probability of {chance(smallest)}"
+    return [sentence(line)]
 
 
-def _where(tree: Mapping) -> list[Block]:
-    rows = [
-        (one["recording"], channel(one["channel"]), number(one["interval_s"][0], 0), number(one["interval_s"][1], 0),
-         one["where"], number(one["significance_sigma"], 1))
-        for one in tree["diagnosis"]["mismatch"]
-    ]  # fmt: skip
-    header = ("recording", "channel", "from [s]", "to [s]", "where", "sigma")
-    note = "Sigma: the deviate of the probability that nothing wrong would look as remarkable anywhere."
-    return table("Located", header, rows, note, align="llrrlr")
+def _else(tree: Mapping) -> list[str]:
+    found = tree["diagnosis"]
+    if not found["effects"]:
+        return []
+    lines = []
+    for one in found["indistinguishable"][:3]:
+        tie = "told apart by what was expected before the recording only" if one["told_apart_by_prior_only"] else ""
+        below = f"{nats(one['log_evidence_below_best'])} nats below the best"
+        words = f"It could also be {effect_words(one)} ({'; '.join(filter(None, (below, tie)))})"
+        lines.append(sentence(f"{words}: {_experiment(one)}"))
+    rest = found["indistinguishable"][3:]
+    if rest:
+        lines.append(sentence(f"{len(rest)} further ones cannot be excluded; they are listed below"))
+    if not lines:
+        near = next((one for one in tree["evidence"]["families"] if not one["named"]), None)
+        first = tree["evidence"]["families"][0]["log_bayes_factor"]
+        nearest = ""
+        if near is not None:
+            nearest = f"; the next, {effect_words(near)}, lies {nats(first - near['log_bayes_factor'])} nats below"
+        lines.append(sentence(f"Nothing else that was tried comes near{nearest}"))
+    return lines
 
 
-def _residuals(tree: Mapping) -> list[Block]:
-    blocks: list[Block] = []
-    for k, one in enumerate(tree["recordings"]):
-        rows = [
-            (name, number(white["rms"]), number(white["correlation"]), number(white["rms_of_means"]))
-            for name, white in zip(CHANNELS, one["whiteness"], strict=True)
-            if white is not None
+def _experiment(one: Mapping) -> str:
+    if one["experiment"] is None:
+        return "no experiment of the catalogue would tell them apart"
+    expected = nats(one["expected_log_bayes_factor"])
+    return f"{one['experiment']} would tell (expected log Bayes factor {expected})"
+
+
+def _gain(found: Mapping) -> list[str]:
+    if not found["effects"]:
+        return []
+    parts = []
+    velocity = found["fit"].get("velocity_rms_mps")
+    if velocity and "after" in velocity:
+        each = [
+            f"{side} {number(velocity['before'][side])} to {number(velocity['after'][side])} m/s"
+            for side in ("north", "east")
         ]
-        header = ("channel", "RMS", "correlation of neighbours", "RMS of means over a minute")
-        measured = listed(one["measured_by"])
-        note = (
-            f"Of a white residual 1, 0 and 1. {one['measurements']} measurements by {measured}, {one['outliers']} "
-            "isolated ones left out as outliers."
+        parts.append(f"velocity RMS {listed(each)}")
+    rate = found["fit"].get("radial_error_rate_nmi_per_h")
+    if rate and "after" in rate:
+        parts.append(f"radial error rate {number(rate['before'])} to {number(rate['after'])} nmi/h")
+    held = found["fit"].get("held_out")
+    if held:
+        parts.append(
+            f"misfit on data that were not used {figures(held['before'])} to {figures(held['after'])} "
+            f"(placebo {figures(held['placebo'])})"
         )
-        blocks += table(f"Whitened residual of {one['name']}", header, rows, note)
-        name = "whitened_residuals" if len(tree["recordings"]) == 1 else f"whitened_residuals_{k + 1}"
-        blocks.append(Picture(name, "Whitened residual of each channel; the band holds 95 % of a white one."))
-    return blocks
+    return [sentence(f"With {_them(found)}, {'; '.join(parts)}")] if parts else []
 
 
-def _noise(tree: Mapping) -> list[Block]:
-    recordings = tree["recordings"]
-    rows = [(words, *(number(one["noise"][key], digits) for one in recordings)) for key, words, digits in NOISE]
-    header = ("level", *(one["name"] for one in recordings))
-    return [
-        *paragraphs("Noise is estimated together with the answer, each level with a prior around what is believed."),
-        *table("Most probable noise under the belief", header, rows),
-    ]
+def _remainder(found: Mapping) -> list[str]:
+    left = found["unexplained"]
+    if not found["effects"]:
+        return []
+    sigma = number(left["significance_sigma"], 1)
+    if left["channel"] is None:
+        return [f"Nothing significant is left beside {_them(found)} ({sigma} sigma)."]
+    begin, end = left["interval_s"]
+    where = f"{channel(left['channel'])}, {begin:.0f} to {end:.0f} s"
+    return [f"Left beside {_them(found)}: {where}, {sigma} sigma; look there next."]
+
+
+def _them(found: Mapping) -> str:
+    return "it" if len(found["effects"]) == 1 else "them"

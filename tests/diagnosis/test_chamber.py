@@ -6,14 +6,18 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.chamber import prepare_chamber
+from ins_eval.diagnosis.columns import assemble
 from ins_eval.diagnosis.judge import judge
+from ins_eval.diagnosis.verdict import NO_MISMATCH
 from ins_eval.recording import ChamberReadings
-from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, ScaleBelief
-from ins_eval.thermal import filtered_rate
+from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EffectBelief, ScaleBelief
+from ins_eval.thermal import filtered_rate, lagged
+from ins_eval.units import STANDARD_GRAVITY, UG
 
 GAMMA, MU, EPSILON, K0_UG, OMEGA = 320000.0, -30.0, 60.0, 800.0, 5.0  # pulse/(g s), degC, degC/min, ug
 NOISE = 1.0  # pulse/s
 REFERENCE_C = 22.0
+VALUE, ROUNDING_UG = 0.03, 1e-3  # relative, of what noise leaves of the rate term; and of arithmetic
 
 
 def measured(epsilon: float) -> ChamberReadings:
@@ -47,12 +51,68 @@ def belief() -> Belief:
 
 
 def test_a_true_belief_is_left_alone(belief) -> None:
-    judgement = judge(prepare_chamber(measured(EPSILON), belief, "chamber"))
-    assert judgement.mismatches == ()
-    assert judgement.statistics["largest_log_bayes_factor"] < 3.0
+    diagnosis = judge([prepare_chamber(measured(EPSILON), belief, "chamber")])
+    assert diagnosis.verdict == NO_MISMATCH
+    assert diagnosis.mismatches == ()
 
 
-def test_a_rate_term_that_was_left_out_shows_in_its_axis(belief) -> None:
-    judgement = judge(prepare_chamber(measured(2.0 * EPSILON), belief, "chamber"))
-    assert judgement.statistics["largest_effect"] == "accelerometer.scale_temperature_rate y"
-    assert judgement.mismatches[0].channel == "accelerometer.y"
+def test_a_rate_term_that_was_left_out_is_named(belief) -> None:
+    diagnosis = judge([prepare_chamber(measured(2.0 * EPSILON), belief, "chamber")])
+    found = diagnosis.effects[0].hypothesis.candidate
+    assert (found.name, found.axis) == ("accelerometer.scale_temperature_rate", "y")
+    assert diagnosis.effects[0].value == pytest.approx(EPSILON / GAMMA * 1e6, rel=VALUE)
+    assert diagnosis.mismatches[0].channel == "accelerometer.y"
+
+
+def test_only_what_the_chamber_can_show_is_a_candidate(belief) -> None:
+    candidates = prepare_chamber(measured(EPSILON), belief, "chamber").candidates
+    assert {one.axis for one in candidates} == {"y", None}
+    names = {one.name for one in candidates}
+    assert {"temperature.lag", "accelerometer.bias_creep", "accelerometer.cubic"} <= names
+    assert not {"accelerometer.bias", "accelerometer.cross_output", "accelerometer.bias_step", "gyro.bias"} & names
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "further"),
+    [
+        ("accelerometer.bias_temperature", 3.0, {}),
+        ("accelerometer.bias_creep", 5.0, {"time_constant_s": 1700.0}),
+        ("accelerometer.scale_temperature_rate", 80.0, {}),
+        ("accelerometer.scale_hysteresis", 40.0, {"branch_width_c": 3.0}),
+        ("accelerometer.quadratic", 25.0, {}),
+        ("temperature.lag", 40.0, {}),
+    ],
+)
+def test_a_believed_effect_takes_its_column_off(belief, name: str, value: float, further: dict) -> None:
+    case = prepare_chamber(measured(EPSILON), belief, "chamber")
+    axis = None if name == "temperature.lag" else "y"
+    candidate = case.member(name, axis, {"lag_s": value} if axis is None else further)
+    after = case.again([EffectBelief(name=name, axis=axis, value=value, **further)])
+    assembled = assemble(case.model, case.seen, case.slow, [candidate.column])
+    column = np.zeros(case.seen.residual.shape[0])
+    for (c, row, slow), weight in zip(assembled.observation_terms, assembled.observation_weights, strict=True):
+        if c == 1:
+            column += weight * assembled.observed[:, row, 0] * assembled.slow_nodes[slow]
+    expected = value / candidate.nominal * column
+    changed = case.seen.residual[:, 0] - after.seen.residual[:, 0]
+    known = np.isfinite(changed)
+    assert np.abs(expected).max() > 1.0 * UG
+    np.testing.assert_allclose(changed[known], expected[known], atol=ROUNDING_UG * UG)
+
+
+def test_a_lag_is_the_error_of_the_compensation_at_a_late_temperature(belief) -> None:
+    """Eqs (11) and (4) at the smoothed temperature and at one that follows it late, without any candidate."""
+    case = prepare_chamber(measured(EPSILON), belief, "chamber")
+    lag_s = 60.0
+    after = case.again([EffectBelief(name="temperature.lag", value=lag_s)])
+    readings, seen = measured(EPSILON), case.temperature
+    for rows in seen.runs:
+        force = readings.input_g[rows]
+        time_s, now = seen.time_s[rows], seen.smooth_c[rows, 0]
+        late = lagged(time_s, now, lag_s)
+        scale, late_scale = (GAMMA + MU * (t - REFERENCE_C) + EPSILON * filtered_rate(time_s, t) for t in (now, late))
+        bias, late_bias = (1e-6 * (K0_UG + OMEGA * (t - REFERENCE_C)) for t in (now, late))
+        expected = STANDARD_GRAVITY * (late_scale * (late_bias + force) / scale - bias - force)
+        changed = (case.seen.residual - after.seen.residual)[rows, 0]
+        known = np.isfinite(changed)
+        np.testing.assert_allclose(changed[known], expected[known], atol=ROUNDING_UG * UG)

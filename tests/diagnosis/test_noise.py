@@ -43,8 +43,8 @@ def noisy(flight) -> Recording:
 
 def test_levels_are_found_and_nothing_else(noisy) -> None:
     case = cases.prepare(noisy)
-    judgement = judge(case)
-    levels = case.noise.values(judgement.null.position)
+    judgement = judge([case])
+    levels = case.noise.values(judgement.null[0].position)
     assert levels["slow_velocity"] == pytest.approx(SLOW_MPS, rel=0.2)
     assert levels["slow_velocity_time"] == pytest.approx(SLOW_S, rel=0.5)
     assert levels["velocity_random_walk"] < 2.0 * WALK_UG * UG  # from below it is hidden by the slow error of velocity
@@ -53,7 +53,7 @@ def test_levels_are_found_and_nothing_else(noisy) -> None:
     np.testing.assert_allclose(white, [POSITION_M] * 3 + [VELOCITY_MPS] * 3, rtol=0.05)
     assert 24 <= case.outliers <= 36  # eight wild fixes in three channels, and a few of the tail
     assert judgement.mismatches == ()
-    rms = np.sqrt(np.nanmean(judgement.innovations[:, :6] ** 2, axis=0))
+    rms = np.sqrt(np.nanmean(judgement.innovations[0][:, :6] ** 2, axis=0))
     np.testing.assert_allclose(rms, 1.0, atol=0.08)
 
 
@@ -64,8 +64,8 @@ def test_a_disturbance_of_one_axis_is_located(noisy) -> None:
     inside = (imu.time_s > begin_s) & (imu.time_s <= end_s)
     force = imu.accelerometer.copy()
     force[inside, 1] += 60.0 * UG / 20.0
-    found = judge(cases.prepare(replace(noisy, imu=replace(imu, accelerometer=force)))).mismatches
-    assert [one.channel for one in found] == ["accelerometer.y"]
-    assert found[0].begin_s == pytest.approx(begin_s, abs=200.0)
+    found = judge([cases.prepare(replace(noisy, imu=replace(imu, accelerometer=force)))]).mismatches
+    assert {one.channel for one in found} == {"accelerometer.y"}
+    assert min(one.begin_s for one in found) == pytest.approx(begin_s, abs=200.0)
     assert found[0].end_s == pytest.approx(end_s, abs=200.0)
     assert "level flight" in found[0].where

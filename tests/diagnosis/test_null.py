@@ -15,7 +15,7 @@ OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in ("box", "wing-r
 
 @pytest.mark.parametrize("name", ["climb-cruise-landing", "oven", *OTHERS])
 def test_an_ideal_recording_shows_nothing(ideal_recording, name: str) -> None:
-    judgement = judge(cases.prepare(ideal_recording(name)))
+    judgement = judge([cases.prepare(ideal_recording(name))])
     assert judgement.statistics["largest_log_bayes_factor"] < MOST_LOG_BAYES_FACTOR
     assert judgement.statistics["smallest_probability"] == 1.0
     assert judgement.mismatches == ()

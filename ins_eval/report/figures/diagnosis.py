@@ -1,4 +1,4 @@
-"""What is left over after the belief: whitened residuals, where they leave their bands, and what was located."""
+"""A diagnosis in pictures: the whitened residual and what was located in it, evidence, effect and drive, the gain."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from ins_eval.report.style import INK, QUIET, legend_below, sheet, styled
+from ins_eval.report.style import INK, QUIET, in_symbols, legend_below, sheet, styled
 
 CHANNELS = (
     "position north", "position east", "position down",
@@ -15,7 +15,9 @@ CHANNELS = (
     "attitude north", "attitude east", "attitude down",
 )  # fmt: skip
 LOCATED = "#d95f02"
+FOUND = "#12508f"
 BAND = 2.0  # sigmas
+LEAST_GAIN = 0.05  # of that of the channel that changes most, for a channel to be drawn
 
 
 @styled
@@ -25,6 +27,7 @@ def whitened_residuals(
     innovations: np.ndarray,
     located: Sequence[tuple[float, float, str]],
     block_s: float,
+    channels: Sequence[str] = CHANNELS,
     title: str = "Whitened residuals",
 ) -> Figure:
     """Means of the whitened residual (n, 9) over `block_s`, in their own sigma; `located` has start, end, channel."""
@@ -43,7 +46,7 @@ def whitened_residuals(
         ax.axhspan(-BAND, BAND, color="#ececec", linewidth=0, zorder=0.2, label="95 % of a white residual")
         ax.plot(t, mean, color=INK, linewidth=0.8, label="whitened residual")
         ax.axhline(0.0, color=QUIET, linewidth=0.5)
-        ax.set_ylabel(CHANNELS[k].replace(" ", "\n"))
+        ax.set_ylabel(channels[k].replace(" ", "\n"))
         ax.set_ylim(min(-4.0, np.nanmin(mean) * 1.1), max(4.0, np.nanmax(mean) * 1.1))
     if located:
         ax = panels[-1, 0]
@@ -66,3 +69,142 @@ def _means(time_s: np.ndarray, e: np.ndarray, block_s: float) -> tuple[np.ndarra
     total = np.bincount(block[here], weights=e[here], minlength=block[-1] + 1)
     mean = np.where(count > 0, total / np.sqrt(np.maximum(count, 1)), np.nan)
     return time_s[0] + (np.arange(count.size) + 0.5) * block_s, mean
+
+
+@styled
+def evidence_of_effects(
+    *,
+    names: Sequence[str],
+    log_bayes_factors: Sequence[float],
+    named: Sequence[bool],
+    threshold: float,
+    title: str = "Evidence of each effect",
+    where: str = "",
+) -> Figure:
+    """Log Bayes factor of each of `names`, best first, against none in its place; `threshold` what it must bring."""
+    note = (
+        f"Log Bayes factor in nats{where}, its prior over sizes and times integrated out; 3 nats are odds of 20. An "
+        f"effect has to bring {threshold:.1f} to pay for having been chosen among all that were tried."
+    )
+    figure, ax = sheet(1.5 + 0.27 * len(names), title, note)
+    rows = np.arange(len(names))
+    values = np.asarray(log_bayes_factors, dtype=float)
+    for chosen, colour, text in ((True, LOCATED, "in the answer"), (False, "#9ab3c8", "not in the answer")):
+        here = np.asarray(named) == chosen
+        if here.any():
+            ax.barh(rows[here], values[here], height=0.62, color=colour, label=text)
+    ax.axvline(threshold, color=INK, linewidth=0.9, linestyle="--", label="what an effect must bring")
+    low, high = min(0.0, values.min()), max(values.max(), threshold)
+    ax.set_xlim(low - 0.02 * (high - low), high + 0.12 * (high - low))
+    for row, value in zip(rows, values, strict=True):
+        ax.text(max(value, 0.0) + 0.01 * (high - low), row, _nats(value), va="center", fontsize=8.0, color=INK)
+    ax.set_yticks(rows, list(names))
+    ax.set_ylim(len(names) - 0.4, -0.6)
+    ax.grid(axis="y", visible=False)
+    ax.set_xlabel("log Bayes factor [nats]")
+    legend_below(figure, ax)
+    return figure
+
+
+@styled
+def effect_against_drive(
+    *,
+    time_s: np.ndarray,
+    mean: np.ndarray,
+    sigma: np.ndarray,
+    effect: np.ndarray,
+    drive: np.ndarray | None,
+    channel: str,
+    unit: str,
+    drive_name: str,
+    title: str = "The effect against its drive",
+) -> Figure:
+    """What is wrong in one channel, (windows,) with its `sigma`, over time and over the `drive`; `effect` drawn in.
+
+    An `effect` of NaN is not drawn; without a `drive` there is no second panel.
+    """
+    explained = bool(np.isfinite(effect).any())
+    note = (
+        "Dots: what a slow disturbance of this channel, of any form, makes of the recording in each window, with its "
+        "95 % band; everything else is at its best value."
+        + (
+            " Line: the effect as it was found. Where it is right, the dots lie along it."
+            if explained
+            else " The noise of the instrument is at most what is believed of it: what is wrong has inflated it."
+        )
+    )
+    both = drive is not None
+    figure, panels = sheet(5.9 if both else 3.4, title, note, rows=1 + both, squeeze=False)
+    label = _axis(f"{channel} [{unit}]")
+    top = panels[0, 0]
+    top.fill_between(time_s, mean - BAND * sigma, mean + BAND * sigma, color="#dce6ee", linewidth=0, label="95 %")
+    top.plot(time_s, mean, "o", color=FOUND, markersize=3.2, label="found without a form")
+    top.axhline(0.0, color=QUIET, linewidth=0.5)
+    if explained:
+        top.plot(time_s, effect, color=LOCATED, linewidth=1.6, label="the effect")
+    top.set_xlabel("time in the recording [s]")
+    top.set_ylabel(label)
+    if both:
+        ax = panels[1, 0]
+        ax.plot(drive, mean, color="#b9cbd9", linewidth=0.7, label="in the order of time")
+        ax.errorbar(
+            drive, mean, BAND * sigma, fmt="o", color=FOUND, ecolor="#b9cbd9", elinewidth=0.9, markersize=3.2,
+            label="found without a form",
+        )  # fmt: skip
+        ax.axhline(0.0, color=QUIET, linewidth=0.5)
+        if explained:
+            order = np.argsort(drive)
+            ax.plot(drive[order], effect[order], color=LOCATED, linewidth=1.6, label="the effect")
+        ax.set_xlabel(_axis(drive_name))
+        ax.set_ylabel(label)
+    legend_below(figure, *panels[:, 0])
+    return figure
+
+
+@styled
+def before_and_after(
+    *,
+    time_s: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+    block_s: float,
+    channels: Sequence[str] = CHANNELS,
+    most: int = 4,
+    title: str = "Before and after",
+) -> Figure:
+    """Means of the whitened residual over `block_s` without and with the effects, (n, 9) each, one noise for both.
+
+    Of the channels that change most, at most `most`.
+    """
+    shown = [k for k in range(before.shape[1]) if np.isfinite(before[:, k]).any()]
+    means = {k: [_means(time_s, of[:, k], block_s) for of in (before, after)] for k in shown}
+    gain = {k: float(np.nansum(means[k][0][1] ** 2) - np.nansum(means[k][1][1] ** 2)) for k in shown}
+    shown = sorted(shown, key=lambda k: -gain[k])[:most]
+    shown = sorted(k for k in shown if k == shown[0] or gain[k] > LEAST_GAIN * gain[shown[0]])
+    note = (
+        f"Means over {block_s:g} s of the whitened residual divided by their sigma, without and with the effects; the "
+        "noise is the same for both. Within the band lie 95 % of what nothing is wrong with."
+    )
+    figure, panels = sheet(1.2 + 1.35 * len(shown), title, note, rows=len(shown), sharex=True, squeeze=False)
+    for k, ax in zip(shown, panels[:, 0], strict=True):
+        (t, old), (_, new) = means[k]
+        ax.axhspan(-BAND, BAND, color="#ececec", linewidth=0, zorder=0.2, label="95 % of a white residual")
+        ax.plot(t, old, color=LOCATED, linewidth=0.9, label="before")
+        ax.plot(t, new, color=INK, linewidth=0.9, label="after")
+        ax.axhline(0.0, color=QUIET, linewidth=0.5)
+        ax.set_ylabel(channels[k].replace(" ", "\n"))
+        low, high = np.nanmin([old, new]), np.nanmax([old, new])
+        ax.set_ylim(min(-4.0, 1.1 * low), max(4.0, 1.1 * high))
+    panels[-1, 0].set_xlabel("time in the recording [s]")
+    legend_below(figure, *panels[:, 0])
+    return figure
+
+
+def _axis(text: str) -> str:
+    return in_symbols(text).replace("^2", "²").replace("^3", "³")
+
+
+def _nats(value: float) -> str:
+    if abs(value) >= 1e6:
+        return f"{value:.2e}"
+    return f"{value:.{1 if abs(value) < 1000.0 else 0}f}".replace("-", "−")

@@ -1,0 +1,219 @@
+"""What the page of a diagnosis says and draws, as a tree of numbers and as figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ins_eval.diagnosis.case import Case
+from ins_eval.diagnosis.partial import Located, located
+from ins_eval.diagnosis.shown import Place, before_after, evidence, ground, limits
+from ins_eval.diagnosis.verdict import Diagnosis
+from ins_eval.effects import VOCABULARY
+from ins_eval.report.diagnosis_words import channel, effect_words, numbered
+from ins_eval.report.figures import diagnosis as figures
+from ins_eval.report.wording import sentence
+from ins_eval.units import DEG, DEG_PER_H, UG
+
+BLOCK_S = 60.0  # over which a whitened residual is averaged
+FAMILIES = 12  # in the figure of the evidence
+
+
+def page(diagnosis: Diagnosis, found: Mapping[str, Any]) -> tuple[dict[str, Any], Callable[[], dict[str, Figure]]]:
+    """Everything that the page says, `found` the answer, and a function that draws its figures."""
+    of = ground(diagnosis)
+    count = len(diagnosis.cases)
+    first = diagnosis.effects[0] if diagnosis.effects else None
+    places = evidence(of, first)
+    both = [before_after(diagnosis, r) for r in range(count)]
+    seen = [
+        (entry, located(diagnosis, one))
+        for one, entry in zip([*diagnosis.effects, None], [*found["effects"], None], strict=True)
+    ]
+    seen = [(entry, one) for entry, one in seen if one is not None]
+    asked = {one.candidate.name for one in of.hypotheses}
+    tree = {
+        "diagnosis": found,
+        "recordings": [_facts(diagnosis, r, both[r]) for r in range(count)],
+        "statistics": diagnosis.statistics,
+        "evidence": {
+            "in_place_of": effect_words(found["effects"][0]) if first is not None else None,
+            "threshold": of.space.cost,
+            "families": [_family(one) for one in places[:FAMILIES]],
+        },
+        "located": [_located(entry, one, k, len(diagnosis.effects) > 1) for k, (entry, one) in enumerate(seen)],
+        "limits": [asdict(one) for one in limits(of)],
+        # the Earth is asked about where the belief leaves a term out, what is composed where a column suggests it
+        "absent": [
+            name for name, one in VOCABULARY.items() if name not in asked and one.enters not in ("earth", "any")
+        ],
+    }
+
+    def draw() -> dict[str, Figure]:
+        return _residuals(diagnosis) | _evidence(tree["evidence"]) | _drives(tree["located"], seen) | _gains(
+            diagnosis, both
+        )  # fmt: skip
+
+    return tree, draw
+
+
+def _facts(
+    diagnosis: Diagnosis, r: int, both: tuple[np.ndarray, np.ndarray] | None
+) -> dict[str, Any]:  # fmt: skip
+    """What the page says of one recording: its residual, its noise, how white it is."""
+    case = diagnosis.cases[r]
+    measured = np.isfinite(case.seen.residual)
+    told = diagnosis.fitted[r] is not diagnosis.null[r]
+    return {
+        "name": case.name,
+        "kind": case.kind,
+        "channels": _channels(case),
+        "measured_by": [source.name for source in case.seen.sources],
+        "start_s": float(case.model.nodes_s[0]),
+        "end_s": float(case.model.nodes_s[-1]),
+        "measurements": int(measured.sum()),
+        "outliers": case.outliers,
+        "noise": _levels(case, diagnosis.null[r].position),
+        "noise_of_answer": _levels(case, diagnosis.fitted[r].position) if told else None,
+        "whiteness": [_whiteness(column) for column in diagnosis.innovations[r].T],
+        "whiteness_after": None if both is None else [_whiteness(column) for column in both[1].T],
+    }
+
+
+def _channels(case: Case) -> list[str]:
+    """What is measured, as a reader sees it; of a chamber the output of the one accelerometer."""
+    if case.believed is None:
+        return [f"accelerometer {case.candidates[0].axis or ''}".strip(), *figures.CHANNELS[1:]]
+    return list(figures.CHANNELS)
+
+
+def _levels(case: Case, position: np.ndarray) -> dict[str, float]:
+    levels = case.noise.values(position)
+    if case.believed is None:
+        return {"slow_output_ug": levels["slow_position"] / UG, "slow_output_time_s": levels["slow_position_time"]}
+    return {
+        "velocity_random_walk_ug_per_sqrt_hz": levels["velocity_random_walk"] / UG,
+        "angle_random_walk_deg_per_sqrt_h": levels["angle_random_walk"] / (DEG / 60.0),
+        "accelerometer_wander_ug": levels["accelerometer_wander"] / UG,
+        "gyro_wander_deg_per_h": levels["gyro_wander"] / DEG_PER_H,
+        "slow_position_m": levels["slow_position"],
+        "slow_position_time_s": levels["slow_position_time"],
+        "slow_velocity_mps": levels["slow_velocity"],
+        "slow_velocity_time_s": levels["slow_velocity_time"],
+    }
+
+
+def _whiteness(column: np.ndarray) -> dict[str, float] | None:
+    """RMS, correlation of neighbours, and RMS of means over `BLOCK_S` in their own sigma; all near 1, 0, 1 if white."""
+    e = column[np.isfinite(column)]
+    if e.size < 3:
+        return None
+    block = int(min(BLOCK_S, e.size // 3))
+    means = e[: e.size // block * block].reshape(-1, block).mean(axis=1) * np.sqrt(block)
+    return {
+        "rms": float(np.sqrt(np.mean(e**2))),
+        "correlation": float(np.mean(e[1:] * e[:-1]) / max(float(np.mean(e**2)), 1e-300)),
+        "rms_of_means": float(np.sqrt(np.mean(means**2))),
+    }
+
+
+def _family(one: Place) -> dict[str, Any]:
+    candidate = one.candidate
+    return {
+        "name": candidate.name,
+        "axis": candidate.axis,
+        "parameters": candidate.parameters,
+        "log_bayes_factor": one.log_bayes_factor,
+        "named": one.named,
+    }
+
+
+def _located(entry: Mapping[str, Any] | None, one: Located, k: int, several: bool) -> dict[str, Any]:
+    """How much of the square of what was found the effect accounts for, and under which name it is drawn."""
+    share = None
+    if entry is not None:
+        known = np.isfinite(one.mean)
+        left = float(np.sum((one.mean - one.effect)[known] ** 2))
+        share = max(0.0, 1.0 - left / max(float(np.sum(one.mean[known] ** 2)), 1e-300))
+    return {
+        "recording": one.recording,
+        "channel": one.channel,
+        "axis": one.axis,
+        "effect": None if entry is None else effect_words(entry),
+        "share": share,
+        "figure": "unexplained" if entry is None else numbered("effect_against_drive", k, several),
+    }
+
+
+def _residuals(diagnosis: Diagnosis) -> dict[str, Figure]:
+    several = len(diagnosis.cases) > 1
+    return {
+        numbered("whitened_residuals", r, several): figures.whitened_residuals(
+            time_s=case.model.nodes_s,
+            innovations=innovations,
+            located=[(one.begin_s, one.end_s, one.channel) for one in diagnosis.mismatches if one.recording == r],
+            block_s=BLOCK_S,
+            channels=_channels(case),
+            title=f"Whitened residuals: {case.name}",
+        )
+        for r, (case, innovations) in enumerate(zip(diagnosis.cases, diagnosis.innovations, strict=True))
+    }
+
+
+def _evidence(told: Mapping[str, Any]) -> dict[str, Figure]:
+    families = told["families"]
+    if not families:
+        return {}
+    place = told["in_place_of"]
+    drawn = figures.evidence_of_effects(
+        names=[effect_words(one) for one in families],
+        log_bayes_factors=[one["log_bayes_factor"] for one in families],
+        named=[one["named"] for one in families],
+        threshold=told["threshold"],
+        where=f" in the place of {place}" if place else "",
+    )
+    return {"evidence_of_effects": drawn}
+
+
+def _drives(told: list[dict[str, Any]], seen: list[tuple[Mapping | None, Located]]) -> dict[str, Figure]:
+    drawn = {}
+    for entry, (_, one) in zip(told, seen, strict=True):
+        axis = f", {one.axis}" if one.axis in ("N", "E", "D") else ""
+        name = f"{channel(one.channel)}{axis}"
+        if entry["effect"] is None:
+            drive_name, title = f"temperature [{one.drive_unit}]", f"What stays unexplained: {name}"
+        else:
+            unit = f" [{one.drive_unit}]" if one.drive_unit else ""
+            drive_name, title = f"drive: what the value multiplies{unit}", sentence(entry["effect"]).rstrip(".")
+        drawn[entry["figure"]] = figures.effect_against_drive(
+            time_s=one.time_s,
+            mean=one.mean,
+            sigma=one.sigma,
+            effect=one.effect,
+            drive=one.drive,
+            channel=name,
+            unit=one.unit,
+            drive_name=drive_name,
+            title=title,
+        )
+    return drawn
+
+
+def _gains(diagnosis: Diagnosis, both: list[tuple[np.ndarray, np.ndarray] | None]) -> dict[str, Figure]:
+    several = len(diagnosis.cases) > 1
+    return {
+        numbered("before_and_after", r, several): figures.before_and_after(
+            time_s=case.model.nodes_s,
+            before=pair[0],
+            after=pair[1],
+            block_s=BLOCK_S,
+            channels=_channels(case),
+            title=f"Before and after: {case.name}",
+        )
+        for r, (case, pair) in enumerate(zip(diagnosis.cases, both, strict=True))
+        if pair is not None
+    }

@@ -1,0 +1,144 @@
+"""A disturbance that has no name: an interval of a channel, or one sensor that wanders more than the others.
+
+What is wrong inflates the noise that is fitted without it, so each suspect is compared with the null at a noise of its
+own. An interval is judged as the largest of all that were looked at (`locate`), a slow disturbance by its evidence
+(`open_form`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ins_eval.diagnosis import locate
+from ins_eval.diagnosis.case import Case
+from ins_eval.diagnosis.columns import Column
+from ins_eval.diagnosis.evidence import Reduced, log_evidence_of, reduce
+from ins_eval.diagnosis.locate import Channel, Interval, Significance
+from ins_eval.diagnosis.noise import Fitted
+from ins_eval.diagnosis.open_form import open_form
+from ins_eval.diagnosis.search import ODDS
+from ins_eval.diagnosis.whitening import Whitened
+
+REMARKABLE = 0.5  # probability of an interval's ratio with the noise of the null, up to which it is refitted
+# of an interval as remarkable as this, where nothing is wrong; what measures has slow errors and steps of its own
+LARGEST_PROBABILITY = {"gps.position": 1e-6, "gps.velocity": 1e-4, "navigation": 1e-5, "reference.attitude": 1e-4}
+OTHERWISE = 0.003
+SUSPECTS = 2  # intervals of a recording that are refitted
+ALONE = 10.0  # nats by which one sensor that wanders more than the others must beat all that wander alike
+QUIET = -2.0  # prior sigmas of the wander of sensors where one of them alone may be disturbed
+HOPELESS = 1.0  # nats below the null, before the noise is fitted, from which the fit is not worth the while
+
+
+@dataclass(frozen=True, eq=False)
+class Suspect:
+    """An interval of recording `recording` after its refit; `gain` in nats less the log of what was looked at."""
+
+    recording: int
+    interval: Interval
+    gain: float
+    probability: float
+    sigma: float
+    fitted: Fitted
+
+    @property
+    def sure(self) -> bool:
+        return self.probability <= largest_probability(self.interval)
+
+
+def largest_probability(interval: Interval) -> float:
+    """Up to which an interval of this channel counts as a mismatch."""
+    return LARGEST_PROBABILITY.get(interval.channel.name, OTHERWISE)
+
+
+def of_windows(
+    case: Case,
+    position: np.ndarray,
+    chosen: Sequence[Column] = (),
+    point: np.ndarray | None = None,
+    known: bool = False,
+    sensors: bool = False,
+) -> tuple[list[Channel], np.ndarray, Reduced]:
+    """Channels, edges and reduced sums of all windows, or of those of the `sensors`.
+
+    The `chosen` columns are integrated out where they are `known`; otherwise what they took off, `point`, is put back.
+    """
+    over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
+    over = [one for one in over if one.name.partition(".")[0] in ("accelerometer", "gyro")] if sensors else over
+    windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]
+    whitened = case.whitened([*chosen, *windows], position, case.block)
+    if known:
+        return over, edges_s, reduce(whitened, len(case.nuisances) + len(chosen))
+    left = reduce(whitened, len(case.nuisances))
+    n = len(chosen)
+    projection = left.projection[n:] if not n else left.projection[n:] + left.normal[n:, :n] @ point
+    return over, edges_s, Reduced(left.normal[n:, n:], projection)
+
+
+def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator) -> list[Suspect]:
+    """The most remarkable intervals of a recording, each at its own noise."""
+    over, edges_s, reduced = of_windows(case, base.position)
+    trials = locate.significance(reduced, edges_s.size - 1, rng)
+    return [
+        _refitted(case, r, base, one, trials)
+        for one in locate.scan(reduced, over, edges_s)[:SUSPECTS]
+        if trials.probability(one.t2) < REMARKABLE
+    ]
+
+
+def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Significance) -> Suspect:
+    known = slice(0, len(case.nuisances))
+
+    def gain(whitened: Whitened) -> float:
+        left = reduce(whitened, known.stop)
+        return log_evidence_of(whitened, known) + 0.5 * float(left.projection[0] ** 2 / max(left.normal[0, 0], 1e-12))
+
+    fitted = case.fitted([interval.column(case.slow, case.model)], base.position, gain)
+    there = log_evidence_of(fitted.whitened, known) - 0.5 * float(fitted.position @ fitted.position)
+    # the null is tried with the suspect's noise too: a better search is no gain
+    ratio = max(0.0, 2.0 * (fitted.log_evidence - max(base.log_evidence, there)))
+    return Suspect(
+        r, interval, 0.5 * ratio - float(np.log(trials.trials)), trials.probability(ratio), trials.sigma(ratio), fitted
+    )
+
+
+def one_sensor(case: Case, r: int, base: Fitted) -> Suspect | None:
+    """A slow disturbance of one sensor, at the noise that the others then have; None where there is only one."""
+    quiet = _quiet(case, base.position)
+    over, edges_s, reduced = of_windows(case, quiet, sensors=True)
+    if len(over) == 1:
+        return None
+    count = edges_s.size - 1
+    parts = [slice(k * count, (k + 1) * count) for k in range(len(over))]
+    forms = [open_form(k, reduced.normal[p, p], reduced.projection[p]) for k, p in enumerate(parts)]
+    best = max(forms, key=lambda one: one.log_bayes_factor)
+    known = slice(0, len(case.nuisances))
+    columns = list(locate.windows(over[best.channel], edges_s, case.slow, case.model))
+
+    def gain(whitened: Whitened) -> float:
+        left = reduce(whitened, known.stop)
+        return log_evidence_of(whitened, known) + open_form(0, left.normal, left.projection).log_bayes_factor
+
+    cost = float(np.log(len(over) / ODDS)) + ALONE
+    there = case.ready([])(quiet)
+    start = log_evidence_of(there, known) - 0.5 * float(quiet @ quiet) + best.log_bayes_factor
+    interval = max(locate.scan(reduced, over, edges_s), key=lambda one: one.channel is over[best.channel])
+    if start - base.log_evidence < -HOPELESS:
+        return Suspect(r, interval, start - base.log_evidence - cost, 1.0, 0.0, base)
+    fitted = case.fitted(columns, quiet, gain)
+    gained = fitted.log_evidence - base.log_evidence - cost
+    left = reduce(fitted.whitened, known.stop)
+    interval = next(iter(locate.scan(left, [over[best.channel]], edges_s)), interval)
+    sigma = float(np.sqrt(2.0 * max(gained, 0.0)))
+    return Suspect(r, interval, gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted)
+
+
+def _quiet(case: Case, position: np.ndarray) -> np.ndarray:
+    """The noise at `position` with sensors that wander little."""
+    out = position.copy()
+    for k, name in enumerate(case.noise.free):
+        if name in ("accelerometer_wander", "gyro_wander"):
+            out[k] = min(out[k], QUIET)
+    return out

@@ -1,0 +1,200 @@
+"""Which experiment would tell two explanations apart: a catalogue, each judged by its planned recording.
+
+The sums that an experiment would give need no data: A of the columns follows from its motion and temperature. With
+A summed over the recordings at hand and the experiment (nuisances of each integrated out), coefficients v true and
+noise as believed, b ~ N(A v, A). For a model with the columns M and the prior N(c, S^2) on its coefficients
+
+    E log Z = c'm - c'A c / 2 + tr(W (d d' + A)) / 2 - log|I + S A S| / 2,   W = (A + S^-2)^-1,   d = m - A c,
+
+with A and m = A v those of its columns, up to what is common to all models; c is other than 0 only where physics fixes
+a coefficient. Over the scales S of the prior (`evidence.SCALES`, every combination) the mean of Z is taken with log Z
+at its expectation, which is never more than the expectation of the log of the mean. The expected log Bayes factor is
+that of the truth less that of the rival.
+
+What belongs to one recording alone, a step or its alignment, does not occur in another: a column of zeros there.
+
+Source: Lindley, Ann. Math. Stat. 27 (1956) 986: the value of an experiment before it is made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from scipy.special import logsumexp
+
+from ins_eval.diagnosis import experiments_plans as plans
+from ins_eval.diagnosis.case import Case, prepare
+from ins_eval.diagnosis.chamber import prepare_chamber
+from ins_eval.diagnosis.columns import Column
+from ins_eval.diagnosis.evidence import SCALES, reduce
+from ins_eval.diagnosis.experiments_catalogue import MOVING, Experiment, experiments
+from ins_eval.diagnosis.library import Candidate
+from ins_eval.diagnosis.observations import CHANNELS
+from ins_eval.recording import ChamberReadings
+from ins_eval.recording.belief import Belief
+
+ENOUGH = 5.0  # nats that an experiment must add to be the one that is recommended
+WORTH_IT = 3.0  # or to be named at all where none adds enough
+OF_INSTRUMENT = ("velocity_random_walk", "angle_random_walk", "accelerometer_wander", "gyro_wander")
+
+
+def expected_log_evidence(
+    normal: np.ndarray, truth: Mapping[int, float], model: Sequence[int], centre: np.ndarray
+) -> float:
+    """Expected log Z of the columns `model`, coefficients `truth` by column, as the module's text says.
+
+    `normal` (m, m) is the reduced A of all columns, `centre` (m,) the coefficients that physics fixes, else 0.
+    """
+    m = list(model)
+    if not m:
+        return 0.0
+    a = normal[np.ix_(m, m)]
+    v = np.zeros(len(normal))
+    v[list(truth)] = list(truth.values())
+    mean, c = normal[m] @ v, centre[m]
+    scales = np.array(list(product(*(SCALES if x == 0.0 else (1.0,) for x in c))))
+    left = mean - a @ c
+    spread = np.eye(len(m)) + scales[:, :, None] * a * scales[:, None, :]
+    second = scales[:, :, None] * (np.outer(left, left) + a) * scales[:, None, :]
+    gain = 0.5 * np.trace(np.linalg.solve(spread, second), axis1=1, axis2=2)
+    each = c @ mean - 0.5 * c @ a @ c + gain - 0.5 * np.linalg.slogdet(spread)[1]
+    return float(logsumexp(each) - np.log(len(scales)))
+
+
+def expected_log_bayes_factor(
+    normal: np.ndarray, truth: Mapping[int, float], rival: Sequence[int], centre: np.ndarray
+) -> float:
+    """Expected log B of the model with the columns of `truth` against that of `rival`; columns may be in both."""
+    normal = _not_negative(normal)
+    return expected_log_evidence(normal, truth, list(truth), centre) - expected_log_evidence(
+        normal, truth, rival, centre
+    )
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The experiment to make, what it adds (nats), and the expected log Bayes factor together with what is at hand."""
+
+    experiment: str
+    gain: float
+    expected_log_bayes_factor: float
+
+    @property
+    def enough(self) -> bool:
+        return self.gain >= ENOUGH
+
+
+class Catalogue:
+    """The experiments that an instrument permits, judged as it is believed; each is planned once, when asked about.
+
+    `cases` are the recordings at hand, `positions` the noise found in each; `belief` is needed where all are chambers.
+    """
+
+    def __init__(self, cases: Sequence[Case], positions: Sequence[np.ndarray], belief: Belief | None = None):
+        self._cases, self._positions = list(cases), list(positions)
+        self._like = max(
+            (case for case in cases if case.believed is not None),
+            key=lambda case: (case.temperature is not None, case.kind in MOVING),
+            default=None,
+        )
+        self._belief = belief if self._like is None else self._like.believed.recording.belief
+        self._planned: dict[str, tuple[Case, np.ndarray]] = {}
+
+    def experiments(self, axes: Sequence[str] = "xyz") -> list[Experiment]:
+        """Cheapest first; chambers for the accelerometers `axes`."""
+        return experiments(self._cases, self._like, axes)
+
+    def information(self, experiment: Experiment, effects: Sequence[Candidate], at_hand: np.ndarray) -> np.ndarray:
+        """Reduced A (m, m) that `experiment` would add; `at_hand` (m, m) is that of the recordings at hand."""
+        if experiment.plan is None:
+            kept = np.array([not (one.local or one.name.startswith(experiment.anew)) for one in effects], dtype=float)
+            return at_hand * np.outer(kept, kept)
+        case, position = self._case(experiment)
+        return information(case, [_column(case, one) for one in effects], position)
+
+    def recommend(
+        self,
+        effects: Sequence[Candidate],
+        at_hand: np.ndarray,
+        truth: Mapping[int, float],
+        rivals: Sequence[Sequence[int]],
+    ) -> list[Recommendation | None]:
+        """Of each rival the cheapest experiment that adds `ENOUGH`, else the best that is `WORTH_IT`, else None.
+
+        `effects` are all that occur; `truth` says which of them are taken as true, with coefficients in nominal sizes,
+        and each rival lists its own. `at_hand` (m, m) is their reduced A, summed over the recordings at hand.
+        """
+        centre = np.array([one.centre for one in effects])
+        already = [expected_log_bayes_factor(at_hand, truth, rival, centre) for rival in rivals]
+        best: list[Recommendation | None] = [None] * len(rivals)
+        concerned = [effects[k] for k in sorted({*truth, *(k for rival in rivals for k in rival)})]
+        axes = sorted({one.axis for one in concerned if one.name.startswith("accelerometer.")} - {None})
+        for experiment in self.experiments(axes):
+            open_ones = [k for k, one in enumerate(best) if one is None or not one.enough]
+            if not open_ones:
+                break
+            total = at_hand + self.information(experiment, effects, at_hand)
+            for k in open_ones:
+                expected = expected_log_bayes_factor(total, truth, rivals[k], centre)
+                gain, before = expected - already[k], best[k]
+                if gain > (WORTH_IT if before is None else before.gain):
+                    best[k] = Recommendation(experiment.name, gain, expected)
+        return best
+
+    def _case(self, experiment: Experiment) -> tuple[Case, np.ndarray]:
+        if experiment.name not in self._planned:
+            made = experiment.plan()
+            with np.errstate(invalid="ignore", over="ignore"):  # of levels that are read off no noise, and replaced
+                if isinstance(made, ChamberReadings):
+                    case = prepare_chamber(made, plans.chamber_belief(self._belief, made.axis), experiment.name)
+                else:
+                    case = prepare(made, self._like.believed.folder)
+            self._planned[experiment.name] = self._with_noise(case)
+        return self._planned[experiment.name]
+
+    def _with_noise(self, case: Case) -> tuple[Case, np.ndarray]:
+        """The noise that was found: of what measures where it is the same, of the instrument in any case."""
+        source = case.seen.sources[0].name
+        same = next((k for k, one in enumerate(self._cases) if one.seen.sources[0].name == source), None)
+        if same is not None:
+            other = self._cases[same].noise
+            white = _white(self._cases[same], case)
+            noise = replace(case.noise, priors=other.priors, down=other.down, white=white)
+            return replace(case, noise=noise), self._positions[same]
+        found: dict[str, float] = {}
+        for other, position in zip(self._cases, self._positions, strict=True):
+            if case.believed is not None and other.believed is not None:
+                found = {name: x for name, x in zip(other.noise.free, position, strict=True) if name in OF_INSTRUMENT}
+        noise = replace(case.noise, down=np.ones(CHANNELS), white=case.seen.sigma)
+        return replace(case, noise=noise), np.array([found.get(name, 0.0) for name in noise.free])
+
+
+def information(case: Case, columns: Sequence[Column], position: np.ndarray) -> np.ndarray:
+    """Reduced A (m, m) of `columns` in one recording, nuisances integrated out, noise at `position`."""
+    return reduce(case.whitened(columns, position, case.block), len(case.nuisances)).normal
+
+
+def _column(case: Case, effect: Candidate) -> Column:
+    """The column of an effect of another recording in this one; of zeros where it does not occur."""
+    if effect.local or all(one.key != effect.key for one in case.candidates):
+        return Column("absent")
+    return case.member(effect.name, effect.axis, effect.parameters).column
+
+
+def _white(other: Case, case: Case) -> np.ndarray:
+    """White noise (nodes, 9) of `case` as in another recording, each channel at its median."""
+    measured = np.where(np.isfinite(other.seen.residual), other.noise.white, np.nan)
+    known = np.isfinite(measured).any(axis=0)
+    out = case.seen.sigma.copy()
+    out[:, known] = np.nanmedian(measured[:, known], axis=0)
+    return out
+
+
+def _not_negative(normal: np.ndarray) -> np.ndarray:
+    """The nearest matrix without negative eigenvalues, which rounding leaves of columns that nuisances take over."""
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
+    return (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(scale, scale)

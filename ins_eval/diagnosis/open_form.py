@@ -1,0 +1,55 @@
+"""A disturbance of a channel of which nothing is known but that it changes slowly.
+
+Its value in each window of `locate` is a Gaussian process with covariance s^2 exp(-|t - t'| / tau), s over `SCALES` of
+the channel's size, tau over `TIMES`:
+
+    log B = b'L (I + L'AL)^-1 L'b / 2 - log|I + L'AL| / 2,   K = LL'
+
+and the mean over s and tau. A named effect that is right spends one number where this spends many, and so is the more
+probable; where nothing that has a name fits, this is.
+
+Sources: Alvarez, Luengo and Lawrence, IEEE Trans. Pattern Anal. 35 (2013) 2693 (latent forces); Kennedy and O'Hagan,
+J. R. Stat. Soc. B 63 (2001) 425 (a discrepancy as a Gaussian process).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.special import logsumexp
+
+from ins_eval.diagnosis.evidence import SCALES
+
+TIMES = (2.0, 8.0, 32.0)  # correlation time, in windows
+
+
+@dataclass(frozen=True, eq=False)
+class OpenForm:
+    """The best form of one channel: `mean` and `sigma` (windows,) in sizes of the channel."""
+
+    channel: int
+    log_bayes_factor: float
+    mean: np.ndarray
+    sigma: np.ndarray
+
+
+def open_form(channel: int, a: np.ndarray, b: np.ndarray) -> OpenForm:
+    """Evidence of a slow disturbance from the sums a (n, n), b (n,) of the windows of a channel."""
+    apart = np.abs(np.subtract.outer(np.arange(b.size), np.arange(b.size)))
+    tried = []
+    for time in TIMES:
+        root = np.linalg.cholesky(np.exp(-apart / time) + 1e-9 * np.eye(b.size))
+        for scale in SCALES:
+            lower = scale * root
+            seen = lower.T @ b
+            factor = np.linalg.cholesky(np.eye(b.size) + lower.T @ a @ lower)
+            whole = solve_triangular(factor, seen, lower=True)
+            tried.append((0.5 * whole @ whole - np.log(np.diag(factor)).sum(), lower))
+    best = max(tried, key=lambda one: one[0])[1]
+    inner = cho_factor(np.eye(b.size) + best.T @ a @ best)
+    mean = best @ cho_solve(inner, best.T @ b)
+    covariance = best @ cho_solve(inner, best.T)
+    gain = float(logsumexp([one[0] for one in tried]) - np.log(len(tried)))
+    return OpenForm(channel, gain, mean, np.sqrt(np.maximum(np.diag(covariance), 0.0)))

@@ -1,0 +1,200 @@
+"""The finalist once more: its times, widths and lags where the data put them, and the recordings navigated with it.
+
+First-order responses hold while an effect is small. So what was found is taken off in the full mechanization, the
+residual and all columns are made anew around it, and what was taken off is added back to the sums linearly, so that
+every prior stays around the belief. Done until the coefficients stay; then they and their intervals are those of the
+nonlinear problem (Gauss-Newton).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ins_eval.diagnosis.case import Case
+from ins_eval.diagnosis.library import Candidate
+from ins_eval.diagnosis.noise import Fitted
+from ins_eval.diagnosis.search import log_bayes_factor
+from ins_eval.diagnosis.study import Hypothesis, fit_noise, sums
+from ins_eval.effects.effect import Parameter
+from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.recording.belief import EffectBelief
+
+TURNS = 3  # times that the recordings are navigated at most
+STEADY = 0.3  # sigmas that a coefficient may still move
+ZOOMS = (1.0, 0.3, 0.1)  # half width of the values tried, in steps of the first grid
+VALUES = 9  # tried in each
+FAR = 4.5  # nats below the best at which the interval of a time or width is looked for no further
+WIDER = 1.6
+Q95 = 1.96
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """Recordings navigated with the finalist, and where.
+
+    `model` its effects with columns around that point, `point` (k,) their coefficients there, `spread` the 95 %
+    interval of each time, width and lag of each effect.
+    """
+
+    cases: tuple[Case, ...]
+    model: tuple[Hypothesis, ...]
+    point: np.ndarray
+    fitted: tuple[Fitted, ...]
+    spread: tuple[dict[str, tuple[float, float]], ...]
+
+
+def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted]) -> Refined:
+    """Gauss-Newton on the effects of `model`, from what was found without it."""
+    original, model = tuple(cases), tuple(model)
+    point, fitted = np.zeros(len(model)), tuple(fitted)
+    cases, fixed = original, np.array([one.candidate.name.startswith("earth.") for one in model])
+    if fixed.any():  # there is nothing between a term that is there and one that is not
+        point = np.where(fixed, [one.candidate.centre for one in model], 0.0)
+        cases, model = _navigated(original, model, point)
+        fitted = tuple(fit_noise(cases, model, [one.position for one in fitted]))
+    spread: tuple[dict[str, tuple[float, float]], ...] = tuple({} for _ in model)
+    for _ in range(TURNS):
+        moved = list(model)
+        spreads = list(spread)
+        for k in range(len(model)):
+            moved[k], spreads[k] = _placed(cases, moved, k, fitted, point)
+        mean, sigma = _estimate(cases, moved, fitted, point)
+        same = all(_alike(a, b) for a, b in zip(model, moved, strict=True))
+        steady = same and bool((np.abs(mean - point) < STEADY * sigma)[~fixed].all())
+        model, spread = tuple(moved), tuple(spreads)
+        if steady:
+            break
+        point = np.where(fixed, point, mean)
+        cases, model = _navigated(original, model, point)
+    scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
+    fitted = tuple(fit_noise(cases, scaled, [one.position for one in fitted]))
+    return Refined(cases, model, point, fitted, spread)
+
+
+def _navigated(
+    original: Sequence[Case], model: Sequence[Hypothesis], point: np.ndarray
+) -> tuple[tuple[Case, ...], tuple[Hypothesis, ...]]:
+    """The recordings with the effects of `model` taken off, and the effects around that."""
+    effects = [believed_effect(one, float(p), original) for one, p in zip(model, point, strict=True) if p != 0.0]
+    cases = tuple(case.again(effects) for case in original)
+    return cases, tuple(again(one, cases) for one in model)
+
+
+def again(one: Hypothesis, cases: Sequence[Case], parameters: dict | None = None) -> Hypothesis:
+    """The same effect, perhaps with other `parameters`, around the point at which `cases` were navigated."""
+    old = one.candidate
+    chosen = old.parameters if parameters is None else parameters
+    made: list[Candidate | None] = [
+        None if had is None else case.member(old.name, old.axis, chosen)
+        for had, case in zip(one.columns, cases, strict=True)
+    ]
+    return Hypothesis(next(c for c in made if c is not None), tuple(None if c is None else c.column for c in made))
+
+
+def believed_effect(one: Hypothesis, coefficient: float, cases: Sequence[Case]) -> EffectBelief:
+    """An effect as a belief states it, of a hypothesis with its coefficient."""
+    candidate = one.candidate
+    value = coefficient * candidate.nominal
+    known = {name: p for name, p in candidate.parameters.items() if name in EffectBelief.model_fields}
+    local = None
+    if candidate.local:
+        local = next(case.name for case, column in zip(cases, one.columns, strict=True) if column is not None)
+    if candidate.name.startswith("earth."):
+        value = 1.0
+    if candidate.name == "temperature.lag":
+        value = max(value, 0.0)
+    return EffectBelief(name=candidate.name, axis=candidate.axis, value=value, recording=local, **known)
+
+
+def _estimate(
+    cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted], point: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    here = sums(cases, [one.position for one in fitted], model, point)
+    centre = np.array([one.candidate.centre for one in model])
+    _, scales = log_bayes_factor(here.normal, here.projection, centre)
+    covariance = np.linalg.inv(here.normal + np.diag(scales**-2.0))
+    return covariance @ (here.projection + centre / scales**2), np.sqrt(np.diag(covariance))
+
+
+def _alike(a: Hypothesis, b: Hypothesis) -> bool:
+    numbers = [
+        (float(x), float(b.candidate.parameters[name]))
+        for name, x in a.candidate.parameters.items()
+        if isinstance(x, float | int)
+    ]
+    return all(abs(x - y) <= 0.02 * abs(x) for x, y in numbers)
+
+
+def _placed(
+    cases: Sequence[Case], model: Sequence[Hypothesis], k: int, fitted: Sequence[Fitted], point: np.ndarray
+) -> tuple[Hypothesis, dict[str, tuple[float, float]]]:
+    """Effect `k` with the values of its further parameters that the sums like best, and their 95 % intervals."""
+    one = model[k]
+    parameters = [p for p in VOCABULARY[one.candidate.name].parameters if p.name in one.candidate.parameters]
+    spread: dict[str, tuple[float, float]] = {}
+    for parameter in parameters:
+        one, spread[parameter.name] = _along(cases, [*model[:k], one, *model[k + 1 :]], k, parameter, fitted, point)
+    return one, spread
+
+
+def _along(cases, model, k, parameter: Parameter, fitted, point) -> tuple[Hypothesis, tuple[float, float]]:
+    one = model[k]
+    r = next(i for i, column in enumerate(one.columns) if column is not None)
+    start_s, end_s = (float(cases[r].model.nodes_s[i]) for i in (0, -1))
+    grid = parameter.grid(start_s, end_s)
+    logs = parameter.low is not None
+    to, back = (np.log, np.exp) if logs else (np.asarray, np.asarray)
+    step = float(np.diff(to(grid))[0])
+    low, high = (to(parameter.low), to(parameter.high)) if logs else (start_s + 1.0, end_s - 1.0)
+    tried: dict[float, float] = {}
+    made: dict[float, Hypothesis] = {}
+    centre = float(to(one.candidate.parameters[parameter.name]))
+    half = step
+    for zoom in ZOOMS:
+        half = step * zoom
+        values = np.unique(np.clip(centre + half * np.linspace(-1.0, 1.0, VALUES), low, high))
+        _try(cases, model, k, parameter.name, values, back, fitted, point, tried, made)
+        centre = max(tried, key=tried.__getitem__)
+    while half < 30.0 * step and _open(tried, low, high):
+        half *= WIDER
+        values = np.unique(np.clip(centre + half * np.array([-1.0, 1.0]), low, high))
+        _try(cases, model, k, parameter.name, values, back, fitted, point, tried, made)
+        centre = max(tried, key=tried.__getitem__)
+    places = np.array(sorted(tried))
+    heights = np.array([tried[x] for x in places])
+    fine = np.linspace(places[0], places[-1], 2001)
+    density = np.exp(np.interp(fine, places, heights) - heights.max())
+    part = np.cumsum(density) / density.sum()
+    ends = fine[np.searchsorted(part, [0.025, 0.975])]
+    return made[centre], tuple(float(x) for x in back(ends))
+
+
+def _open(tried: dict[float, float], low: float, high: float) -> bool:
+    """Whether an end of what was tried is still probable, and not at the end of what is possible."""
+    best, first, last = max(tried.values()), min(tried), max(tried)
+    return (tried[first] > best - FAR and first > low) or (tried[last] > best - FAR and last < high)
+
+
+def _try(cases, model, k, name, values, back, fitted, point, tried, made) -> None:
+    """Evidence of the model with each value in the place of that of effect `k`."""
+    fresh = [float(x) for x in values if float(x) not in tried]
+    if not fresh:
+        return
+    old = model[k].candidate.parameters
+    variants = [again(model[k], cases, {**old, name: float(back(x))}) for x in fresh]
+    others = [one for j, one in enumerate(model) if j != k]
+    here_point = np.append(np.delete(point, k), np.zeros(len(fresh)))
+    own = len(others)
+    shifted = point[k] != 0.0
+    hypotheses = [*others, *variants] + ([model[k]] if shifted else [])
+    if shifted:
+        here_point = np.append(here_point, point[k])
+    here = sums(cases, [one.position for one in fitted], hypotheses, here_point)
+    centre = np.array([one.candidate.centre for one in hypotheses])
+    for j, x in enumerate(fresh):
+        m = [*range(own), own + j]
+        tried[x] = log_bayes_factor(here.normal[np.ix_(m, m)], here.projection[m], centre[m])[0]
+        made[x] = variants[j]

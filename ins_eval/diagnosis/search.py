@@ -1,0 +1,167 @@
+"""Which effects together explain the sums: exact evidence of sets of effects, and a beam search over them.
+
+With reduced sums A, b (everything that is uncertain anyway integrated out) a set S of effects with coefficients
+p ~ N(c, diag(s^2)) has against the null
+
+    log B = c'b - c'Ac / 2 + (b - Ac)'(A + diag(s^-2))^-1 (b - Ac) / 2 - log|I + diag(s^2) A| / 2,
+
+and B is the mean over the scales s of every effect (`SCALES`); c is 0 but where physics fixes a coefficient. An effect
+that is right by chance alone has to pay for the choice: each effect of a set costs log(families / `ODDS`). Effects that
+differ only in a time, a width or a lag are one family, whose B is the mean over its members.
+
+Greedy selection fails where two effects share a signature, so the best `WIDTH` sets of each size are carried on.
+
+Sources: Kass and Raftery 1995; George and McCulloch, J. Am. Stat. Assoc. 88 (1993) 881 (evidence of subsets).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from scipy.special import logsumexp
+
+from ins_eval.diagnosis.evidence import SCALES, log_bayes_factors
+
+ODDS = 0.5  # of a further effect being there at all, before any data
+WIDTH = 12
+MOST = 4  # effects in a set
+WORTH_MORE = 1.0  # log Bayes factor of the best single effect from which sets are looked at
+LEAST_SHARE = {"chamber": 0.03}  # a further effect must gain this share of the first: no effect is exactly textbook
+LEAST_SHARE_ELSEWHERE = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """The hypotheses of a search: `families` (m,) number of the family of each column, `centre` (m,) as in the text.
+
+    `handicap` (m,) nats that a column pays more than others.
+    """
+
+    families: np.ndarray
+    centre: np.ndarray
+    handicap: np.ndarray
+
+    @cached_property
+    def order(self) -> np.ndarray:
+        """The columns sorted by family."""
+        return np.argsort(self.families, kind="stable")
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """Where each family begins in `order`."""
+        return np.searchsorted(self.families[self.order], np.arange(int(self.families.max()) + 1))
+
+    @property
+    def cost(self) -> float:
+        """Of each effect in a set, nats."""
+        return float(np.log(max(1, np.unique(self.families).size) / ODDS))
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A set of columns, in the order found; `log_bayes_factor` of their families against the null.
+
+    `log_posterior` is the same less what the effects cost; the null has 0.
+    """
+
+    members: tuple[int, ...]
+    log_bayes_factor: float
+    log_posterior: float
+
+
+NULL = Explanation((), 0.0, 0.0)
+
+
+def log_bayes_factor(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> tuple[float, np.ndarray]:
+    """Of one set, from its own A (k, k) and b (k,), and the scales (k,) at which it is highest."""
+    if b.size == 0:
+        return 0.0, np.zeros(0)
+    choices = [SCALES if c == 0.0 else (1.0,) for c in centre]
+    scales = np.array(list(product(*choices)))  # (n, k)
+    left = b - a @ centre
+    inverse = a + np.array([np.diag(s**-2.0) for s in scales])
+    gain = 0.5 * np.einsum(
+        "k,nk->n", left, np.linalg.solve(inverse, np.broadcast_to(left, scales.shape)[..., None])[..., 0]
+    )
+    volume = 0.5 * (np.linalg.slogdet(inverse)[1] + 2.0 * np.log(scales).sum(axis=1))
+    each = centre @ b - 0.5 * centre @ a @ centre + gain - volume
+    return float(logsumexp(each) - np.log(len(scales))), scales[int(np.argmax(each))]
+
+
+def conditional(
+    a: np.ndarray, b: np.ndarray, chosen: Sequence[int], centre: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Diagonal of A and b of every column once those `chosen` are integrated out at their best scales."""
+    s = list(chosen)
+    if not s:
+        return np.diag(a).copy(), b.copy()
+    _, scales = log_bayes_factor(a[np.ix_(s, s)], b[s], centre[s])
+    inner = a[np.ix_(s, s)] + np.diag(scales**-2.0)
+    across = np.linalg.solve(inner, a[s])
+    shifted = b - a[:, s] @ centre[s]
+    return np.diag(a) - np.einsum("km,km->m", a[s], across), shifted - across.T @ shifted[s]
+
+
+def one_more(
+    a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of each family not yet in the set: its log B given the set, its best member, twice its log likelihood ratio.
+
+    (families,) each; -inf for families of the set.
+    """
+    ca, cb = conditional(a, b, chosen, space.centre)
+    # what the set has taken over wholly cannot add anything
+    known = ca > 1e-9 * np.maximum(np.diag(a), 1e-300)
+    ca, cb = np.where(known, ca, 0.0), np.where(known, cb, 0.0)
+    single = log_bayes_factors(np.maximum(ca, 0.0), cb)
+    for k in np.flatnonzero(space.centre):
+        single[k] = log_bayes_factors(max(ca[k], 0.0), cb[k], space.centre[k])
+    single = single - space.handicap
+    ratio = cb**2 / np.maximum(ca, 1e-300)
+    order, first = space.order, space.first
+    counts = np.diff(np.append(first, order.size))
+    of_family = np.logaddexp.reduceat(single[order], first) - np.log(counts)
+    ratios = np.maximum.reduceat(ratio[order], first)
+    # the best member of each: the last one of it when sorted by family, then height
+    best = np.lexsort((single, space.families))[first + counts - 1]
+    of_family[list({int(space.families[k]) for k in chosen})] = -np.inf
+    return of_family, best, ratios
+
+
+def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHARE_ELSEWHERE) -> list[Explanation]:
+    """All sets that were looked at, most probable first, the null among them."""
+    found: dict[frozenset[int], Explanation] = {frozenset(): NULL}
+    level = [NULL]
+    first = 0.0
+    for depth in range(MOST):
+        grown: dict[frozenset[int], Explanation] = {}
+        for state in level:
+            of_family, best, _ = one_more(a, b, state.members, space)
+            for family in np.argsort(of_family)[::-1][:WIDTH]:
+                if not np.isfinite(of_family[family]):
+                    continue
+                members = (*state.members, int(best[family]))
+                gain = state.log_bayes_factor + float(of_family[family])
+                one = Explanation(members, gain, gain - space.cost * len(members))
+                key = frozenset(members)
+                if key not in grown or grown[key].log_posterior < one.log_posterior:
+                    grown[key] = one
+        level = sorted(grown.values(), key=lambda one: -one.log_posterior)[:WIDTH]
+        found.update({key: one for key, one in grown.items() if key not in found})
+        if not level or (depth == 0 and level[0].log_bayes_factor < WORTH_MORE):
+            break
+        before = max((one.log_posterior for one in found.values() if len(one.members) <= depth), default=0.0)
+        first = max(first, level[0].log_bayes_factor) if depth == 0 else first
+        if depth and level[0].log_posterior < before - 2.0 * space.cost:
+            break  # two more effects at the cost of one is as far as it may go down before it goes up
+    ranked = sorted(found.values(), key=lambda one: -_judged(one, first, share))
+    return ranked
+
+
+def _judged(one: Explanation, first: float, share: float) -> float:
+    """Posterior, less the share of the first gain that each further effect must bring."""
+    return one.log_posterior - max(0, len(one.members) - 1) * max(0.0, share * first)

@@ -1,0 +1,100 @@
+"""What a page shows of a diagnosis besides its answer, as plain arrays and numbers.
+
+ground        the hypotheses and sums that the answer rests on
+evidence      log Bayes factor of every family in the place of one effect
+limits        what the recordings could show of each family
+before_after  whitened residual without and with the effects, both with one noise
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ins_eval.diagnosis.library import Candidate
+from ins_eval.diagnosis.reach import Reach, reach
+from ins_eval.diagnosis.search import Space, one_more
+from ins_eval.diagnosis.stage import HANDICAP
+from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
+from ins_eval.diagnosis.verdict import Diagnosis, Effect
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """Hypotheses, their families and sums; `members` is the best set, empty where none is named."""
+
+    hypotheses: tuple[Hypothesis, ...]
+    space: Space
+    here: Sums
+    members: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Place:
+    """One family in the place of an effect: its best member, and whether it is the one that the answer names."""
+
+    candidate: Candidate
+    log_bayes_factor: float
+    named: bool
+
+
+def ground(found: Diagnosis) -> Ground:
+    """The sums of the answer, or those under the belief where no effect was tried further."""
+    stage = found.stage
+    if stage is not None:
+        return Ground(stage.hypotheses, stage.space, stage.here, stage.best.members if found.effects else ())
+    hypotheses = tuple(union(found.cases))
+    here = sums(found.cases, [one.position for one in found.null], hypotheses)
+    return Ground(hypotheses, space(hypotheses, HANDICAP), here, ())
+
+
+def evidence(of: Ground, effect: Effect | None) -> list[Place]:
+    """Every family in the place of `effect` beside the rest of the best set, or alone without one; best first."""
+    others = [k for k in of.members if effect is None or of.hypotheses[k].key != effect.hypothesis.key]
+    of_family, members, _ = one_more(of.here.normal, of.here.projection, others, of.space)
+    keys = {of.hypotheses[k].key for k in of.members}
+    return [
+        Place(
+            of.hypotheses[members[family]].candidate,
+            float(of_family[family]),
+            of.hypotheses[members[family]].key in keys,
+        )
+        for family in np.argsort(of_family)[::-1]
+        if np.isfinite(of_family[family])
+    ]
+
+
+def limits(of: Ground) -> list[Reach]:
+    """What the recordings could show of each family, least visible first."""
+    return reach([one.candidate for one in of.hypotheses], np.diag(of.here.normal), of.space.cost)
+
+
+def before_after(found: Diagnosis, r: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Whitened residual (nodes, 9) of recording `r` without and with the effects, noise that of the answer.
+
+    What is uncertain anyway is at its best in both. None without effects in this recording.
+    """
+    if not found.effects:
+        return None
+    stage = found.stage
+    members = list(stage.best.members)
+    own = [i for i, k in enumerate(members) if stage.hypotheses[k].columns[r] is not None]
+    if not own:
+        return None
+    mean, _ = stage.coefficients
+    point = stage.point[members][own]
+    case = stage.cases[r]
+    known = len(case.nuisances)
+    columns = [stage.hypotheses[members[i]].columns[r] for i in own]
+    kept = case.whitened(columns, stage.fitted[r].position, keep=1 + known + len(own)).kept
+    anyway, effects = kept[..., 1 : 1 + known], kept[..., 1 + known :]
+    residual = kept[..., 0] + effects @ point
+    return _at_best(residual, anyway), _at_best(residual - effects @ mean[own], anyway)
+
+
+def _at_best(residual: np.ndarray, anyway: np.ndarray) -> np.ndarray:
+    """The residual (nodes, 9) less what is uncertain anyway, at its best under its prior."""
+    seen = np.isfinite(residual)
+    x = anyway[seen]
+    return residual - anyway @ np.linalg.solve(np.eye(x.shape[1]) + x.T @ x, x.T @ residual[seen])

@@ -1,0 +1,100 @@
+"""Recordings navigated with some effects, and everything that can be asked around that point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ins_eval.diagnosis.case import Case
+from ins_eval.diagnosis.held_out import held_out
+from ins_eval.diagnosis.noise import Fitted
+from ins_eval.diagnosis.search import Explanation, Space, log_bayes_factor, one_more, search
+from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
+
+HANDICAP = 3.0  # nats of what is composed of a recorded column
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Recordings navigated with some effects, all hypotheses around that point, and the sums at the noise there.
+
+    `model` are the first hypotheses, `point` (m,) the coefficients that were taken off, 0 elsewhere.
+    """
+
+    cases: tuple[Case, ...]
+    hypotheses: tuple[Hypothesis, ...]
+    space: Space
+    point: np.ndarray
+    fitted: tuple[Fitted, ...]
+    here: Sums
+    ranked: tuple[Explanation, ...]
+
+    @property
+    def best(self) -> Explanation:
+        """The most probable set that is not empty."""
+        return next(one for one in self.ranked if one.members)
+
+    @property
+    def keys(self) -> set[tuple]:
+        return {self.hypotheses[k].key for k in self.best.members}
+
+    @property
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the best set, (k,), and their covariance."""
+        m = list(self.best.members)
+        a, b, centre = self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m]
+        _, scales = log_bayes_factor(a, b, centre)
+        covariance = np.linalg.inv(a + np.diag(scales**-2.0))
+        return covariance @ (b + centre / scales**2), covariance
+
+    def chosen(self, scaled: bool = True) -> list[Hypothesis]:
+        """The effects of the best set, each with a prior as wide as what was found."""
+        m = list(self.best.members)
+        if not scaled:
+            return [self.hypotheses[k] for k in m]
+        mean, _ = self.coefficients
+        return [self.hypotheses[k].scaled(max(1.0, abs(float(p)))) for k, p in zip(m, mean, strict=True)]
+
+    def name(self) -> str:
+        ones = [self.hypotheses[k].candidate for k in self.best.members]
+        return " + ".join(f"{one.name} {one.axis or ''}".strip() for one in ones)
+
+    @property
+    def height(self) -> float:
+        """log posterior of the best set, up to what is common to all stages."""
+        return self.here.log_null + self.best.log_posterior
+
+    def places(self, k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """log B of every family in the place of member `k`, its best member, and twice its log likelihood ratio."""
+        others = [j for j in self.best.members if j != k]
+        return one_more(self.here.normal, self.here.projection, others, self.space)
+
+    def held_out(self) -> dict[str, float | str]:
+        """The fit on data that were not used."""
+        m = list(self.best.members)
+        positions = [one.position for one in self.fitted]
+        return held_out(self.cases, self.chosen(scaled=False), self.point[m], positions)
+
+
+def staged(
+    cases: Sequence[Case],
+    model: Sequence[Hypothesis],
+    point: np.ndarray,
+    fitted: Sequence[Fitted],
+    share: float,
+) -> Stage:
+    """The stage at which the effects of `model` are taken off with coefficients `point`, and its search."""
+    taken = {_identity(one) for one in model}
+    others = [one for one in union(cases) if _identity(one) not in taken]
+    hypotheses = (*model, *others)
+    of_space = space(hypotheses, HANDICAP)
+    whole = np.append(point, np.zeros(len(others)))
+    here = sums(cases, [one.position for one in fitted], hypotheses, whole if point.any() else None)
+    ranked = search(here.normal, here.projection, of_space, share)
+    return Stage(tuple(cases), hypotheses, of_space, whole, tuple(fitted), here, tuple(ranked))
+
+
+def _identity(one: Hypothesis) -> tuple:
+    return one.key, *sorted(one.candidate.parameters.items(), key=str)

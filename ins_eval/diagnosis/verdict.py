@@ -1,0 +1,125 @@
+"""What a diagnosis says: verdict, located mismatches, effects, rivals, and what remains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ins_eval.diagnosis.case import Case
+from ins_eval.diagnosis.locate import Interval
+from ins_eval.diagnosis.noise import Fitted
+from ins_eval.diagnosis.refine import believed_effect
+from ins_eval.diagnosis.stage import Stage
+from ins_eval.diagnosis.study import Hypothesis
+from ins_eval.diagnosis.where import where
+from ins_eval.recording.belief import EffectBelief
+
+NO_MISMATCH, EXPLAINED, NOT_IDENTIFIABLE = "no mismatch", "explained", "not identifiable"
+PARTLY, UNEXPLAINED = "partly explained", "unexplained"
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """One located mismatch in recording number `recording`."""
+
+    recording: int
+    channel: str
+    axis: str
+    begin_s: float
+    end_s: float
+    where: str
+    significance_sigma: float
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """One effect of the explanation: `value` with `sigma` in its unit."""
+
+    hypothesis: Hypothesis
+    value: float
+    sigma: float
+    probability: float
+    log_evidence_gain: float
+    false_alarm_probability: float
+    spread: dict[str, tuple[float, float]] = field(default_factory=dict)  # 95 % of times, widths and lags
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """What could stand in the place of an effect."""
+
+    of: Hypothesis
+    hypothesis: Hypothesis
+    probability: float
+    below_best: float
+    by_prior_only: bool
+    experiment: str | None = None  # the cheapest that would tell them apart
+    expected_log_bayes_factor: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Remainder:
+    """What is left beside an explanation: the channel of a recording that would gain most from a disturbance."""
+
+    mismatch: Mismatch | None
+    gain: float
+    significance_sigma: float
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """The verdict over all recordings, and what led to it.
+
+    `null` and `fitted` are the noise of each recording under the belief and under the answer; `innovations` of the
+    null (nodes, 9) of each recording, everything uncertain at its best; `statistics` the numbers of the search.
+    """
+
+    cases: tuple[Case, ...]
+    verdict: str
+    effects: tuple[Effect, ...]
+    rivals: tuple[Rival, ...]
+    mismatches: tuple[Mismatch, ...]
+    remainder: Remainder
+    null: tuple[Fitted, ...]
+    fitted: tuple[Fitted, ...]
+    innovations: tuple[np.ndarray, ...]
+    statistics: dict[str, float | str]
+    held_out: dict[str, float | str]
+    after: tuple[Case, ...]
+    stage: Stage | None
+
+    @property
+    def believed(self) -> list[EffectBelief]:
+        """The effects as a belief states them."""
+        return [
+            believed_effect(one.hypothesis, one.value / one.hypothesis.candidate.nominal, self.cases)
+            for one in self.effects
+        ]
+
+
+def located(case: Case, r: int, interval: Interval, sigma: float) -> Mismatch:
+    """An interval of recording `r` as a mismatch."""
+    return Mismatch(
+        recording=r,
+        channel=interval.channel.name,
+        axis=interval.channel.axis,
+        begin_s=interval.begin_s,
+        end_s=interval.end_s,
+        where=where(case.model, case.temperature, interval.begin_s, interval.end_s),
+        significance_sigma=sigma,
+    )
+
+
+def channel_of(name: str, axis: str | None, parameters: dict) -> str:
+    """The channel in which an effect of this name lives."""
+    sensor = name.partition(".")[0]
+    if name == "composed":
+        return f"{str(parameters['form']).partition(' ')[0]}.{axis}"
+    if sensor in ("accelerometer", "gyro"):
+        return f"{sensor}.{axis}"
+    if sensor in ("alignment", "earth"):
+        return "navigation"
+    if sensor == "reference":
+        return "reference.attitude"
+    return {"gps.lever_arm": "gps.position", "temperature.lag": "temperature"}.get(name, "gps.velocity")

@@ -1,0 +1,260 @@
+"""The sections of a diagnosis below its first lines: tables, figures and what they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ins_eval.effects import VOCABULARY
+from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.report.diagnosis_limits import limits
+from ins_eval.report.diagnosis_words import (
+    alike,
+    amount,
+    chance,
+    channel,
+    effect_words,
+    figures,
+    nats,
+    numbered,
+    probability,
+)
+from ins_eval.report.wording import MISSING, listed, number, sentence
+
+NOISE = (
+    ("velocity_random_walk_ug_per_sqrt_hz", "velocity random walk [ug/sqrt(Hz)]", 2),
+    ("angle_random_walk_deg_per_sqrt_h", "angle random walk [deg/sqrt(h)]", 5),
+    ("accelerometer_wander_ug", "wander of the accelerometers [ug]", 2),
+    ("gyro_wander_deg_per_h", "wander of the gyros [deg/h]", 5),
+    ("slow_position_m", "slow error of position [m]", 2),
+    ("slow_position_time_s", "its correlation time [s]", 0),
+    ("slow_velocity_mps", "slow error of velocity [m/s]", 4),
+    ("slow_velocity_time_s", "its correlation time [s]", 0),
+    ("slow_output_ug", "slow error of the output [ug]", 2),
+    ("slow_output_time_s", "its correlation time [s]", 0),
+)
+WITHIN = 3.0  # nats of the best: a rival
+BEST = 5  # families in the table of the evidence
+
+
+def sections_of(tree: Mapping) -> list[Section]:
+    """Every section that has something to say."""
+    sections = [
+        Section("What was left out", _left_out(tree)),
+        Section("What else it could be", _rivals(tree)),
+        Section("Evidence of each effect", _evidence(tree)),
+        Section("Where", _where(tree)),
+        Section("The fit on data that were not used", _held_out(tree)),
+        Section("Navigation before and after", _navigation(tree)),
+        Section("What stays unexplained", _unexplained(tree)),
+        Section("What is left over", _residuals(tree)),
+        Section("Noise found", _noise(tree)),
+        Section("What this recording cannot show", limits(tree)),
+    ]
+    return [section for section in sections if section.blocks]
+
+
+def _left_out(tree: Mapping) -> list[Block]:
+    found = tree["diagnosis"]
+    rows = []
+    for one in found["effects"]:
+        of = one["parameters"]
+        value, low, high = alike(of["value"], of["interval95"])
+        further = amount(one).partition("], ")[2] or MISSING
+        rows.append(
+            (effect_words(one), value, f"{low} to {high}", of["unit"], further, probability(one["probability"]),
+             nats(one["log_evidence_gain"]), chance(one["false_alarm_probability"]))
+        )  # fmt: skip
+    header = (
+        "effect", "value", "95 % interval", "unit", "further", "probability", "gain [nats]", "false alarm probability"
+    )  # fmt: skip
+    note = (
+        "Value: true minus believed, in what the sensor indicates. Probability: among all families tried in its place "
+        "and none. Gain: log evidence over the same set without it. False alarm probability: that chance alone gains "
+        "as much among all that were tried."
+    )
+    blocks: list[Block] = table("Effects", header, rows, note, align="lrllllrl")
+    blocks += paragraphs(
+        *dict.fromkeys(
+            f"{sentence(effect_words(one))} {sentence(VOCABULARY[one['name']].physics)} "
+            f"Source: {VOCABULARY[one['name']].reference}."
+            for one in found["effects"]
+        )
+    )
+    return [*blocks, *_against_drive(tree, True), *_before_and_after(tree)]
+
+
+def _against_drive(tree: Mapping, explained: bool) -> list[Block]:
+    """What data find in a channel by themselves, of the channels that an effect explains or of those that none does."""
+    blocks: list[Block] = []
+    for one in tree["located"]:
+        if (one["effect"] is not None) != explained:
+            continue
+        name = channel(one["channel"])
+        if explained:
+            words = (
+                f"What data find in {name} by themselves, window by window, against {one['effect']}: it accounts for "
+                f"{100.0 * one['share']:.0f} % of the square of what was found."
+            )
+        else:
+            beside = " beside the effects" if tree["diagnosis"]["effects"] else ""
+            words = f"What data find in {name}{beside}, against time and, where it was recorded, the temperature."
+        blocks += [*paragraphs(words), Picture(one["figure"], "The same as a figure.")]
+    return blocks
+
+
+def _before_and_after(tree: Mapping) -> list[Block]:
+    several = len(tree["recordings"]) > 1
+    return [
+        Picture(
+            numbered("before_and_after", k, several),
+            f"The residual of {one['name']} without and with what was left out.",
+        )
+        for k, one in enumerate(tree["recordings"])
+        if one["whiteness_after"] is not None
+    ]
+
+
+def _evidence(tree: Mapping) -> list[Block]:
+    told = tree["evidence"]
+    rows = [
+        (effect_words(one), nats(one["log_bayes_factor"]), "yes" if one["named"] else "no")
+        for one in told["families"][:BEST]
+    ]
+    place = f" in the place of {told['in_place_of']}" if told["in_place_of"] else ""
+    note = (
+        "In nats, each with its prior over sizes and times integrated out. An effect has to bring "
+        f"{number(told['threshold'], 1)} nats to pay for having been chosen among all that were tried."
+    )
+    title = f"Log Bayes factor of each effect{place}"
+    return [
+        *table(title, ("effect", "log Bayes factor", "in the answer"), rows, note, align="lrl"),
+        Picture("evidence_of_effects", f"{title}; what lies within {WITHIN:g} nats of the best is a rival."),
+    ]
+
+
+def _rivals(tree: Mapping) -> list[Block]:
+    rows = [
+        (effect_words(one), one["from"].replace(".", " ").replace("_", " "), nats(one["log_evidence_below_best"]),
+         probability(one["probability"]), "yes" if one["told_apart_by_prior_only"] else "no",
+         one["experiment"] or MISSING,
+         nats(one["expected_log_bayes_factor"]))
+        for one in tree["diagnosis"]["indistinguishable"]
+    ]  # fmt: skip
+    header = (
+        "rival", "instead of", "nats below the best", "probability", "prior only", "experiment that would tell",
+        "expected log Bayes factor",
+    )  # fmt: skip
+    note = (
+        "Prior only: both fit alike, and only what was expected before the recording tells them apart. Experiment: the "
+        "cheapest of the catalogue that would tell, by its planned motion and temperatures."
+    )
+    return table("Rivals", header, rows, note, align="llrrllr")
+
+
+def _where(tree: Mapping) -> list[Block]:
+    rows = [
+        (one["recording"], channel(one["channel"]), number(one["interval_s"][0], 0), number(one["interval_s"][1], 0),
+         one["where"], number(one["significance_sigma"], 1))
+        for one in tree["diagnosis"]["mismatch"]
+    ]  # fmt: skip
+    header = ("recording", "channel", "from [s]", "to [s]", "where", "sigma")
+    note = "Sigma: the deviate of the probability that nothing wrong would look as remarkable anywhere."
+    return table("Located", header, rows, note, align="llrrlr")
+
+
+def _held_out(tree: Mapping) -> list[Block]:
+    held = tree["diagnosis"]["fit"].get("held_out")
+    if not held:
+        return []
+    rows = [(name, figures(held[name])) for name in ("before", "after", "placebo")]
+    note = (
+        "The recording is cut into blocks; what is fitted on every other of them is judged on the rest, and the other "
+        "way round. Before: the belief. After: the belief with the effects. Placebo: as many coefficients, on the "
+        "effects' own responses half a recording late. 1 is what noise alone leaves."
+    )
+    return table(sentence(held["measure"]).rstrip("."), ("fit", "value"), rows, note)
+
+
+def _navigation(tree: Mapping) -> list[Block]:
+    fit = tree["diagnosis"]["fit"]
+    velocity, rate = fit.get("velocity_rms_mps"), fit.get("radial_error_rate_nmi_per_h")
+    times = [time for time in ("before", "after") if time in {**(velocity or {}), **(rate or {})}]
+    rows = []
+    if velocity:
+        for side in ("north", "east"):
+            rows.append((f"{side} velocity RMS [m/s]", *(number(velocity[time][side], 3) for time in times)))
+    if rate:
+        rows.append(("radial error rate [nmi/h]", *(number(rate[time], 3) for time in times)))
+    note = "Of the pure-inertial solution of all recordings in full; before: the belief, after: the effects too."
+    return table("Pure-inertial navigation", ("measure", *times), rows, note)
+
+
+def _unexplained(tree: Mapping) -> list[Block]:
+    found = tree["diagnosis"]
+    left = found["unexplained"]
+    sigma = number(left["significance_sigma"], 1)
+    if left["channel"] is None:
+        return paragraphs(
+            f"The most remarkable interval that is left has {sigma} sigma after having looked everywhere: nothing is "
+            "left that noise would not make."
+        )
+    begin, end = left["interval_s"]
+    beside = "Beside the effects, " if found["effects"] else ""
+    words = (
+        f"{beside}{channel(left['channel'])} is disturbed from {begin:.0f} to {end:.0f} s, {sigma} sigma after having "
+        "looked everywhere; no effect of the vocabulary and nothing composed of a recorded column accounts for it"
+    )
+    return [*paragraphs(sentence(words)), *_against_drive(tree, False)]
+
+
+def _residuals(tree: Mapping) -> list[Block]:
+    blocks: list[Block] = []
+    several = len(tree["recordings"]) > 1
+    for k, one in enumerate(tree["recordings"]):
+        after = one["whiteness_after"] or [None] * len(one["channels"])
+        rows = [
+            (name, number(white["rms"]), number(white["correlation"]), number(white["rms_of_means"]),
+             number(then["rms_of_means"] if then else None))
+            for name, white, then in zip(one["channels"], one["whiteness"], after, strict=True)
+            if white is not None
+        ]  # fmt: skip
+        header = [
+            "channel", "RMS", "correlation of neighbours", "RMS of means over a minute", "the same with the effects"
+        ]  # fmt: skip
+        if one["whiteness_after"] is None:
+            header, rows = header[:4], [row[:4] for row in rows]
+        measured = listed(one["measured_by"])
+        note = (
+            f"Of a white residual 1, 0 and 1. {one['measurements']} measurements by {measured}, {one['outliers']} "
+            "isolated ones left out as outliers. The noise was fitted with the belief, where it may hide a part of "
+            "what is wrong" + ("." if one["whiteness_after"] is None else "; in the last column with the effects.")
+        )
+        blocks += table(f"Whitened residual of {one['name']}", header, rows, note)
+        name = numbered("whitened_residuals", k, several)
+        blocks.append(Picture(name, "Whitened residual of each channel; the band holds 95 % of a white one."))
+    return blocks
+
+
+def _noise(tree: Mapping) -> list[Block]:
+    recordings = tree["recordings"]
+    several = len(recordings) > 1
+    header, columns = ["level"], []
+    for one in recordings:
+        of = f"{one['name']}, " if several else ""
+        header.append(f"{of}belief")
+        columns.append(one["noise"])
+        if one["noise_of_answer"] is not None:
+            header.append(f"{of}answer")
+            columns.append(one["noise_of_answer"])
+    rows = [
+        (words, *(number(column.get(key), digits) for column in columns))
+        for key, words, digits in NOISE
+        if any(column.get(key) for column in columns)
+    ]
+    return [
+        *paragraphs(
+            "Noise is estimated together with the answer, each level with a prior around what is believed. Where it "
+            "falls from the belief to the answer, it stood in for what was left out."
+        ),
+        *table("Most probable noise under the belief and under the answer", header, rows),
+    ]

@@ -1,0 +1,107 @@
+"""Words for channels, effects, amounts and chances of a diagnosis.
+
+The words for an effect are its name in the vocabulary and the physics that stands there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import floor, log10
+
+from ins_eval.effects import VOCABULARY
+from ins_eval.report.wording import number
+
+SPOKEN = {
+    "gps.position": "GPS position",
+    "gps.velocity": "GPS velocity",
+    "reference.position": "position of the reference",
+    "reference.velocity": "velocity of the reference",
+    "reference.attitude": "attitude of the reference",
+    "temperature": "temperature",
+    "navigation": "the navigation",
+}
+FRACTION = "fraction"  # the unit that stands before its number
+AS_GOOD_AS_SURE, AS_GOOD_AS_NEVER = 0.999, 1e-6
+
+
+def channel(name: str) -> str:
+    """A channel as a reader sees it."""
+    sensor, _, axis = name.partition(".")
+    return SPOKEN.get(name, f"{sensor} {axis}".strip())
+
+
+def effect_words(one: Mapping) -> str:
+    """An effect by its name in the vocabulary: ``accelerometer bias creep, z``."""
+    of = _parameters(one)
+    words = one["name"].replace(".", " ").replace("_", " ").replace("gps", "GPS")
+    if of.get("form"):
+        words = of["form"]
+    axis = one.get("axis")
+    towards = f" with {of['other_axis']}" if of.get("other_axis") else ""
+    return f"{words}, {axis}{towards}" if axis else words
+
+
+def _parameters(one: Mapping) -> Mapping:
+    return {**one, **one.get("parameters", {})}
+
+
+def amount(one: Mapping) -> str:
+    """The value with its unit and 95 % interval, and the further parameters with theirs."""
+    of = one["parameters"]
+    value, low, high = alike(of["value"], of["interval95"])
+    words = [
+        f"{value} {of['unit']} [{low}, {high}]" if of["unit"] != FRACTION else f"{FRACTION} {value} [{low}, {high}]"
+    ]
+    for parameter in VOCABULARY[one["name"]].parameters:
+        if parameter.name not in of:
+            continue
+        value, low, high = alike(of[parameter.name], of.get(f"{parameter.name}_interval95"))
+        name = parameter.name.rpartition("_")[0].replace("_", " ")
+        interval = f" [{low}, {high}]" if low else ""
+        words.append(f"{name} {value} {parameter.unit}{interval}")
+    return ", ".join(words)
+
+
+def alike(value: float, interval: Sequence[float] | None) -> tuple[str, str, str]:
+    """A value and its interval with the digits that the interval leaves meaning to; without one in three."""
+    if interval is None:
+        return figures(value), "", ""
+    half = 0.5 * (interval[1] - interval[0])
+    digits = max(0, -floor(log10(half / 2.0))) if half > 0.0 else 6
+    return tuple(number(x, min(digits, 6)) for x in (value, *interval))
+
+
+def figures(value: float, count: int = 3) -> str:
+    """A number with `count` significant figures and no exponent."""
+    if value == 0.0:
+        return "0"
+    return number(value, max(0, count - 1 - floor(log10(abs(value)))))
+
+
+def nats(value: float | None) -> str:
+    """A log Bayes factor or a difference of two."""
+    return number(value, 1 if value is None or abs(value) < 1000.0 else 0)
+
+
+def probability(value: float) -> str:
+    return f"above {AS_GOOD_AS_SURE}" if value > AS_GOOD_AS_SURE else number(value, 2 if value >= 0.01 else 4)
+
+
+def chance(value: float) -> str:
+    """A probability that may be very small."""
+    if value < AS_GOOD_AS_NEVER:
+        return "less than one in a million"
+    return figures(value, 2)
+
+
+def rare(one: Mapping) -> str:
+    """In how many recordings without an effect one is found by chance."""
+    value = one["false_alarm_probability"]
+    if value < AS_GOOD_AS_NEVER:
+        return "fewer than one in a million recordings"
+    return f"{figures(100.0 * value, 2)} % of recordings"
+
+
+def numbered(name: str, k: int, several: bool) -> str:
+    """The name of a figure of recording or effect number `k`."""
+    return f"{name}_{k + 1}" if several else name

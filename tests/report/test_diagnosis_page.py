@@ -1,0 +1,311 @@
+"""The words and figures of a diagnosis; the numbers here are made up."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from ins_eval.effects import VOCABULARY
+from ins_eval.report import style, text
+from ins_eval.report.content import Paragraph, Table
+from ins_eval.report.diagnosis import diagnosis_content
+from ins_eval.report.diagnosis_words import alike, effect_words, figures
+from ins_eval.report.figures import diagnosis as drawn
+
+LARGEST_SVG_BYTES = 200_000
+WHITE = {"rms": 1.0, "correlation": 0.01, "rms_of_means": 1.4}
+
+
+def creep() -> dict:
+    return {
+        "name": "accelerometer.bias_creep",
+        "axis": "z",
+        "parameters": {
+            "value": 4.8,
+            "interval95": [4.5, 5.1],
+            "unit": "ug/degC",
+            "time_constant_s": 2400.0,
+            "time_constant_s_interval95": [1900.0, 3000.0],
+        },
+        "probability": 0.97,
+        "log_evidence_gain": 41.2,
+        "false_alarm_probability": 0.0004,
+    }
+
+
+def drift(**further) -> dict:
+    rival = {
+        "from": "accelerometer.bias_creep",
+        "name": "accelerometer.bias_drift",
+        "axis": "z",
+        "probability": 0.02,
+        "log_evidence_below_best": 2.1,
+        "told_apart_by_prior_only": False,
+        "experiment": "an oven run with the flight's temperatures",
+        "expected_log_bayes_factor": 21.0,
+    }
+    return {**rival, **further}
+
+
+def recording(name: str = "climb, cruise, landing", after: bool = True) -> dict:
+    noise = {"velocity_random_walk_ug_per_sqrt_hz": 4.2, "accelerometer_wander_ug": 68.0}
+    return {
+        "name": name,
+        "kind": "flight",
+        "channels": list(drawn.CHANNELS),
+        "measured_by": ["gps"],
+        "measurements": 46500,
+        "outliers": 24,
+        "noise": noise,
+        "noise_of_answer": {**noise, "accelerometer_wander_ug": 3.5} if after else None,
+        "whiteness": [WHITE] * 6 + [None] * 3,
+        "whiteness_after": [{**WHITE, "rms_of_means": 1.0}] * 6 + [None] * 3 if after else None,
+    }
+
+
+def limit(name: str, axis: str, gain: float, other_axis: str | None = None) -> dict:
+    return {
+        "name": name, "axis": axis, "other_axis": other_axis, "unit": VOCABULARY[name].unit,
+        "usual": VOCABULARY[name].nominal, "expected_log_bayes_factor": gain, "shows_from": 93.0,
+    }  # fmt: skip
+
+
+def tree(verdict: str) -> dict:
+    """A diagnosis of one flight with this verdict."""
+    effects = [creep()] if verdict in ("explained", "not identifiable", "partly explained") else []
+    left = verdict in ("partly explained", "unexplained")
+    fit = {
+        "velocity_rms_mps": {"before": {"north": 1.40, "east": 1.36}},
+        "radial_error_rate_nmi_per_h": {"before": 1.54},
+    }
+    if effects:
+        fit["velocity_rms_mps"]["after"] = {"north": 1.19, "east": 1.09}
+        fit["radial_error_rate_nmi_per_h"]["after"] = 1.29
+        fit["held_out"] = {"before": 14.2, "after": 1.03, "placebo": 13.8, "measure": "mean squared innovation"}
+    located = {"recording": 0, "channel": "accelerometer.z", "axis": "z"}
+    shown = [
+        {**located, "effect": "accelerometer bias creep, z", "share": 0.96, "figure": "effect_against_drive"}
+        for _ in effects
+    ]
+    if left:
+        shown.append({**located, "channel": "gyro.x", "effect": None, "share": None, "figure": "unexplained"})
+    return {
+        "diagnosis": {
+            "format": "ins-diagnosis/1",
+            "verdict": verdict,
+            "mismatch": []
+            if verdict == "no mismatch"
+            else [
+                {
+                    "recording": "climb, cruise, landing",
+                    "channel": "accelerometer.z",
+                    "interval_s": [5400.0, 7900.0],
+                    "where": "descent, dT/dt > 0",
+                    "significance_sigma": 9.1,
+                }
+            ],
+            "effects": effects,
+            "indistinguishable": [drift()] if verdict == "not identifiable" else [],
+            "unexplained": {
+                "significance_sigma": 6.2 if left else 1.1,
+                "channel": "gyro.x" if left else None,
+                "interval_s": [100.0, 900.0] if left else None,
+            },
+            "fit": fit,
+        },
+        "recordings": [recording(after=bool(effects))],
+        "statistics": {
+            "largest_log_bayes_factor": 1.2,
+            "largest_effect": "accelerometer.bias_drift z",
+            "cost_of_an_effect": 5.3,
+            "smallest_probability": 0.18,
+        },
+        "evidence": {
+            "in_place_of": "accelerometer bias creep, z" if effects else None,
+            "threshold": 5.3,
+            "families": [
+                {**creep(), "log_bayes_factor": 41.2, "named": bool(effects)},
+                {"name": "accelerometer.bias_drift", "axis": "z", "log_bayes_factor": 36.1, "named": False},
+            ],
+        },
+        "located": shown,
+        "limits": [
+            limit("accelerometer.quadratic", "x", 0.1),
+            limit("accelerometer.quadratic", "y", 0.2),
+            limit("accelerometer.misalignment", "x", 0.3, "y"),
+            limit("accelerometer.misalignment", "x", 0.3, "z"),
+            limit("accelerometer.bias_temperature", "z", 300.0),
+        ],
+        "absent": [name for name in VOCABULARY if name.startswith("reference.")],
+    }
+
+
+VERDICTS = ("no mismatch", "explained", "not identifiable", "partly explained", "unexplained")
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_the_first_line_states_the_verdict(verdict: str) -> None:
+    said, _ = diagnosis_content(tree(verdict))
+    first = said.splitlines()[0]
+    assert first.startswith(f"climb, cruise, landing: {verdict}")
+    named = verdict in ("explained", "not identifiable", "partly explained")
+    assert ("accelerometer bias creep, z: 4.8 ug/degC [4.5, 5.1], time constant 2400 s [1900, 3000]" in first) == named
+
+
+def test_the_lines_below_say_where_how_sure_and_what_it_gains() -> None:
+    said, _ = diagnosis_content(tree("explained"))
+    for words in (
+        "Probability 0.97; chance alone would do as much in 0.040 % of recordings",
+        VOCABULARY["accelerometer.bias_creep"].physics,
+        "Accelerometer z, 5400 to 7900 s; descent, dT/dt > 0: 9.1 sigma",
+        "the next, accelerometer bias drift, z, lies 5.1 nats below",
+        "velocity RMS north 1.40 to 1.19 m/s and east 1.36 to 1.09 m/s; radial error rate 1.54 to 1.29 nmi/h",
+        "misfit on data that were not used 14.2 to 1.03 (placebo 13.8)",
+        "Nothing significant is left beside it (1.1 sigma)",
+    ):
+        assert words in said
+
+
+def test_a_rival_comes_with_the_experiment_that_would_tell() -> None:
+    told = tree("not identifiable")
+    said, sections = diagnosis_content(told)
+    assert (
+        "It could also be accelerometer bias drift, z (2.1 nats below the best): an oven run with the flight's "
+        "temperatures would tell (expected log Bayes factor 21.0)." in said
+    )
+    assert "Nothing else" not in said
+    told["diagnosis"]["indistinguishable"] = [
+        drift(experiment=None, expected_log_bayes_factor=None, told_apart_by_prior_only=True)
+    ]
+    said, sections = diagnosis_content(told)
+    assert "what was expected before the recording only): no experiment of the catalogue would tell" in said
+    rivals = blocks(sections, "What else it could be", Table)[0]
+    assert rivals.rows[0][4:] == ("yes", "–", "–")
+
+
+def test_what_is_left_is_named_as_the_next_place_to_look() -> None:
+    said, sections = diagnosis_content(tree("partly explained"))
+    assert "Left beside it: gyro x, 100 to 900 s, 6.2 sigma; look there next." in said
+    words = " ".join(one.text for one in blocks(sections, "What stays unexplained", Paragraph))
+    assert words.startswith("Beside the effects, gyro x is disturbed from 100 to 900 s")
+    assert "What data find in gyro x beside the effects" in words
+
+
+def test_no_mismatch_says_how_near_the_nearest_came() -> None:
+    said, sections = diagnosis_content(tree("no mismatch"))
+    assert "1.2 nats, where 5.3 are needed; the most remarkable interval has a probability of 0.18" in said
+    headings = [one.heading for one in sections]
+    assert "What was left out" not in headings and "Where" not in headings
+    assert blocks(sections, "Navigation before and after", Table)[0].header == ("measure", "before")
+
+
+def test_several_effects_and_recordings_each_have_their_line() -> None:
+    told = tree("explained")
+    told["recordings"].append(recording("second"))
+    second = {**creep(), "axis": "x", "probability": 0.9999, "false_alarm_probability": 1e-30}
+    told["diagnosis"]["effects"].append(second)
+    said, _ = diagnosis_content(told)
+    assert said.startswith("climb, cruise, landing and second: explained by 2 effects.")
+    assert "Accelerometer bias creep, x: 4.8 ug/degC" in said
+    assert "probability above 0.999; chance alone would do as much in fewer than one in a million recordings" in said
+    assert "Accelerometer z of climb, cruise, landing, 5400" in said
+    assert "Nothing significant is left beside them" in said
+
+
+def test_what_cannot_be_shown_is_listed_once_for_each_name() -> None:
+    _, sections = diagnosis_content(tree("explained"))
+    table, needed = blocks(sections, "What this recording cannot show", Table)
+    assert [(row[0], row[1]) for row in table.rows] == [
+        ("accelerometer misalignment", "x with y/z"),
+        ("accelerometer quadratic", "x, y"),
+    ]
+    assert {row[0] for row in needed.rows} == {
+        VOCABULARY[f"accelerometer.{name}"].excited_by for name in ("misalignment", "quadratic")
+    }
+    words = blocks(sections, "What this recording cannot show", Paragraph)[0].text
+    assert words.endswith("every effect of reference.")
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_the_text_holds_every_cell_of_the_page(verdict: str) -> None:
+    said, sections = diagnosis_content(tree(verdict))
+    words = text.render("Diagnosis", said, sections, width=2000)
+    for section in sections:
+        assert section.heading in words
+        for one in section.blocks:
+            if isinstance(one, Table):
+                assert all(cell in words for row in one.rows for cell in row)
+            if isinstance(one, Paragraph):
+                assert one.text in words
+    assert not re.search(r"\bNone\b|\bnan\b|_", words.replace("figures/", ""))
+
+
+def test_words_for_effects_amounts_and_numbers() -> None:
+    assert effect_words({"name": "earth.rotation", "axis": None}) == "earth rotation"
+    assert effect_words({"name": "gps.lever_arm", "axis": "x"}) == "GPS lever arm, x"
+    assert effect_words({"name": "gyro.misalignment", "axis": "x", "parameters": {"other_axis": "y"}}).endswith(
+        "x with y"
+    )
+    composed = {"name": "composed", "axis": "z", "form": "accelerometer bias = value * change(supply_v)"}
+    assert effect_words(composed) == "accelerometer bias = value * change(supply_v), z"
+    assert alike(-23.7838, [-24.2, -23.4]) == ("−23.8", "−24.2", "−23.4")
+    assert alike(0.05123, [0.045, 0.057]) == ("0.051", "0.045", "0.057")
+    assert (figures(3919.8), figures(1.0302), figures(0.00042, 2)) == ("3920", "1.03", "0.00042")
+
+
+def test_evidence_has_a_bar_for_each_effect_and_the_line_it_must_pass() -> None:
+    figure = drawn.evidence_of_effects(
+        names=["bias creep", "bias drift", "bias"], log_bayes_factors=[41.2, 36.1, -0.4], named=[True, False, False],
+        threshold=5.3,
+    )  # fmt: skip
+    ax = figure.axes[0]
+    widths = sorted(bar.get_width() for container in ax.containers for bar in container)
+    assert widths == [-0.4, 36.1, 41.2]
+    assert [line.get_xdata()[0] for line in ax.lines] == [5.3]
+    assert [one.get_text() for one in ax.get_yticklabels()] == ["bias creep", "bias drift", "bias"]
+    check(figure, "nats")
+
+
+@pytest.mark.parametrize("explained", [True, False])
+def test_effect_against_drive_draws_the_effect_where_there_is_one(explained: bool) -> None:
+    time_s = np.arange(64.0) * 120.0
+    drive = np.sin(time_s / 2000.0)
+    effect = 4.8 * drive if explained else np.full(64, np.nan)
+    figure = drawn.effect_against_drive(
+        time_s=time_s, mean=4.8 * drive + 0.1, sigma=np.full(64, 0.3), effect=effect, drive=drive,
+        channel="accelerometer z", unit="ug", drive_name="drive [degC^2]",
+    )  # fmt: skip
+    assert len(figure.axes) == 2
+    assert figure.axes[0].get_ylabel() == "accelerometer z [µg]"
+    assert figure.axes[1].get_xlabel() == "drive [°C²]"
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert ("the effect" in labels) == explained
+    alone = drawn.effect_against_drive(
+        time_s=time_s, mean=drive, sigma=drive**2, effect=effect, drive=None, channel="c", unit="ug", drive_name=""
+    )
+    assert len(alone.axes) == 1
+    check(figure, "time in the recording [s]")
+
+
+def test_before_and_after_shows_the_channels_that_change() -> None:
+    rng = np.random.default_rng(3)
+    after = rng.standard_normal((3600, 9))
+    after[:, 6:] = np.nan
+    before = after.copy()
+    before[:, 5] += 1.0
+    figure = drawn.before_and_after(time_s=np.arange(3600.0), before=before, after=after, block_s=60.0)
+    assert [ax.get_ylabel() for ax in figure.axes] == ["velocity\ndown"]
+    check(figure, "before")
+
+
+def blocks(sections: list, heading: str, kind: type) -> list:
+    section = next(one for one in sections if one.heading == heading)
+    return [one for one in section.blocks if isinstance(one, kind)]
+
+
+def check(figure, words: str) -> None:
+    drawing = style.svg(figure)
+    assert words in drawing
+    assert len(drawing) < LARGEST_SVG_BYTES
