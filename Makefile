@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS := 1
 RUN_OPTIONS = $(if $(WORKERS),--workers "$(WORKERS)") $(if $(SEED),--seed "$(SEED)")
 
 .DEFAULT_GOAL := help
-.PHONY: help env flight-report paper-report check-cep test test-all lint wheel lock clean
+.PHONY: help env flight-report paper-report check-cep concealed test test-all lint wheel lock clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -44,6 +44,20 @@ paper-report: env ## each number of Paper A beside ours; writes reports/paper-a/
 check-cep: env ## the gate: is hysteresis compensation still better than simple? (SEED= WORKERS=)
 	@$(VENV)/bin/ins-eval check-cep $(RUN_OPTIONS)
 
+# Cases of each kind in the sealed set of concealed effects.
+SEALED_SEED ?= 1
+SEALED := single:205 pair:40 outside:60 unidentifiable:39 null:150 adversarial:150 limited:100 multi:60
+CONCEALED = .cache/concealed/$(SEALED_SEED)
+
+concealed: env ## effects concealed in recordings: does diagnose find them? writes reports/concealed/ (SEALED_SEED= WORKERS=)
+	@for each in $(SEALED); do \
+	    $(VENV)/bin/python -m tests.challenge.make --set sealed --seed $(SEALED_SEED) --rate 20 --kind $${each%:*} \
+	        --count $${each#*:} --workers $(or $(WORKERS),2) -o $(CONCEALED) || exit 1; done
+	@$(VENV)/bin/python -m tests.concealed.run $(CONCEALED)/recordings $(CONCEALED)/answers --workers $(or $(WORKERS),2)
+	@$(VENV)/bin/python -m tests.concealed.experiments $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
+	@$(VENV)/bin/python -m tests.concealed.navigation $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
+	@$(VENV)/bin/python -m tests.concealed.report $(CONCEALED) $(CONCEALED)/answers
+
 test: lint ## lint, then all tests that are not marked slow
 	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile -m "not slow"
 
@@ -61,6 +75,7 @@ lock: ## remake requirements.lock (maintainers; needs uv)
 	uv pip compile pyproject.toml --group dev --universal --python-version 3.11 --generate-hashes --no-header -o requirements.lock
 
 clean: ## remove results, wheels and caches; .venv stays
-	@find reports -mindepth 1 -maxdepth 1 ! -name README.md -exec rm -rf {} +
-	@rm -rf dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	@find reports -mindepth 1 -maxdepth 1 ! -name README.md ! -name concealed -exec rm -rf {} +
+	@find reports/concealed -mindepth 1 ! -name log.json -delete 2>/dev/null || true
+	@rm -rf .cache dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	@find ins_eval tests -name __pycache__ -type d -prune -exec rm -rf {} +

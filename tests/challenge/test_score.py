@@ -6,7 +6,19 @@ import json
 
 import pytest
 
-from tests.challenge.score import band, confidently_wrong, main, overlap, rate, rivals_of, score, text
+from tests.challenge.score import (
+    band,
+    calibration,
+    confidently_wrong,
+    judged,
+    main,
+    overlap,
+    quantiles,
+    rate,
+    rivals_of,
+    score,
+    text,
+)
 
 CREEP = {"name": "accelerometer.bias_creep", "axis": "x", "value": 5.0, "unit": "ug/degC", "time_constant_s": 2000.0,
          "law": "one"}  # fmt: skip
@@ -59,10 +71,10 @@ def test_a_named_truth_counts_in_its_band():
     assert result["naming"]["named first where separable, one recording"]["hits"] == 1
     assert result["naming"]["named first where separable, one recording"]["count"] == 3
     assert result["naming"]["named or listed, of the detected"]["hits"] == 2
-    assert result["mean set"] == 1.5
-    assert result["mean probability of the truth"] == pytest.approx(0.75)
+    assert result["set size"]["mean"] == 1.5
+    assert result["probability of the truth"]["mean"] == pytest.approx(0.75)
     assert result["naming"]["inseparable rival listed"]["hits"] == 1
-    assert result["by effect"]["accelerometer.bias_creep, D >= 16: named"]["count"] == 2
+    assert result["by effect"]["accelerometer.bias_creep: named, D >= 16"]["count"] == 2
     assert result["confidently wrong"]["inside, single"]["hits"] == 0
 
 
@@ -97,8 +109,12 @@ def test_intervals_cover_or_not():
     tau = {"time_constant_s_interval95": [2100.0, 3000.0]}
     answers = {"a": answer("explained", [named(**tau)]), "b": answer("explained", [named(low=5.1, **tau)])}
     covered = score(truths, answers)["coverage"]
-    assert (covered["value"]["hits"], covered["value"]["count"]) == (1, 2)
+    assert (covered["value"]["hits"], covered["value"]["count"]) == (1, 1)
+    other = covered["value, creep of another law"]
+    assert (other["hits"], other["count"]) == (0, 1)
     assert (covered["time_constant_s"]["hits"], covered["time_constant_s"]["count"]) == (0, 1)
+    assert (covered["all"]["hits"], covered["all"]["count"]) == (1, 3)
+    assert covered["all"]["interval95"] == rate(1, 3)["interval95"]
 
 
 def test_the_fit_must_take_most_of_the_excess_and_beat_the_placebo():
@@ -108,7 +124,9 @@ def test_the_fit_must_take_most_of_the_excess_and_beat_the_placebo():
         "b": answer("explained", [named()]) | {"fit": {"held_out": {"before": 11.0, "after": 4.0, "placebo": 3.9}}},
         "c": answer("explained", [named()]),
     }
-    rows = score(truths, answers)["held out, D >= 16"]
+    result = score(truths, answers)
+    rows = result["held out"]
+    assert (result["removed"]["count"], result["removed"]["quantiles"]["0.5"]) == (2, pytest.approx(0.775))
     assert (rows["80 % of the excess removed"]["hits"], rows["80 % of the excess removed"]["count"]) == (1, 3)
     assert (rows["better than the placebo"]["hits"], rows["better than the placebo"]["count"]) == (1, 3)
 
@@ -122,7 +140,7 @@ def test_places_and_intervals():
     place = {"channel": "gyro.y", "interval_s": [200.0, 1100.0]}
     result = score([case], {"a": answer("explained", [named("gyro.bias_step", "y")], mismatch=[place])})
     assert result["location"]["channel, D >= 16"]["hits"] == 1
-    assert result["median overlap"]["D >= 16"] == pytest.approx(0.9)
+    assert result["overlap"]["D >= 16"]["quantiles"]["0.5"] == pytest.approx(0.9)
 
 
 def test_what_cannot_be_told_apart_must_be_said():
@@ -133,6 +151,28 @@ def test_what_cannot_be_told_apart_must_be_said():
     answers = {"a": answer("not identifiable", *both), "b": answer("explained", both[1])}
     row = score(truths, answers)["not identifiable"]["said so, with the truth and a true rival"]
     assert (row["hits"], row["count"]) == (1, 2)
+
+
+def test_probabilities_are_held_against_what_came_true():
+    said = [(0.02, False), (0.9, True), (0.95, False), (1.0, True)]
+    low, high, top = calibration(said)
+    assert (low["hits"], low["count"]) == (0, 1)
+    assert (high["hits"], high["count"], high["stated"]) == (1, 2, pytest.approx(0.925))
+    assert (top["from"], top["hits"]) == (0.97, 1)
+
+
+def test_quantiles_leave_out_what_is_missing():
+    assert quantiles([1.0, None, 3.0, float("nan")])["mean"] == 2.0
+    assert quantiles([])["quantiles"] is None
+
+
+def test_a_case_becomes_one_record_of_plain_values():
+    record = judged(truth("a", "single", [CREEP]), answer("explained", [named()]), 7.5)
+    assert record["truth"] == record["named"] == record["listed"] == ["accelerometer.bias_creep x"]
+    assert record["first"] and record["found"] and not record["wrong"]
+    assert record["said"] == [(0.9, True)] and record["seconds"] == 7.5
+    json.dumps(record, allow_nan=False)
+    json.dumps(judged(truth("b", "null"), None), allow_nan=False)
 
 
 def test_pairs_need_both_and_nothing_else():
