@@ -107,8 +107,8 @@ def _observations(readings: ChamberReadings, residual: np.ndarray) -> Observatio
 
 def _noise(seen: Observations, interval_s: np.ndarray, counted: np.ndarray) -> NoiseModel:
     level, _ = white(seen)
-    level[:, 0] = np.maximum(level[:, 0], counted)
     slow = Prior(max(2.0 * UG, 0.1 * float(np.median(level[:, 0]))), 1.2)
+    level[:, 0] = np.maximum(level[:, 0], counted)
     fixed = {
         name: Prior(0.0, 0.0)
         for name in ("slow_velocity", "slow_attitude", "velocity_random_walk", "angle_random_walk",

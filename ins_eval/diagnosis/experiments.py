@@ -33,6 +33,7 @@ from ins_eval.diagnosis.evidence import SCALES, reduce
 from ins_eval.diagnosis.experiments_catalogue import MOVING, Experiment, experiments
 from ins_eval.diagnosis.library import Candidate
 from ins_eval.diagnosis.observations import CHANNELS
+from ins_eval.errors import DataRefused
 from ins_eval.recording import ChamberReadings
 from ins_eval.recording.belief import Belief
 
@@ -136,7 +137,10 @@ class Catalogue:
             open_ones = [k for k, one in enumerate(best) if one is None or not one.enough]
             if not open_ones:
                 break
-            total = at_hand + self.information(experiment, effects, at_hand)
+            try:
+                total = at_hand + self.information(experiment, effects, at_hand)
+            except DataRefused:  # the errors of this instrument would grow too large in it
+                continue
             for k in open_ones:
                 expected = expected_log_bayes_factor(total, truth, rivals[k], centre)
                 gain, before = expected - already[k], best[k]

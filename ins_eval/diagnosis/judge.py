@@ -46,6 +46,7 @@ from ins_eval.diagnosis.verdict import (
     located,
 )
 from ins_eval.diagnosis.where import where
+from ins_eval.evaluate import PARKED
 from ins_eval.recording.belief import Belief
 from ins_eval.streams import Streams
 
@@ -54,6 +55,7 @@ BY_PRIOR = 6.0  # nats of the best within which a rival is listed that only its 
 ALIKE = 0.5  # twice the log likelihood ratio below which only priors tell two apart
 WORTH_REFITTING = 2.0  # log Bayes factor with the noise of the null
 ROUNDS = 3
+STAY = 0.5  # nats by which another set must lead that with which the recordings were navigated
 LARGE = 30.0  # log Bayes factor from which a term of the Earth is tried by navigating with it
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
 OPEN_MARGIN = 6.0  # nats by which a form without a name must beat the best with one
@@ -75,6 +77,7 @@ class _Judge:
         kinds = {case.kind for case in cases}
         self.share = max((LEAST_SHARE.get(kind, LEAST_SHARE_ELSEWHERE) for kind in kinds), default=0.0)
         self.spread: dict[tuple, dict[str, tuple[float, float]]] = {}
+        self.bent: dict[tuple, float] = {}
         self.rng = Streams(0).at("diagnosis", "significance").rng()
 
     def judged(self) -> Diagnosis:
@@ -150,7 +153,10 @@ class _Judge:
             keys = stage.keys
             refined = refine(self.cases, stage.chosen(scaled=False), stage.fitted)
             stage = staged(refined.cases, refined.model, refined.point, refined.fitted, self.share)
-            self.spread = dict(zip((one.key for one in refined.model), refined.spread, strict=True))
+            stage = stage.own_first(len(refined.model), STAY if turn < ROUNDS - 1 else np.inf)
+            keys_of = [one.key for one in refined.model]
+            self.spread = dict(zip(keys_of, refined.spread, strict=True))
+            self.bent = dict(zip(keys_of, refined.bent, strict=True))
             if stage.keys == keys:
                 break
         return stage
@@ -211,7 +217,10 @@ class _Judge:
         enough = beside.mismatch is None
         # beside a disturbance without a name, the effects must still be worth what they cost
         lead = OPEN_MARGIN if enough else max(beside.gain, 0.0) - stage.space.cost
-        if instead.gain > stage.best.log_posterior + lead:
+        # what a disturbance that gains more may have suggested must help on data that did not suggest it
+        fit = stage.held_out()
+        harms = surest is not None and surest.gain > gain and fit["after"] > min(fit["before"], fit["placebo"])
+        if harms or instead.gain > stage.best.log_posterior + lead:
             remainder = replace(instead, mismatch=(place or [instead.mismatch])[0])
             return self._answer(UNEXPLAINED, remainder, place or shown, stage, named=False, statistics=statistics)
         return self._answer(PARTLY, beside, shown, stage, statistics=statistics)
@@ -255,7 +264,8 @@ class _Judge:
             return Remainder(None, gain, 0.0)
         sigma = trials.sigma(interval.t2)
         mismatch = None
-        least = self.share * max(stage.best.log_bayes_factor, 0.0) if beside else 0.0
+        rough = not stage.space.exact[list(stage.best.members)].any()
+        least = self.share * max(stage.best.log_bayes_factor, 0.0) if beside and rough else 0.0
         sure = trials.probability(interval.t2) <= largest_probability(interval)
         if not beside or (sure and 0.5 * interval.t2 > least) or gain > least:
             mismatch = located(case, r, interval, sigma)
@@ -276,7 +286,7 @@ class _Judge:
                 Effect(
                     hypothesis=one,
                     value=float(mean[i] * one.candidate.nominal),
-                    sigma=float(np.sqrt(covariance[i, i]) * one.candidate.nominal),
+                    sigma=float(np.sqrt(covariance[i, i] + self.bent.get(one.key, 0.0)) * one.candidate.nominal),
                     probability=self._probability(stage, k),
                     log_evidence_gain=float(gain),
                     false_alarm_probability=float(min(1.0, np.exp(min(0.0, stage.space.cost - gain)))),
@@ -310,7 +320,34 @@ class _Judge:
                 )
                 if family not in out or out[family].below_best > below:
                     out[int(family)] = one
-        return tuple(sorted(out.values(), key=lambda one: one.below_best))
+        ranked = sorted(out.values(), key=lambda one: one.below_best)
+        return (*ranked, *(one for k in stage.best.members for one in self._three_biases(stage, k)))
+
+    def _three_biases(self, stage: Stage, k: int) -> list[Rival]:
+        """For Earth rotation that only parked recordings show: three constant gyro biases do the same."""
+        one = stage.hypotheses[k]
+        parked = all(case.kind in PARKED for case in stage.cases)
+        if one.candidate.name != "earth.rotation" or not parked:
+            return []
+        biases = [j for j, other in enumerate(stage.hypotheses) if other.candidate.name == "gyro.bias"]
+        others = [j for j in stage.best.members if j != k]
+        a, b, centre = stage.here.normal, stage.here.projection, stage.space.centre
+
+        def height(members: list[int]) -> float:
+            return log_bayes_factor(a[np.ix_(members, members)], b[members], centre[members])[0]
+
+        below = height([*others, k]) - height([*others, *biases])
+        return [
+            Rival(
+                of=one,
+                hypothesis=stage.hypotheses[j],
+                probability=float(np.exp(min(0.0, -below))),
+                below_best=float(below),
+                by_prior_only=True,
+                beside=tuple(stage.hypotheses[i] for i in biases if i != j),
+            )
+            for j in biases
+        ]
 
     def _with_experiments(self, stage: Stage, rivals: tuple[Rival, ...]) -> tuple[Rival, ...]:
         """The same with the cheapest experiment that would tell each from the answer."""
@@ -321,12 +358,20 @@ class _Judge:
         place = {stage.hypotheses[k]: i for i, k in enumerate(m)}
         index = {one: k for k, one in enumerate(stage.hypotheses)}
         chosen = [*m, *(index[one.hypothesis] for one in rivals)]
+        chosen += [index[one] for rival in rivals for one in rival.beside if index[one] not in chosen]
+        spot = {k: i for i, k in enumerate(chosen)}
         catalogue = Catalogue(self.cases, [one.position for one in stage.fitted], self.belief)
         found = catalogue.recommend(
             [stage.hypotheses[k].candidate for k in chosen],
             stage.here.normal[np.ix_(chosen, chosen)],
-            dict(enumerate(stage.coefficients[0])),
-            [[*(i for i in range(len(m)) if i != place[one.of]), len(m) + j] for j, one in enumerate(rivals)],
+            {i: stage.space.centre[k] or p for i, (k, p) in enumerate(zip(m, stage.coefficients[0], strict=True))},
+            [
+                [
+                    *(i for i in range(len(m)) if i != place[one.of]),
+                    *(spot[index[other]] for other in (one.hypothesis, *one.beside)),
+                ]
+                for one in rivals
+            ],
         )
         return tuple(
             one

@@ -41,7 +41,8 @@ NEIGHBOUR_VARIANCE = 0.3  # of the median of four
 _STEP = 0.03  # of the difference quotient, in prior sigmas
 _ENOUGH = 0.02  # nats that a further step must gain
 _STEPS = 14
-_EVALUATIONS = 30  # of the slope
+_EVALUATIONS = 30  # of the slope, in a run
+_RUNS, _LIMIT = 3, 1
 _THREADS = 2
 
 
@@ -211,15 +212,19 @@ def fit(
             return -heights[0], -(np.array(heights[1:]) - heights[0]) / _STEP
 
         begin = np.zeros(size) if start is None else start
-        found = minimize(
-            slope,
-            begin,
-            jac=True,
-            method="L-BFGS-B",
-            bounds=[(-WIDEST, WIDEST)] * size,
-            options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": 0.3},
-            callback=_Patience(),
-        )
+        for _ in range(_RUNS):  # the limits bound one run; a fresh one forgets a metric that has gone wrong
+            found = minimize(
+                slope,
+                begin,
+                jac=True,
+                method="L-BFGS-B",
+                bounds=[(-WIDEST, WIDEST)] * size,
+                options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": 0.3},
+                callback=_Patience(),
+            )
+            begin = found.x
+            if found.status != _LIMIT:
+                break
     return Fitted(found.x, -float(found.fun), whiten_at(found.x))
 
 

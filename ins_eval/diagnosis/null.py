@@ -22,7 +22,8 @@ from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
 
 UNSTATED_LEVEL_SIGMA_RAD = 0.5 * DEG
 UNSTATED_HEADING_SIGMA_RAD = 2.0 * DEG
-LEAST_LEVEL_SIGMA_RAD = 5.0 * ARCSEC  # of a vehicle that settles and sways after it was levelled
+LEAST_LEVEL_SIGMA_RAD = 5.0 * ARCSEC  # of a vehicle that settles after it was levelled
+SWAY_MPS = 2e-3  # velocity of a vehicle that stands, at one instant
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +76,8 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
             f"{recording.name}: the attitude of the start is unknown and there is no standstill to find it on; "
             "give attitude_deg in [start]"
         )
+    if stand is not None:  # the next disturbance may begin where it ends
+        start = replace(start, velocity_sigma_mps=max(start.velocity_sigma_mps, SWAY_MPS))
     start = turned_start(start, belief)
     rest = slice(int(np.searchsorted(imu.time_s, start.time_s + 1e-6)), None)
     rest = slice(rest.start, rest.start + (imu.time_s.size - rest.start) // SAMPLES_PER_STEP * SAMPLES_PER_STEP)

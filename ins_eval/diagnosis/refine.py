@@ -23,11 +23,13 @@ from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.recording.belief import EffectBelief
 
 TURNS = 3  # times that the recordings are navigated at most
+SAME, SAME_S = 0.02, 2.0
 STEADY = 0.3  # sigmas that a coefficient may still move
 ZOOMS = (1.0, 0.3, 0.1)  # half width of the values tried, in steps of the first grid
 VALUES = 9  # tried in each
 FAR = 4.5  # nats below the best at which the interval of a time or width is looked for no further
 WIDER = 1.6
+FURTHER, STEEP = 4, 1.0  # more zooms where the best stands more than so many nats above its neighbours
 Q95 = 1.96
 
 
@@ -36,7 +38,7 @@ class Refined:
     """Recordings navigated with the finalist, and where.
 
     `model` its effects with columns around that point, `point` (k,) their coefficients there, `spread` the 95 %
-    interval of each time, width and lag of each effect.
+    interval of each time, width and lag of each effect, `bent` (k,) the variance that these add to the coefficient.
     """
 
     cases: tuple[Case, ...]
@@ -44,6 +46,7 @@ class Refined:
     point: np.ndarray
     fitted: tuple[Fitted, ...]
     spread: tuple[dict[str, tuple[float, float]], ...]
+    bent: tuple[float, ...]
 
 
 def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted]) -> Refined:
@@ -60,18 +63,20 @@ def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[
         moved = list(model)
         spreads = list(spread)
         for k in range(len(model)):
-            moved[k], spreads[k] = _placed(cases, moved, k, fitted, point)
-        mean, sigma = _estimate(cases, moved, fitted, point)
+            moved[k], spreads[k], _ = _placed(cases, moved, k, fitted, model, point)
+        mean, sigma = _estimate(cases, moved, fitted, model, point)
         same = all(_alike(a, b) for a, b in zip(model, moved, strict=True))
         steady = same and bool((np.abs(mean - point) < STEADY * sigma)[~fixed].all())
-        model, spread = tuple(moved), tuple(spreads)
+        spread = tuple(spreads)
         if steady:
             break
+        model = tuple(moved)
         point = np.where(fixed, point, mean)
         cases, model = _navigated(original, model, point)
     scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
     fitted = tuple(fit_noise(cases, scaled, [one.position for one in fitted]))
-    return Refined(cases, model, point, fitted, spread)
+    placed = [_placed(cases, model, k, fitted, model, point) for k in range(len(model))]  # at the noise of the answer
+    return Refined(cases, model, point, fitted, tuple(one[1] for one in placed), tuple(one[2] for one in placed))
 
 
 def _navigated(
@@ -109,38 +114,70 @@ def believed_effect(one: Hypothesis, coefficient: float, cases: Sequence[Case]) 
     return EffectBelief(name=candidate.name, axis=candidate.axis, value=value, recording=local, **known)
 
 
-def _estimate(
-    cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted], point: np.ndarray
+def _sums(
+    cases: Sequence[Case],
+    asked: Sequence[Hypothesis],
+    fitted: Sequence[Fitted],
+    navigated: Sequence[Hypothesis],
+    point: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    here = sums(cases, [one.position for one in fitted], model, point)
+    """A (n, n) and b (n,) of the hypotheses `asked`, what was taken off added back with what it was taken off with."""
+    n = len(asked)
+    taken = np.append(np.zeros(n), point)
+    here = sums(cases, [one.position for one in fitted], [*asked, *navigated], taken)
+    return here.normal[:n, :n], here.projection[:n]
+
+
+def _estimate(
+    cases: Sequence[Case],
+    model: Sequence[Hypothesis],
+    fitted: Sequence[Fitted],
+    navigated: Sequence[Hypothesis],
+    point: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    a, b = _sums(cases, model, fitted, navigated, point)
     centre = np.array([one.candidate.centre for one in model])
-    _, scales = log_bayes_factor(here.normal, here.projection, centre)
-    covariance = np.linalg.inv(here.normal + np.diag(scales**-2.0))
-    return covariance @ (here.projection + centre / scales**2), np.sqrt(np.diag(covariance))
+    _, scales = log_bayes_factor(a, b, centre)
+    covariance = np.linalg.inv(a + np.diag(scales**-2.0))
+    return covariance @ (b + centre / scales**2), np.sqrt(np.diag(covariance))
 
 
 def _alike(a: Hypothesis, b: Hypothesis) -> bool:
-    numbers = [
-        (float(x), float(b.candidate.parameters[name]))
-        for name, x in a.candidate.parameters.items()
-        if isinstance(x, float | int)
-    ]
-    return all(abs(x - y) <= 0.02 * abs(x) for x, y in numbers)
+    """Whether times, widths and lags have stayed: an instant to `SAME_S`, all else to `SAME`."""
+    for name, x in a.candidate.parameters.items():
+        if isinstance(x, float | int):
+            y = float(b.candidate.parameters[name])
+            if abs(x - y) > (SAME_S if name == "at_s" else SAME * abs(x)):
+                return False
+    return True
 
 
 def _placed(
-    cases: Sequence[Case], model: Sequence[Hypothesis], k: int, fitted: Sequence[Fitted], point: np.ndarray
-) -> tuple[Hypothesis, dict[str, tuple[float, float]]]:
-    """Effect `k` with the values of its further parameters that the sums like best, and their 95 % intervals."""
+    cases: Sequence[Case],
+    model: Sequence[Hypothesis],
+    k: int,
+    fitted: Sequence[Fitted],
+    navigated: Sequence[Hypothesis],
+    point: np.ndarray,
+) -> tuple[Hypothesis, dict[str, tuple[float, float]], float]:
+    """Effect `k` with the values of its further parameters that the sums like best, and their 95 % intervals.
+
+    And the variance that not knowing them adds to the coefficient.
+    """
     one = model[k]
     parameters = [p for p in VOCABULARY[one.candidate.name].parameters if p.name in one.candidate.parameters]
     spread: dict[str, tuple[float, float]] = {}
+    bent = 0.0
     for parameter in parameters:
-        one, spread[parameter.name] = _along(cases, [*model[:k], one, *model[k + 1 :]], k, parameter, fitted, point)
-    return one, spread
+        others = [*model[:k], one, *model[k + 1 :]]
+        one, spread[parameter.name], added = _along(cases, others, k, parameter, fitted, navigated, point)
+        bent += added
+    return one, spread, bent
 
 
-def _along(cases, model, k, parameter: Parameter, fitted, point) -> tuple[Hypothesis, tuple[float, float]]:
+def _along(
+    cases, model, k, parameter: Parameter, fitted, navigated, point
+) -> tuple[Hypothesis, tuple[float, float], float]:
     one = model[k]
     r = next(i for i, column in enumerate(one.columns) if column is not None)
     start_s, end_s = (float(cases[r].model.nodes_s[i]) for i in (0, -1))
@@ -150,18 +187,27 @@ def _along(cases, model, k, parameter: Parameter, fitted, point) -> tuple[Hypoth
     step = float(np.diff(to(grid))[0])
     low, high = (to(parameter.low), to(parameter.high)) if logs else (start_s + 1.0, end_s - 1.0)
     tried: dict[float, float] = {}
+    means: dict[float, float] = {}
     made: dict[float, Hypothesis] = {}
     centre = float(to(one.candidate.parameters[parameter.name]))
     half = step
     for zoom in ZOOMS:
         half = step * zoom
         values = np.unique(np.clip(centre + half * np.linspace(-1.0, 1.0, VALUES), low, high))
-        _try(cases, model, k, parameter.name, values, back, fitted, point, tried, made)
+        _try(cases, model, k, parameter.name, values, back, fitted, navigated, point, tried, means, made)
         centre = max(tried, key=tried.__getitem__)
+    for _ in range(FURTHER):
+        if not _steep(tried, centre):
+            break
+        half *= ZOOMS[1]
+        values = np.unique(np.clip(centre + half * np.linspace(-1.0, 1.0, VALUES), low, high))
+        _try(cases, model, k, parameter.name, values, back, fitted, navigated, point, tried, means, made)
+        centre = max(tried, key=tried.__getitem__)
+    half = step * ZOOMS[-1]
     while half < 30.0 * step and _open(tried, low, high):
         half *= WIDER
         values = np.unique(np.clip(centre + half * np.array([-1.0, 1.0]), low, high))
-        _try(cases, model, k, parameter.name, values, back, fitted, point, tried, made)
+        _try(cases, model, k, parameter.name, values, back, fitted, navigated, point, tried, means, made)
         centre = max(tried, key=tried.__getitem__)
     places = np.array(sorted(tried))
     heights = np.array([tried[x] for x in places])
@@ -169,7 +215,17 @@ def _along(cases, model, k, parameter: Parameter, fitted, point) -> tuple[Hypoth
     density = np.exp(np.interp(fine, places, heights) - heights.max())
     part = np.cumsum(density) / density.sum()
     ends = fine[np.searchsorted(part, [0.025, 0.975])]
-    return made[centre], tuple(float(x) for x in back(ends))
+    mean = np.interp(fine, places, [means[x] for x in places])
+    middle = np.average(mean, weights=density)
+    bent = float(np.average((mean - middle) ** 2, weights=density))
+    return made[centre], tuple(float(x) for x in back(ends)), bent
+
+
+def _steep(tried: dict[float, float], centre: float) -> bool:
+    """Whether both values tried beside the best are so much worse that its interval lies between them."""
+    places = sorted(tried)
+    i = places.index(centre)
+    return all(tried[x] < tried[centre] - STEEP for x in places[max(i - 1, 0) : i + 2] if x != centre)
 
 
 def _open(tried: dict[float, float], low: float, high: float) -> bool:
@@ -178,23 +234,20 @@ def _open(tried: dict[float, float], low: float, high: float) -> bool:
     return (tried[first] > best - FAR and first > low) or (tried[last] > best - FAR and last < high)
 
 
-def _try(cases, model, k, name, values, back, fitted, point, tried, made) -> None:
+def _try(cases, model, k, name, values, back, fitted, navigated, point, tried, means, made) -> None:
     """Evidence of the model with each value in the place of that of effect `k`."""
     fresh = [float(x) for x in values if float(x) not in tried]
     if not fresh:
         return
     old = model[k].candidate.parameters
     variants = [again(model[k], cases, {**old, name: float(back(x))}) for x in fresh]
-    others = [one for j, one in enumerate(model) if j != k]
-    here_point = np.append(np.delete(point, k), np.zeros(len(fresh)))
-    own = len(others)
-    shifted = point[k] != 0.0
-    hypotheses = [*others, *variants] + ([model[k]] if shifted else [])
-    if shifted:
-        here_point = np.append(here_point, point[k])
-    here = sums(cases, [one.position for one in fitted], hypotheses, here_point)
-    centre = np.array([one.candidate.centre for one in hypotheses])
+    asked = [*(one for j, one in enumerate(model) if j != k), *variants]
+    own = len(asked) - len(fresh)
+    normal, projection = _sums(cases, asked, fitted, navigated, point)
+    centre = np.array([one.candidate.centre for one in asked])
     for j, x in enumerate(fresh):
         m = [*range(own), own + j]
-        tried[x] = log_bayes_factor(here.normal[np.ix_(m, m)], here.projection[m], centre[m])[0]
+        a, b = normal[np.ix_(m, m)], projection[m]
+        tried[x], scales = log_bayes_factor(a, b, centre[m])
+        means[x] = float(np.linalg.solve(a + np.diag(scales**-2.0), b + centre[m] / scales**2)[-1])
         made[x] = variants[j]

@@ -38,12 +38,14 @@ LEAST_SHARE_ELSEWHERE = 0.01
 class Space:
     """The hypotheses of a search: `families` (m,) number of the family of each column, `centre` (m,) as in the text.
 
-    `handicap` (m,) nats that a column pays more than others.
+    `handicap` (m,) nats that a column pays more than others, `exact` (m,) whether its form is geometry, of which
+    nothing is left over.
     """
 
     families: np.ndarray
     centre: np.ndarray
     handicap: np.ndarray
+    exact: np.ndarray
 
     @cached_property
     def order(self) -> np.ndarray:
@@ -158,10 +160,12 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHAR
         first = max(first, level[0].log_bayes_factor) if depth == 0 else first
         if depth and level[0].log_posterior < before - 2.0 * space.cost:
             break  # two more effects at the cost of one is as far as it may go down before it goes up
-    ranked = sorted(found.values(), key=lambda one: -_judged(one, first, share))
+    ranked = sorted(found.values(), key=lambda one: -_judged(one, first, share, space))
     return ranked
 
 
-def _judged(one: Explanation, first: float, share: float) -> float:
+def _judged(one: Explanation, first: float, share: float, space: Space) -> float:
     """Posterior, less the share of the first gain that each further effect must bring."""
+    if one.members and space.exact[one.members[0]]:
+        return one.log_posterior
     return one.log_posterior - max(0, len(one.members) - 1) * max(0.0, share * first)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -60,6 +60,16 @@ class Stage:
     def name(self) -> str:
         ones = [self.hypotheses[k].candidate for k in self.best.members]
         return " + ".join(f"{one.name} {one.axis or ''}".strip() for one in ones)
+
+    def own_first(self, count: int, least: float) -> Stage:
+        """The same with the set of its first `count` hypotheses best, unless another leads it by `least` nats.
+
+        It is with these that the recordings were navigated: where two effects tie, there is no reason to change.
+        """
+        own = next((one for one in self.ranked if set(one.members) == set(range(count))), None)
+        if own is None or self.best.log_posterior - own.log_posterior > least:
+            return self
+        return replace(self, ranked=(own, *(one for one in self.ranked if one is not own)))
 
     @property
     def height(self) -> float:

@@ -21,6 +21,8 @@ from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.search import Space, log_bayes_factor
 from ins_eval.diagnosis.whitening import Whitened
 
+# geometry, clocks and the equations themselves: their form is exact
+EXACT = ("earth.", "alignment.", "gps.", "reference.")
 STAR = 0.25  # prior sigmas from the centre to the points of the quadrature
 LEAST_CURVATURE = 0.3  # of a log posterior whose prior has 1
 _THREADS = 2
@@ -75,6 +77,7 @@ def space(hypotheses: Sequence[Hypothesis], handicap: float) -> Space:
         families=families,
         centre=np.array([one.candidate.centre for one in hypotheses]),
         handicap=np.array([handicap * (one.candidate.name == "composed") for one in hypotheses]),
+        exact=np.array([one.candidate.name.startswith(EXACT) for one in hypotheses]),
     )
 
 

@@ -56,6 +56,7 @@ class Rival:
     by_prior_only: bool
     experiment: str | None = None  # the cheapest that would tell them apart
     expected_log_bayes_factor: float | None = None
+    beside: tuple[Hypothesis, ...] = ()  # what has to stand beside it
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,7 +31,7 @@ def where(model: ErrorModel, seen: Temperature | None, begin_s: float, end_s: fl
 
 def _phase(model: ErrorModel, inside: np.ndarray) -> str:
     climb = -model.states.velocity_n[:, 2]
-    width = max(1, int(SMOOTHED_S / float(np.median(model.interval_s))))
+    width = min(climb.size, max(1, int(SMOOTHED_S / float(np.median(model.interval_s)))))
     climb = np.convolve(climb, np.ones(width) / width, mode="same")
     speed = np.hypot(*model.states.velocity_n[:, :2].T)
     phases = {

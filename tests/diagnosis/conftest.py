@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 
 from ins_eval.imu import Mission
 from ins_eval.profile import load
 from ins_eval.recording import Recording
-from ins_eval.units import DEG
+from ins_eval.units import DEG, DEG_PER_SQRT_H, UG
 
 RATE_HZ = 20.0
+VELOCITY_RANDOM_WALK_UG = 5.0  # per sqrt(Hz)
+ANGLE_RANDOM_WALK = 0.001  # deg/sqrt(h)
+Signal = Callable[[np.ndarray], np.ndarray]
 
 
 @cache
@@ -38,3 +43,32 @@ def flight() -> Recording:
 @pytest.fixture(scope="session")
 def ideal_recording():
     return ideal
+
+
+def at_rest(
+    end_s: float, seed: int, error_ug: Signal, temperature_c: Signal | None = None, start_s: float = 0.0
+) -> Recording:
+    """Level and at rest, with random walks; `error_ug` of the time since the start is that of accelerometer z."""
+    whole = ideal("oven")
+    rows = whole.imu.time_s <= end_s
+    time_s = whole.imu.time_s[rows]
+    rng = np.random.default_rng(seed)
+    accelerometer = whole.imu.accelerometer[rows].copy()
+    accelerometer[:, 2] += UG * error_ug(time_s) / RATE_HZ
+    accelerometer += VELOCITY_RANDOM_WALK_UG * UG / np.sqrt(RATE_HZ) * rng.standard_normal((time_s.size, 3))
+    gyro = whole.imu.gyro[rows].copy()
+    gyro += ANGLE_RANDOM_WALK * DEG_PER_SQRT_H / np.sqrt(RATE_HZ) * rng.standard_normal((time_s.size, 3))
+    imu = replace(
+        whole.imu,
+        time_s=start_s + time_s,
+        gyro=gyro,
+        accelerometer=accelerometer,
+        temperature_c=None if temperature_c is None else temperature_c(time_s),
+        height_baro_m=None,
+    )
+    return replace(whole, name="at rest", imu=imu, start=replace(whole.start, time_s=start_s))
+
+
+@pytest.fixture(scope="session")
+def recording_at_rest():
+    return at_rest

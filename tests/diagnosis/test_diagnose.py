@@ -4,15 +4,47 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from ins_eval.commands import diagnose
+from ins_eval.diagnosis.answer import answer
+from ins_eval.diagnosis.columns import Column
+from ins_eval.diagnosis.library import Candidate
+from ins_eval.diagnosis.study import Hypothesis
+from ins_eval.diagnosis.verdict import (
+    EXPLAINED,
+    NO_MISMATCH,
+    NOT_IDENTIFIABLE,
+    PARTLY,
+    UNEXPLAINED,
+    Diagnosis,
+    Effect,
+    Mismatch,
+    Remainder,
+    Rival,
+    channel_of,
+)
+from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
-from ins_eval.units import DEG_PER_H
+from ins_eval.units import DEG_PER_H, NMI
 
+# of EFFECTS.md, "The answer"
 KEYS = {"format", "verdict", "mismatch", "effects", "indistinguishable", "unexplained", "fit"}
+OF_MISMATCH = {"recording", "channel", "interval_s", "where", "significance_sigma"}
+OF_EFFECT = {"name", "axis", "parameters", "probability", "log_evidence_gain", "false_alarm_probability"}
+OF_RIVAL = {"from", "name", "axis", "probability", "log_evidence_below_best", "told_apart_by_prior_only", "experiment",
+            "expected_log_bayes_factor"}  # fmt: skip
+OF_UNEXPLAINED = {"significance_sigma", "channel", "interval_s"}
+OF_FIT = {"held_out", "velocity_rms_mps", "radial_error_rate_nmi_per_h"}
+VERDICTS = {"no mismatch", "explained", "not identifiable", "partly explained", "unexplained"}
+CHANNELS = {f"{sensor}.{axis}" for sensor in ("accelerometer", "gyro") for axis in "xyz"} | {
+    "temperature", "gps.position", "gps.velocity", "reference.attitude", "navigation"
+}  # fmt: skip
+WORSE = 1.1  # held-out ratio of an effect that does harm
 
 
 @pytest.fixture(scope="module")
@@ -44,19 +76,172 @@ def test_a_sound_recording_has_no_mismatch(parked, tmp_path, capsys) -> None:
     assert "no mismatch" in capsys.readouterr().out
 
 
-def test_a_broken_gyro_is_located_beside_a_sound_recording(parked, tmp_path) -> None:
-    diagnose.run(list(parked), json=tmp_path / "answer.json", report=tmp_path / "report", quiet=True)
-    answer = json.loads((tmp_path / "answer.json").read_text())
-    assert answer["verdict"] == "unexplained"
-    first = answer["mismatch"][0]
+@pytest.fixture(scope="module")
+def broken(parked, tmp_path_factory):
+    """The answer for both folders, and where its page is."""
+    folder = tmp_path_factory.mktemp("answer")
+    diagnose.run(list(parked), json=folder / "answer.json", report=folder / "report", quiet=True)
+    return json.loads((folder / "answer.json").read_text()), folder / "report"
+
+
+def test_a_broken_gyro_is_located_beside_a_sound_recording(broken) -> None:
+    """No effect with a name comes and goes, so the gyro must stay what is not explained, in its interval."""
+    found, _ = broken
+    assert found["verdict"] in (PARTLY, UNEXPLAINED)
+    first = found["mismatch"][0]
     assert (first["recording"], first["channel"]) == ("broken", "gyro.x")
     assert first["interval_s"] == pytest.approx([1200.0, 2400.0], abs=60.0)
-    assert answer["unexplained"]["channel"] == "gyro.x"
-    words = (tmp_path / "report" / "report.txt").read_text()
+    assert found["unexplained"]["channel"] == "gyro.x"
+    assert found["unexplained"]["interval_s"] == pytest.approx([1200.0, 2400.0], abs=60.0)
+    assert found["unexplained"]["significance_sigma"] > 5.0
+
+
+def test_no_other_sensor_is_blamed_for_a_broken_gyro(broken) -> None:
+    """Accelerometers, and the gyros y and z, are perfect: nothing of theirs may be called sure."""
+    found, _ = broken
+    assert {(one["name"].partition(".")[0], one["axis"]) for one in found["effects"]} <= {("gyro", "x")}
+    held_out = found["fit"].get("held_out")
+    assert held_out is None or held_out["after"] < WORSE * held_out["before"]
+
+
+def test_the_page_of_a_broken_gyro(broken) -> None:
+    words = (broken[1] / "report.txt").read_text()
     assert "Gyro x of broken" in words
-    assert (tmp_path / "report" / "figures" / "whitened_residuals_2.svg").is_file()
+    assert (broken[1] / "figures" / "whitened_residuals_2.svg").is_file()
 
 
 def test_a_file_is_sent_to_import(tmp_path) -> None:
     with pytest.raises(UsageError, match="ins-eval import"):
         diagnose.run([tmp_path / "nothing.csv"])
+
+
+def case(name: str, north_m: np.ndarray, east_m: np.ndarray, velocity: tuple[float, float]) -> SimpleNamespace:
+    """A recording of which only the errors of navigation are known, a node every ten minutes."""
+    residual = np.full((north_m.size, 9), np.nan)
+    residual[:, :6] = 0.0
+    residual[:, 0], residual[:, 1] = north_m, east_m
+    residual[1:, 3:5] = velocity
+    model = SimpleNamespace(nodes_s=5000.0 + 600.0 * np.arange(north_m.size))
+    return SimpleNamespace(
+        name=name, kind="flight", believed=object(), model=model, seen=SimpleNamespace(residual=residual)
+    )
+
+
+def hypothesis(name: str, axis: str | None, unit: str, **parameters) -> Hypothesis:
+    column = Column("")
+    return Hypothesis(Candidate(name, axis, unit, 1.0, column, parameters), (column, None))
+
+
+CREEP = hypothesis("accelerometer.bias_creep", "x", "ug/degC", time_constant_s=2400.0)
+TURN = hypothesis("gyro.misalignment", "y", "urad", other_axis="x")
+DRIFT = hypothesis("accelerometer.bias_drift", "x", "ug/h")
+SHAPE = hypothesis("composed", "z", "ug per unit of fan_hz", driver="fan_hz",
+                   form="accelerometer bias = value * lag(fan_hz, 600)")  # fmt: skip
+LAG = hypothesis("temperature.lag", None, "s", lag_s=60.0)
+LEFT = Mismatch(0, "gyro.x", "x", 5600.0, 6800.0, "climb", 5.123456)
+
+
+def diagnosis(verdict: str, effects=(), rivals=(), mismatches=(), remainder=None) -> Diagnosis:
+    nodes = np.arange(7)
+    before = (
+        case("first", 300.0 * nodes, 400.0 * nodes, (0.3, -0.4)),
+        case("second", 0.0 * nodes, 0.0 * nodes, (0, 0)),
+    )
+    after = (case("first", 30.0 * nodes, 40.0 * nodes, (0.03, -0.04)), before[1]) if effects else ()
+    return Diagnosis(
+        cases=before,
+        verdict=verdict,
+        effects=tuple(Effect(one, 4.8, 0.15, 0.97, 41.2, 4e-4, spread) for one, spread in effects),
+        rivals=tuple(rivals),
+        mismatches=tuple(mismatches),
+        remainder=remainder or Remainder(None, 0.0, 1.1),
+        null=(),
+        fitted=(),
+        innovations=(),
+        statistics={},
+        held_out={"before": 14.2, "after": 1.03, "placebo": 13.8, "measure": "as said"} if effects else {},
+        after=after,
+        stage=None,
+    )
+
+
+NAMED = [(CREEP, {"time_constant_s": (1900.0, 3000.0)}), (TURN, {}), (SHAPE, {}), (LAG, {"lag_s": (40.0, 80.0)})]
+RIVALS = [
+    Rival(CREEP, DRIFT, 0.02, 2.9, False, "an oven run with the flight's temperatures", 21.0),
+    Rival(CREEP, SHAPE, 0.01, 3.4, True),
+]
+OF_VERDICT = {
+    NO_MISMATCH: diagnosis(NO_MISMATCH),
+    EXPLAINED: diagnosis(EXPLAINED, NAMED, (), [LEFT]),
+    NOT_IDENTIFIABLE: diagnosis(NOT_IDENTIFIABLE, NAMED, RIVALS, [LEFT]),
+    PARTLY: diagnosis(PARTLY, NAMED, RIVALS, [LEFT, LEFT], Remainder(LEFT, 9.0, 5.123456)),
+    UNEXPLAINED: diagnosis(UNEXPLAINED, (), (), [LEFT], Remainder(LEFT, 9.0, 5.123456)),
+}
+
+
+def test_the_verdicts_are_those_of_the_contract() -> None:
+    assert set(OF_VERDICT) == VERDICTS
+
+
+@pytest.mark.parametrize("verdict", sorted(VERDICTS))
+def test_every_answer_has_its_keys(verdict: str) -> None:
+    found = answer(OF_VERDICT[verdict])
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert set(found) == KEYS
+    assert (found["format"], found["verdict"]) == ("ins-diagnosis/1", verdict)
+    assert all(set(one) == OF_MISMATCH for one in found["mismatch"])
+    assert all(set(one) >= OF_EFFECT for one in found["effects"])
+    assert all(set(one) >= OF_RIVAL for one in found["indistinguishable"])
+    assert set(found["unexplained"]) == OF_UNEXPLAINED
+    assert set(found["fit"]) == (OF_FIT if found["effects"] else OF_FIT - {"held_out"})
+    for one in found["effects"]:
+        for name in [key for key in one["parameters"] if key.endswith("interval95")]:
+            low, high = one["parameters"][name]
+            assert low < one["parameters"]["value" if name == "interval95" else name.removesuffix("_interval95")] < high
+
+
+def test_what_an_answer_says_of_its_effects() -> None:
+    creep, turn, shape, lag = answer(OF_VERDICT[PARTLY])["effects"]
+    assert creep["parameters"] == {
+        "value": 4.8,
+        "interval95": pytest.approx([4.8 - 1.96 * 0.15, 4.8 + 1.96 * 0.15]),
+        "unit": "ug/degC",
+        "time_constant_s": 2400.0,
+        "time_constant_s_interval95": [1900.0, 3000.0],
+    }
+    assert turn["parameters"]["other_axis"] == "x"
+    assert (shape["driver"], shape["form"]) == ("fan_hz", "accelerometer bias = value * lag(fan_hz, 600)")
+    assert set(lag["parameters"]) == {"value", "interval95", "unit"}  # its lag is the value
+    assert (creep["probability"], creep["log_evidence_gain"], creep["false_alarm_probability"]) == (0.97, 41.2, 4e-4)
+
+
+def test_what_an_answer_says_of_rivals_and_of_what_is_left() -> None:
+    found = answer(OF_VERDICT[PARTLY])
+    drift, shape = found["indistinguishable"]
+    assert (drift["from"], drift["name"], drift["axis"]) == (
+        "accelerometer.bias_creep",
+        "accelerometer.bias_drift",
+        "x",
+    )
+    assert (drift["experiment"], drift["expected_log_bayes_factor"]) == (RIVALS[0].experiment, 21.0)
+    assert (drift["log_evidence_below_best"], drift["told_apart_by_prior_only"]) == (2.9, False)
+    assert (shape["driver"], shape["told_apart_by_prior_only"], shape["experiment"]) == ("fan_hz", True, None)
+    assert found["unexplained"] == {"significance_sigma": 5.12, "channel": "gyro.x", "interval_s": [5600.0, 6800.0]}
+    assert found["mismatch"][0]["recording"] == "first"
+
+
+def test_the_errors_of_navigation() -> None:
+    """One recording leaves at 500 m in ten minutes, the other not at all: means over both."""
+    fit = answer(OF_VERDICT[EXPLAINED])["fit"]
+    rms = fit["velocity_rms_mps"]
+    assert rms["before"] == pytest.approx({"north": 0.3 / np.sqrt(2.0), "east": 0.4 / np.sqrt(2.0)})
+    assert rms["after"] == pytest.approx({"north": 0.03 / np.sqrt(2.0), "east": 0.04 / np.sqrt(2.0)})
+    rate = fit["radial_error_rate_nmi_per_h"]
+    assert rate["before"] == pytest.approx(3000.0 / NMI / np.sqrt(2.0))
+    assert rate["after"] == pytest.approx(300.0 / NMI / np.sqrt(2.0))
+
+
+def test_every_effect_lives_in_a_channel_of_the_contract() -> None:
+    for name, effect in VOCABULARY.items():
+        for axis in effect.axes:
+            assert channel_of(name, axis, {"form": "gyro bias = value * change(u)"}) in CHANNELS

@@ -5,27 +5,33 @@ Sources of the recordings and what is documented of them: `SOURCE.md` beside eac
 
 from __future__ import annotations
 
+import gzip
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from ins_eval.diagnosis import case as cases
 from ins_eval.diagnosis.case import Case
+from ins_eval.diagnosis.chamber import prepare_chamber
 from ins_eval.diagnosis.columns import Column, Drive, Measured, Missing
 from ins_eval.diagnosis.evidence import log_evidence
+from ins_eval.diagnosis.judge import Diagnosis, judge
 from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.whitening import Whitened
+from ins_eval.earth import EARTH_RATE
 from ins_eval.errors import DataRefused
-from ins_eval.recording import Recording
-from ins_eval.recording.belief import EarthBelief
+from ins_eval.recording import ChamberReadings, Recording
+from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EarthBelief, ScaleBelief
 from ins_eval.recording.quiet import quiet_stretches
 from ins_eval.recording.readers import apm_mat, psins_mat, psins_text
-from ins_eval.units import DEG, DEG_PER_H
+from ins_eval.units import DEG, DEG_PER_H, STANDARD_GRAVITY
 
 RECORDINGS = Path(__file__).parents[3] / "shared" / "recordings"
 LASER = RECORDINGS / "rlg_static_vehicle" / "lasergyro.imu"
+RAMP = RECORDINGS / "accel_thermal_chamber" / "Sample_data.csv.gz"
 FOG_MEMS = RECORDINGS / "fog_mems_vehicle" / "transfer_align_fog_mems.mat"
 
 # by cross-correlation of the two boxes' turn rates, without any navigation; half of the recording apart 0.3 ms
@@ -34,6 +40,13 @@ AUTHORS_BIAS_FRD = np.array([0.00077050, -0.00103577, -0.00040954])  # rad/s
 BIAS_AGREES = 1e-4
 HEADING_DEG, HEADING_AGREES_DEG = 90.6, 0.6
 FRACTION_AGREES = 0.015
+LATITUDE_AGREES_DEG = 0.6
+RATE_HZ = 100.0
+BEFORE_DEG_PER_H, AFTER_DEG_PER_H = 8.6, 0.23  # of three gyros, the Earth's rate not taken off and taken off
+BEFORE_DEG_PER_S, AFTER_DEG_PER_S = 0.10, 0.03
+RATE_FILTER_S = 10.0  # some readings, so that the steps of the thermometer average out
+CONSTANT_MG, RATE_MG = 1.70, 0.91  # noise 0.82; a line in temperature leaves 0.95
+RAMP_BEGINS_S, RAMP_AGREES_S = 144.0, 10.0
 WHITE_RMS = (0.6, 1.4)
 LEVEL_SIGMA_DEG, HEADING_SIGMA_DEG = 0.02, 2.0
 RIVAL_BIAS_SIGMA = 10.0 * DEG_PER_H  # of three constant gyro biases instead of the Earth
@@ -108,6 +121,63 @@ def test_biases_and_a_white_remainder_once_clocks_and_boxes_agree(vehicle) -> No
     assert np.all((rms > WHITE_RMS[0]) & (rms < WHITE_RMS[1])), rms
 
 
+def half(recording: Recording, second: bool) -> Recording:
+    """Half of a recording; the second begins with the state of the reference."""
+    imu, fixes = recording.imu, recording.reference
+    middle = imu.time_s.size // 2
+    rows = slice(middle, None) if second else slice(0, middle)
+    part = replace(imu, time_s=imu.time_s[rows], gyro=imu.gyro[rows], accelerometer=imu.accelerometer[rows])
+    if not second:
+        return replace(recording, imu=part)
+    k = int(np.argmin(np.abs(fixes.time_s - imu.time_s[middle - 1])))
+    start = replace(
+        recording.start,
+        time_s=float(imu.time_s[middle - 1]),
+        latitude_rad=float(fixes.latitude_rad[k]),
+        longitude_rad=float(fixes.longitude_rad[k]),
+        height_m=float(fixes.height_m[k]),
+        velocity_n=tuple(fixes.velocity_n[k]),
+        attitude_rad=tuple(fixes.attitude_rad[k]),
+    )
+    return replace(recording, imu=part, start=start)
+
+
+def rate_residual(recording: Recording, late_s: float, bias: np.ndarray) -> float:
+    """RMS in deg/s of the gyros less `bias`, each tenth of a second, against the turn of the other box."""
+    imu, fixes = recording.imu, recording.reference
+    edges = np.append(recording.start.time_s, imu.time_s)
+    angle = np.concatenate([np.zeros((1, 3)), np.cumsum(imu.gyro, axis=0)])
+    at = fixes.time_s - late_s
+    inside = (at >= edges[0]) & (at <= edges[-1])
+    told = Rotation.from_euler("ZYX", fixes.attitude_rad[inside][:, ::-1])
+    turned = (told[:-1].inv() * told[1:]).as_rotvec()
+    felt = np.diff(np.column_stack([np.interp(at[inside], edges, a) for a in angle.T]), axis=0)
+    step_s = np.diff(at[inside])[:, None]
+    return float(np.sqrt(np.mean(((felt - turned) / step_s - bias) ** 2))) / DEG
+
+
+@pytest.mark.parametrize("part", ["first half", "second half", "whole"])
+def test_clocks_are_named_before_all_else_and_what_is_left_is_small(vehicle, part) -> None:
+    some = vehicle if part == "whole" else half(vehicle, part == "second half")
+    found = judge([cases.prepare(some)])
+    assert found.effects[0].hypothesis.key[0] == "reference.time_offset"
+    assert found.effects[0].value == pytest.approx(STAMPS_LATE_S, abs=STAMPS_AGREE_S)
+    case = with_columns(found.after[0], *BOXES)
+    _, best = solved(case)
+    sigma = some.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
+    own = np.array([best[place(case, f"turn-on bias of gyro {axis}")] for axis in "xyz"]) * sigma
+    bias = np.asarray(some.belief.gyro.bias_radps) + own
+    np.testing.assert_allclose(bias, AUTHORS_BIAS_FRD, atol=BIAS_AGREES)
+    assert rate_residual(some, 0.0, bias) > BEFORE_DEG_PER_S
+    assert rate_residual(some, found.effects[0].value, bias) < AFTER_DEG_PER_S
+
+
+def test_no_alarm_about_clocks_that_agree(vehicle) -> None:
+    found = judge([cases.prepare(moved_stamps(vehicle, STAMPS_LATE_S))])
+    for one in found.effects:
+        assert one.hypothesis.key[0] != "reference.time_offset" or abs(one.value) < STAMPS_AGREE_S
+
+
 # ---------------------------------------------------------------- parked laser gyros, the Earth not believed to turn
 
 
@@ -129,12 +199,64 @@ def quiet() -> Recording:
     return replace(whole, imu=some, start=start)
 
 
-def test_the_earth_turns_at_its_rate_and_north_is_where_it_was(quiet) -> None:
-    case = with_columns(cases.prepare(quiet), Column("fraction", (Missing("rotation", 0.05),)))
+@pytest.fixture(scope="module")
+def unturned() -> Recording:
+    """The whole recording with an Earth that is not believed to turn."""
+    whole = psins_text.read(real(LASER), {})
+    return replace(whole, belief=whole.belief.model_copy(update={"earth": EarthBelief(rotation=False)}))
+
+
+@pytest.fixture(scope="module")
+def turning(unturned) -> Diagnosis:
+    return judge([cases.prepare(unturned)])
+
+
+def test_the_rotation_that_was_left_out_is_named_with_rate_and_heading(turning, unturned) -> None:
+    assert [one.hypothesis.key[0] for one in turning.effects] == ["earth.rotation"]
+    fraction = turning.effects[0]
+    assert turning.verdict in ("explained", "partly explained")  # a jolt of an accelerometer stands beside it
+    assert fraction.value == pytest.approx(1.0, abs=FRACTION_AGREES)
+    heading_deg = found_heading_deg(turning)
+    assert heading_deg == pytest.approx(HEADING_DEG, abs=HEADING_AGREES_DEG)
+    # gyros of the standstill on which only the accelerometers were used, against rate and heading found after it
+    start = turning.after[0].believed.start
+    stretch = next(s for s in quiet_stretches(unturned.imu) if s.start_s < start.time_s <= s.end_s + 1.0)
+    rows = (unturned.imu.time_s > stretch.start_s) & (unturned.imu.time_s <= start.time_s)
+    rate = unturned.imu.gyro[rows].mean(axis=0) * RATE_HZ
+    to_body = Rotation.from_euler("ZYX", [heading_deg * DEG, *start.attitude_rad[1::-1]]).inv()
+    north, down = np.cos(start.latitude_rad), -np.sin(start.latitude_rad)
+    left = rate - to_body.apply(fraction.value * EARTH_RATE * np.array([north, 0.0, down]))
+    before, after = (float(np.sqrt(np.mean(np.square(x)))) / DEG_PER_H for x in (rate, left))
+    assert before == pytest.approx(BEFORE_DEG_PER_H, abs=0.2)
+    assert after < AFTER_DEG_PER_H
+    # what the gyros feel about down is not in the fit; with the rate found it is the sine of the latitude
+    latitude_deg = np.arcsin(to_body.inv().apply(rate)[2] / (-fraction.value * EARTH_RATE)) / DEG
+    assert latitude_deg == pytest.approx(start.latitude_rad / DEG, abs=LATITUDE_AGREES_DEG)
+
+
+def found_heading_deg(turning: Diagnosis) -> float:
+    case = with_columns(turning.after[0], Column("fraction", (Missing("rotation", 0.05),)))
     _, found = solved(case)
-    assert 0.05 * found[-1] == pytest.approx(0.0, abs=FRACTION_AGREES)  # of what the equations have too little
-    heading = HEADING_DEG + HEADING_SIGMA_DEG * found[place(case, "start attitude D")]  # phi = true less believed
-    assert heading == pytest.approx(HEADING_DEG, abs=HEADING_AGREES_DEG)
+    sigma = case.believed.attitude_sigma_n[2]
+    return float((case.believed.start.attitude_rad[2] + sigma * found[place(case, "start attitude D")]) / DEG)
+
+
+def test_no_alarm_about_a_rotation_that_is_believed(unturned) -> None:
+    believed = replace(unturned, belief=unturned.belief.model_copy(update={"earth": EarthBelief()}))
+    found = judge([cases.prepare(believed)])
+    assert not {one.hypothesis.key[0] for one in found.effects} & {"earth.rotation", "gyro.bias", "alignment.heading"}
+    assert all(one.channel.startswith("accelerometer") for one in found.mismatches)
+
+
+def test_gyros_that_turn_the_wrong_way_are_not_the_earth(unturned) -> None:
+    backwards = replace(unturned, imu=replace(unturned.imu, gyro=-unturned.imu.gyro))
+    found = judge([cases.prepare(backwards)])
+    assert "earth.rotation" not in {one.hypothesis.key[0] for one in found.effects}
+
+
+def test_without_a_heading_there_is_nothing_to_start_from(unturned) -> None:
+    with pytest.raises(DataRefused, match="the gyros cannot find north"):
+        cases.prepare(replace(unturned, start=replace(unturned.start, attitude_rad=None)))
 
 
 def test_a_wrong_heading_is_turned_back(quiet) -> None:
@@ -163,6 +285,55 @@ def test_one_rotation_is_more_probable_than_three_biases_that_fit_as_well(quiet)
     with_earth, _ = solved(earth)
     with_biases, _ = solved(with_columns(still, *columns), -rate / RIVAL_BIAS_SIGMA)
     assert 5.0 < with_earth.log_evidence - with_biases.log_evidence < 20.0
+
+
+# ---------------------------------------------------------------- MEMS accelerometer, one rising ramp
+
+
+@pytest.fixture(scope="module")
+def ramp() -> ChamberReadings:
+    """Means over a second of the vertical axis, a milli-g a pulse; 500 rows a second is what the authors assume."""
+    with gzip.open(real(RAMP)) as file:
+        rows = np.loadtxt(file, delimiter=",").reshape(-1, 500, 5).mean(axis=1)
+    count = len(rows)
+    return ChamberReadings(
+        time_s=np.arange(float(count)),
+        run=np.zeros(count, dtype=int),
+        input_g=np.ones(count),
+        rate_c_per_min=np.zeros(count),
+        temperature_c=rows[:, 4],
+        output=rows[:, 3],
+        axis="z",
+    )
+
+
+def chamber_case(readings: ChamberReadings) -> Case:
+    unit = AxisBelief(scale=ScaleBelief(gamma=1000.0), bias=BiasBelief())
+    reference_c = float(readings.temperature_c[0])
+    believed = AccelerometerBelief(reference_temperature_c=reference_c, rate_filter_s=RATE_FILTER_S, z=unit)
+    return prepare_chamber(readings, Belief(accelerometer=believed), "ramp")
+
+
+def test_a_rate_term_is_named_where_temperature_alone_is_not_enough(ramp) -> None:
+    found = judge([chamber_case(ramp)])
+    assert found.verdict == "not identifiable"
+    names = [found.effects[0].hypothesis.key[0], *(one.hypothesis.key[0] for one in found.rivals)]
+    assert len(found.effects) == 1
+    # one position cannot tell bias from scale
+    assert set(names) == {"accelerometer.bias_temperature_rate", "accelerometer.scale_temperature_rate"}
+    assert all(one.by_prior_only for one in found.rivals)
+    line = np.polyval(np.polyfit(ramp.temperature_c, ramp.output, 1), ramp.temperature_c)
+    left = found.after[0].seen.residual[:, 0] / STANDARD_GRAVITY * 1e3
+    assert np.std(ramp.output) > CONSTANT_MG
+    assert np.nanstd(left) < RATE_MG < np.std(ramp.output - line)
+
+
+@pytest.mark.parametrize("late_s", [60, 100, 160])
+def test_a_temperature_of_another_time_explains_nothing(ramp, late_s) -> None:
+    found = judge([chamber_case(replace(ramp, temperature_c=np.roll(ramp.temperature_c, late_s)))])
+    assert found.effects == ()
+    assert found.verdict == "unexplained"  # and still located, where the ramp was
+    assert found.mismatches[0].begin_s == pytest.approx(RAMP_BEGINS_S, abs=RAMP_AGREES_S)
 
 
 # ---------------------------------------------------------------- what cannot be followed

@@ -35,7 +35,9 @@ def explicit(y: np.ndarray, x: np.ndarray, centre: np.ndarray) -> tuple[float, t
 def of(families, centre=None, handicap=None) -> Space:
     families = np.asarray(families)
     zeros = np.zeros(families.size)
-    return Space(families, zeros if centre is None else np.array(centre), zeros if handicap is None else handicap)
+    centre = zeros if centre is None else np.array(centre)
+    handicap = zeros if handicap is None else handicap
+    return Space(families, centre, handicap, np.zeros(families.size, dtype=bool))
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,122 @@
+"""Effects of unknown value and time, concealed in recordings by other code: the truth comes back."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from ins_eval.diagnosis.case import Case, prepare
+from ins_eval.diagnosis.columns import Column
+from ins_eval.diagnosis.library import Candidate
+from ins_eval.diagnosis.refine import Refined, believed_effect, refine
+from ins_eval.diagnosis.study import Hypothesis, fit_noise, sums
+
+SIGMAS = 4.0  # within which a value must come back
+STEP_S, STEP_UG = 1500.0, 200.0
+NODES = 2.0  # s, two seconds of zero velocity: within which a step must come back
+SECONDS_OF_WEEK = 300000.0
+TAU_S, CREEP = 2000.0, 5.0  # s, ug/degC
+OF_TAU = 0.06  # relative
+
+
+def recorded(case: Case, name: str, **parameters) -> tuple[Case, Hypothesis]:
+    member = case.member(name, "z", parameters)
+    return case, Hypothesis(member, (member.column,))
+
+
+def refined(case: Case, one: Hypothesis) -> Refined:
+    return refine([case], [one], fit_noise([case], [one.scaled(4.0)], [None]))
+
+
+def estimate(found: Refined) -> tuple[float, float]:
+    """Value and sigma by least squares on the sums around the belief."""
+    here = sums(found.cases, [one.position for one in found.fitted], found.model, found.point)
+    nominal = found.model[0].candidate.nominal
+    return nominal * float(here.projection[0] / here.normal[0, 0]), nominal / float(np.sqrt(here.normal[0, 0]))
+
+
+@pytest.mark.parametrize("start_s", [0.0, SECONDS_OF_WEEK])
+def test_a_step_at_an_unknown_time(recording_at_rest, start_s: float) -> None:
+    recording = recording_at_rest(3600.0, 1, lambda t: STEP_UG * (t > STEP_S), start_s=start_s)
+    case, one = recorded(prepare(recording), "accelerometer.bias_step", at_s=start_s + 1440.0)
+    found = refined(case, one)
+    assert found.model[0].candidate.parameters["at_s"] - start_s == pytest.approx(STEP_S, abs=NODES)
+    value, sigma = estimate(found)
+    assert abs(value - STEP_UG) < SIGMAS * sigma
+    assert sigma < 0.05 * STEP_UG
+    first, last = found.spread[0]["at_s"]
+    assert start_s < first <= last < start_s + 3600.0
+    assert last - first < 10.0 * NODES
+
+
+def temperature(t):
+    return 20.0 + 15.0 * (1.0 - np.cos(2.0 * np.pi * t / 5000.0))
+
+
+def creep_ug(t: np.ndarray) -> np.ndarray:
+    """value (y - y(0)) with tau y' = T - y, integrated as the differential equation that it is."""
+    begin = float(temperature(0.0))
+    made = solve_ivp(lambda s, y: (temperature(s) - y) / TAU_S, (0.0, t[-1]), [begin], t_eval=t, rtol=1e-8)
+    return CREEP * (made.y[0] - begin)
+
+
+@pytest.fixture(scope="module")
+def crept(recording_at_rest) -> tuple[Case, Refined]:
+    recording = recording_at_rest(7200.0, 1, creep_ug, temperature)
+    case, one = recorded(prepare(recording), "accelerometer.bias_creep", time_constant_s=1200.0)
+    return case, refined(case, one)
+
+
+def test_a_creep_of_unknown_time_constant(crept) -> None:
+    _, found = crept
+    tau = found.model[0].candidate.parameters["time_constant_s"]
+    assert tau == pytest.approx(TAU_S, rel=OF_TAU)
+    low, high = found.spread[0]["time_constant_s"]
+    assert low < TAU_S < high
+    assert low < tau < high
+    value, sigma = estimate(found)
+    assert abs(value - CREEP) < SIGMAS * sigma
+    assert sigma < 0.1 * CREEP
+
+
+def test_the_recordings_are_navigated_with_what_was_found(crept) -> None:
+    """What the creep did to the velocity at rest is gone, and the coefficient is what was taken off."""
+    case, found = crept
+    before, after = (np.nanstd(one.seen.residual[:, 5]) for one in (case, found.cases[0]))
+    assert after < 0.25 * before
+    value, sigma = estimate(found)
+    assert abs(found.point[0] * found.model[0].candidate.nominal - value) < sigma
+
+
+def test_sums_around_what_was_found_are_those_around_the_belief(crept) -> None:
+    """The same effect with the same noise, from the recording as it is and from the one navigated with the effect."""
+    case, found = crept
+    tau = found.model[0].candidate.parameters["time_constant_s"]
+    _, one = recorded(case, "accelerometer.bias_creep", time_constant_s=tau)
+    positions = [one.position for one in found.fitted]
+    there, here = sums([case], positions, [one]), sums(found.cases, positions, found.model, found.point)
+    assert here.normal[0, 0] == pytest.approx(there.normal[0, 0], rel=1e-3)
+    assert here.projection[0] == pytest.approx(there.projection[0], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("candidate", "coefficient", "value", "recording"),
+    [
+        (Candidate("accelerometer.bias_creep", "x", "ug/degC", 2.0, Column(""), {"time_constant_s": 900.0}), 1.5, 3.0,
+         None),
+        (Candidate("gyro.bias_step", "x", "deg/h", 0.02, Column(""), {"at_s": 900.0}), -5.0, -0.1, "second"),
+        (Candidate("earth.coriolis", None, "", 0.1, Column(""), centre=10.0), 9.3, 1.0, None),
+        (Candidate("temperature.lag", "x", "s", 20.0, Column(""), {"lag_s": 60.0}), -0.5, 0.0, None),
+    ],
+)  # fmt: skip
+def test_what_a_belief_says_of_an_effect(candidate, coefficient: float, value: float, recording) -> None:
+    """A step belongs to its recording; a term of the Earth is there or not; no element is early."""
+    one = Hypothesis(candidate, (None, candidate.column))
+    found = believed_effect(one, coefficient, [SimpleNamespace(name="first"), SimpleNamespace(name="second")])
+    assert (found.name, found.axis, found.recording) == (candidate.name, candidate.axis, recording)
+    assert found.value == pytest.approx(value)
+    for name in ("time_constant_s", "at_s"):
+        assert getattr(found, name) == candidate.parameters.get(name)
