@@ -94,7 +94,8 @@ def _rival(one: Rival) -> dict[str, Any]:
 def _fit(found: Diagnosis) -> dict[str, Any]:
     before = navigation_errors(found.cases)
     after = navigation_errors(found.after) if found.effects else {}
-    out: dict[str, Any] = {"held_out": found.held_out} if found.held_out else {}
+    told = {name: value for name, value in found.held_out.items() if name != "harm_nats"}
+    out: dict[str, Any] = {"held_out": told} if told else {}
     for name in before:
         out[name] = {"before": before[name]} | ({"after": after[name]} if name in after else {})
     return out
@@ -106,7 +107,7 @@ def navigation_errors(cases: Sequence[Case]) -> dict[str, Any]:
     for case in cases:
         if case.believed is None:
             continue
-        y = case.seen.residual
+        y = case.inertial
         known = np.isfinite(y[:, :6]).all(axis=1)
         after_s = case.model.nodes_s - case.model.nodes_s[0]
         known &= after_s > 0.0

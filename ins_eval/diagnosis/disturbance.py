@@ -26,6 +26,8 @@ REMARKABLE = 0.5  # probability of an interval's ratio with the noise of the nul
 # of an interval as remarkable as this, where nothing is wrong; what measures has slow errors and steps of its own
 LARGEST_PROBABILITY = {"gps.position": 1e-6, "gps.velocity": 1e-4, "navigation": 1e-5, "reference.attitude": 1e-4}
 OTHERWISE = 0.003
+IN_A_CHAMBER = 1e-7  # readings of hours in one place share slow errors that no model of noise holds
+STATED = 2.0  # stated sigmas: a slow error of a receiver's position that is smaller is no mismatch
 SUSPECTS = 2  # intervals of a recording that are refitted
 ALONE = 10.0  # nats by which one sensor that wanders more than the others must beat all that wander alike
 QUIET = -2.0  # prior sigmas of the wander of sensors where one of them alone may be disturbed
@@ -50,6 +52,8 @@ class Suspect:
 
 def largest_probability(interval: Interval) -> float:
     """Up to which an interval of this channel counts as a mismatch."""
+    if interval.channel.row >= 0 and interval.channel.name.startswith("accelerometer"):
+        return IN_A_CHAMBER
     return LARGEST_PROBABILITY.get(interval.channel.name, OTHERWISE)
 
 
@@ -65,7 +69,7 @@ def of_windows(
 
     The `chosen` columns are integrated out where they are `known`; otherwise what they took off, `point`, is put back.
     """
-    over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
+    over, edges_s = (locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model))
     over = [one for one in over if one.name.partition(".")[0] in ("accelerometer", "gyro")] if sensors else over
     windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]
     whitened = case.whitened([*chosen, *windows], position, case.block)
@@ -81,11 +85,18 @@ def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator) -> lis
     """The most remarkable intervals of a recording, each at its own noise."""
     over, edges_s, reduced = of_windows(case, base.position)
     trials = locate.significance(reduced, edges_s.size - 1, rng)
+    found = [one for one in locate.scan(reduced, over, edges_s) if not within_statement(case, one)]
     return [
-        _refitted(case, r, base, one, trials)
-        for one in locate.scan(reduced, over, edges_s)[:SUSPECTS]
-        if trials.probability(one.t2) < REMARKABLE
+        _refitted(case, r, base, one, trials) for one in found[:SUSPECTS] if trials.probability(one.t2) < REMARKABLE
     ]
+
+
+def within_statement(case: Case, interval: Interval) -> bool:
+    """Whether a position that is off for a time is so by less than twice what its receiver states."""
+    if interval.channel.name != "gps.position":
+        return False
+    stated = float(np.median(case.seen.sigma[:, interval.channel.row]))
+    return abs(interval.size) * interval.channel.size < STATED * stated
 
 
 def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Significance) -> Suspect:

@@ -14,8 +14,10 @@ from __future__ import annotations
 
 import numba
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from ins_eval.diagnosis.null import Believed
+from ins_eval.evaluate import PARKED
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 
@@ -23,6 +25,7 @@ from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 FORCE_MULTIPLIERS = ("1", "f", "f_pendulous", "f_output", "f^2", "f^3", "f f_pendulous", "f f_output")
 # of body rate w about the own axis and the two others in turn, in rad/s, and of specific force along them
 RATE_MULTIPLIERS = ("1", "w", "w_next", "w_last", "f", "f_next", "f_last", "|w|")
+CALM_S = 60.0
 _AXES = np.array([SENSOR_AXES[axis] for axis in "xyz"])
 _PER_AXIS = len(FORCE_MULTIPLIERS)
 SOURCES = 2 * 3 * _PER_AXIS
@@ -37,15 +40,19 @@ def source(sensor: str, axis: int, multiplier: str) -> int:
 
 def integrate(believed: Believed, solution: Solution, nodes_s: np.ndarray) -> np.ndarray:
     """Integrals (nodes - 1, SOURCES, 3) over the epochs between `nodes_s`, in n; a sample across a node is split."""
-    return _integrate(
-        believed.time_s,
-        believed.start.time_s,
-        believed.gyro,
-        believed.velocity,
-        solution.quaternion_nb,
-        nodes_s,
-        _AXES,
-    )
+    gyro, velocity = believed.gyro, believed.velocity
+    if believed.recording.kind in PARKED:
+        gyro, velocity = _calm(believed.time_s, gyro), _calm(believed.time_s, velocity)
+    return _integrate(believed.time_s, believed.start.time_s, gyro, velocity, solution.quaternion_nb, nodes_s, _AXES)
+
+
+def _calm(time_s: np.ndarray, increments: np.ndarray) -> np.ndarray:
+    """Means of increments (n, 3) over `CALM_S`: at rest what a sample adds to them is noise, which is no drive.
+
+    With it a column is made of the very noise that the residual holds, and a scale factor of per cents "explains" it.
+    """
+    rows = max(1, int(CALM_S / float(np.median(np.diff(time_s)))))
+    return np.ascontiguousarray(uniform_filter1d(increments, rows, axis=0, mode="nearest"))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -82,12 +89,12 @@ def _integrate(time_s, start_s, gyro, velocity, quaternions, nodes_s, axes):
             f, fp, fo = velocity[k, i] / dt, velocity[k, p] / dt, velocity[k, o] / dt
             row = 8 * i
             m[row], m[row + 1], m[row + 2], m[row + 3] = 1.0, f, fp, fo
-            m[row + 4], m[row + 5], m[row + 6], m[row + 7] = f * f, f * f * f, f * fp, f * fo
+            m[row + 4], m[row + 5], m[row + 6], m[row + 7] = (f * f, f * f * f, f * fp, f * fo)
             ahead, last = (i + 1) % 3, (i + 2) % 3
             w = gyro[k, i] / dt
             row = 24 + 8 * i
-            m[row], m[row + 1], m[row + 2], m[row + 3] = 1.0, w, gyro[k, ahead] / dt, gyro[k, last] / dt
-            m[row + 4], m[row + 5], m[row + 6] = f, velocity[k, ahead] / dt, velocity[k, last] / dt
+            m[row], m[row + 1], m[row + 2], m[row + 3] = (1.0, w, gyro[k, ahead] / dt, gyro[k, last] / dt)
+            m[row + 4], m[row + 5], m[row + 6] = (f, velocity[k, ahead] / dt, velocity[k, last] / dt)
             m[row + 7] = abs(w)
         # spread over the epochs that the sample touches
         begin = t0

@@ -22,14 +22,23 @@ FEWEST_BLOCKS = 8
 def held_out(
     cases: Sequence[Case], model: Sequence[Hypothesis], point: np.ndarray, positions: Sequence[np.ndarray]
 ) -> dict[str, float | str]:
-    """`before`, `after` and `placebo` over all recordings; `point` (k,) what was taken off the recordings."""
+    """`before`, `after` and `placebo` over all recordings; `point` (k,) what was taken off the recordings.
+
+    `harm_nats` is what the effects lose on data that were not used, half the number of rows times after less before.
+    """
     sums, rows = np.zeros(3), 0
     for r, (case, position) in enumerate(zip(cases, positions, strict=True)):
         own = [k for k, one in enumerate(model) if one.columns[r] is not None]
         found, count = _of_recording(case, [model[k].columns[r] for k in own], point[own], position)
         sums, rows = sums + found, rows + count
     before, after, placebo = (float(x) for x in sums / max(rows, 1))
-    return {"before": before, "after": after, "placebo": placebo, "measure": MEASURE}
+    return {
+        "before": before,
+        "after": after,
+        "placebo": placebo,
+        "harm_nats": 0.5 * rows * (after - before),
+        "measure": MEASURE,
+    }
 
 
 def _of_recording(case: Case, columns: list, point: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, int]:

@@ -22,7 +22,14 @@ from threadpoolctl import threadpool_limits
 
 from ins_eval.diagnosis import locate
 from ins_eval.diagnosis.case import Case
-from ins_eval.diagnosis.disturbance import Suspect, intervals, largest_probability, of_windows, one_sensor
+from ins_eval.diagnosis.disturbance import (
+    Suspect,
+    intervals,
+    largest_probability,
+    of_windows,
+    one_sensor,
+    within_statement,
+)
 from ins_eval.diagnosis.evidence import Reduced
 from ins_eval.diagnosis.experiments import Catalogue
 from ins_eval.diagnosis.locate import Channel
@@ -54,10 +61,13 @@ WITHIN = 3.0  # nats of the best: a rival
 BY_PRIOR = 6.0  # nats of the best within which a rival is listed that only its prior keeps apart
 ALIKE = 0.5  # twice the log likelihood ratio below which only priors tell two apart
 WORTH_REFITTING = 2.0  # log Bayes factor with the noise of the null
+# nats below which nothing counts: readings of hours in one place share slow errors that no model of noise holds
+LEAST_GAIN = {"chamber": 10.0}
 ROUNDS = 3
 STAY = 0.5  # nats by which another set must lead that with which the recordings were navigated
 LARGE = 30.0  # log Bayes factor from which a term of the Earth is tried by navigating with it
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
+HARM = 5.0  # nats that effects may lose on data that were not used; noise alone costs about one each
 OPEN_MARGIN = 6.0  # nats by which a form without a name must beat the best with one
 
 
@@ -102,7 +112,8 @@ class _Judge:
             "largest_effect": stage.name(),
             "cost_of_an_effect": stage.space.cost,
         }
-        heard = gain - stage.space.cost * len(stage.best.members) > 0.0
+        least = max(LEAST_GAIN.get(case.kind, 0.0) for case in self.cases)
+        heard = gain > max(least, stage.space.cost * len(stage.best.members))
         if heard:
             self.progress("what is left")
             explained = self._explained(stage, statistics)
@@ -219,7 +230,10 @@ class _Judge:
         lead = OPEN_MARGIN if enough else max(beside.gain, 0.0) - stage.space.cost
         # what a disturbance that gains more may have suggested must help on data that did not suggest it
         fit = stage.held_out()
-        harms = surest is not None and surest.gain > gain and fit["after"] > min(fit["before"], fit["placebo"])
+        harms = fit["harm_nats"] > HARM
+        harms |= surest is not None and surest.gain > gain and fit["after"] > min(fit["before"], fit["placebo"])
+        if harms and surest is None and instead.gain < OPEN_MARGIN:
+            return self._answer(NO_MISMATCH, Remainder(None, 0.0, beside.significance_sigma), statistics=statistics)
         if harms or instead.gain > stage.best.log_posterior + lead:
             remainder = replace(instead, mismatch=(place or [instead.mismatch])[0])
             return self._answer(UNEXPLAINED, remainder, place or shown, stage, named=False, statistics=statistics)
@@ -227,10 +241,10 @@ class _Judge:
 
     @staticmethod
     def _holds(stage: Stage) -> bool:
-        """Whether what is composed of a recorded column helps on data that did not suggest it."""
-        if all(stage.hypotheses[k].candidate.name != "composed" for k in stage.best.members):
-            return True
+        """Whether the effects do no harm on data that did not suggest them; what is composed of a column must help."""
         fit = stage.held_out()
+        if all(stage.hypotheses[k].candidate.name != "composed" for k in stage.best.members):
+            return fit["harm_nats"] < HARM
         return fit["after"] < min(fit["before"], fit["placebo"])
 
     def _remainders(self, stage: Stage) -> tuple[Remainder, Remainder]:
@@ -259,7 +273,8 @@ class _Judge:
         ]
         # a channel is one more family, and costs what an effect costs
         gain = float(max(one.log_bayes_factor for one in forms)) - stage.space.cost
-        interval = next(iter(locate.scan(reduced, over, edges_s)), None)
+        intervals_found = locate.scan(reduced, over, edges_s)
+        interval = next((one for one in intervals_found if not within_statement(case, one)), None)
         if interval is None:
             return Remainder(None, gain, 0.0)
         sigma = trials.sigma(interval.t2)
@@ -404,7 +419,7 @@ class _Judge:
         part = np.cumsum(energy) / max(float(energy.sum()), 1e-300)
         begin, end = np.searchsorted(part, ENERGY)
         nodes_s = case.model.nodes_s
-        begin_s, end_s = float(nodes_s[max(begin - 1, 0)]), float(nodes_s[min(end, nodes_s.size - 1)])
+        begin_s, end_s = (float(nodes_s[max(begin - 1, 0)]), float(nodes_s[min(end, nodes_s.size - 1)]))
         if "at_s" in one.candidate.parameters:
             begin_s, end_s = float(one.candidate.parameters["at_s"]), float(nodes_s[-1])
         return Mismatch(
