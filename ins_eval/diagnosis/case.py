@@ -12,7 +12,7 @@ import numpy as np
 from ins_eval.diagnosis import error_model, noise, null, observations
 from ins_eval.diagnosis.coarse import block_of, coarse, coarse_noise
 from ins_eval.diagnosis.columns import Assembled, Column, Drive, Measured, Slow, assemble
-from ins_eval.diagnosis.error_model import STATES, ErrorModel
+from ins_eval.diagnosis.error_model import ErrorModel
 from ins_eval.diagnosis.evidence import log_evidence
 from ins_eval.diagnosis.library import Candidate, Parameters, candidates, composed_candidates, member
 from ins_eval.diagnosis.noise import Fitted, NoiseModel
@@ -28,19 +28,11 @@ from ins_eval.units import DEG_PER_H, UG
 LEAST_VELOCITY_SIGMA_MPS = 1e-3  # of a start that is said to be exact
 LEAST_POSITION_SIGMA_M = 0.01
 MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
-TURNS = 2  # times that start and turn-on biases are fitted and taken off before anything is asked
-SHOWS = 0.3  # of the white noise: a product of errors that is larger is not left out
-EARTH_RADIUS_M = 6.37e6
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """All that is known before a hypothesis is asked about.
-
-    `inertial` (nodes, 9) is the residual of the belief as it stands. Where second-order errors would show, `seen` and
-    all columns are around start and turn-on biases that were fitted, `point` in their sigmas; what they took off is
-    added back to the sums, so that their priors stay around the belief.
-    """
+    """All that is known before a hypothesis is asked about."""
 
     name: str
     kind: str
@@ -53,8 +45,6 @@ class Case:
     candidates: tuple[Candidate, ...]
     noise: NoiseModel
     outliers: int
-    inertial: np.ndarray
-    point: np.ndarray
     epochs_s: np.ndarray  # between nodes, for what forgets
     member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
     again: Callable[[Sequence[EffectBelief]], Case]  # the same recording with these effects believed as well
@@ -67,24 +57,7 @@ class Case:
     def whitened(self, columns: Sequence[Column], position: np.ndarray, block: int = 1, keep: int = 1) -> Whitened:
         """One pass with noise at `position`, on means over `block` nodes."""
         assembled = coarse(self.assembled(columns), block)
-        return self._added_back(whiten(assembled, coarse_noise(self.noise.levels(position), block), keep))
-
-    def _added_back(self, whitened: Whitened) -> Whitened:
-        """The sums of the residual of the belief, from those of the residual around `point`."""
-        if not self.point.any():
-            return whitened
-        n = self.point.size
-        pushed = whitened.normal[:, :n] @ self.point
-        kept = whitened.kept
-        if kept.shape[2] > n:
-            kept = kept.copy()
-            kept[..., 0] += kept[..., 1 : n + 1] @ self.point
-        return replace(
-            whitened,
-            projection=whitened.projection + pushed,
-            square=whitened.square + float(2.0 * self.point @ whitened.projection[:n] + self.point @ pushed[:n]),
-            kept=kept,
-        )
+        return whiten(assembled, coarse_noise(self.noise.levels(position), block), keep)
 
     def fitted(
         self,
@@ -101,7 +74,7 @@ class Case:
         assembled = coarse(self.assembled(columns), block)
 
         def at(position: np.ndarray) -> Whitened:
-            return self._added_back(whiten(assembled, coarse_noise(self.noise.levels(position), block)))
+            return whiten(assembled, coarse_noise(self.noise.levels(position), block))
 
         return at
 
@@ -114,22 +87,6 @@ class Case:
 def prepare(recording: Recording, folder: str | Path = ".") -> Case:
     """Navigate what is believed and set everything up around it."""
     believed = null.believe(recording, folder)
-    case = first = _around(recording, folder, believed)
-    for _ in range(TURNS):
-        if not _bent(case):
-            break
-        best = _nuisances_found(case)
-        case = _around(recording, folder, _without(believed, first.nuisances, best), best, first.inertial)
-    return case
-
-
-def _around(
-    recording: Recording,
-    folder: str | Path,
-    believed: Believed,
-    point: np.ndarray | None = None,
-    inertial: np.ndarray | None = None,
-) -> Case:
     solution = null.solve(believed)
     end_s = float(solution.time_s[-1])
     measured = observations.sources(believed, end_s)
@@ -137,7 +94,6 @@ def _around(
     seen, outliers = noise.without_outliers(observations.observe(believed, model, measured))
     told = temperature(believed.recording)
     slow = Slow()
-    anyway = tuple(nuisances(believed))
     return Case(
         name=recording.name,
         kind=recording.kind,
@@ -146,51 +102,14 @@ def _around(
         seen=seen,
         temperature=told,
         slow=slow,
-        nuisances=anyway,
+        nuisances=tuple(nuisances(believed)),
         candidates=(*candidates(believed, model, told, slow), *composed_candidates(believed, model, told, slow)),
         noise=noise.noise_model(recording.belief, model, seen, step_noise(believed, told, model.middle_s)),
         outliers=outliers,
-        inertial=seen.residual if inertial is None else inertial,
-        point=np.zeros(len(anyway)) if point is None else point,
         epochs_s=model.interval_s,
         member=partial(member, believed, model, told, slow),
         again=lambda effects: prepare(replace(recording, belief=with_effects(recording.belief, effects)), folder),
     )
-
-
-def _bent(case: Case) -> bool:
-    """Whether products of errors, which a linear model leaves out, reach what the measurements show.
-
-    dp dp / R and dp dv / R, times the tangent of the latitude where meridians converge.
-    """
-    y, white = case.seen.residual, case.noise.white
-    steep = 1.0 + float(np.abs(np.tan(case.believed.start.latitude_rad)))
-    for channels in (slice(0, 3), slice(3, 6)):
-        known = np.isfinite(y[:, channels]).all(axis=1) & np.isfinite(y[:, :2]).all(axis=1)
-        if known.any():
-            far = np.linalg.norm(y[known, :2], axis=1) / EARTH_RADIUS_M
-            product = steep * far * np.linalg.norm(y[known, channels], axis=1)
-            if product.max() > SHOWS * np.median(white[known, channels]):
-                return True
-    return False
-
-
-def _nuisances_found(case: Case) -> np.ndarray:
-    """What is uncertain anyway at its best, in sigmas, with the noise at the middle of its prior."""
-    whitened = case.whitened([], np.zeros(len(case.noise.free)))
-    return np.linalg.solve(np.eye(len(case.nuisances)) + whitened.normal, whitened.projection)
-
-
-def _without(believed: Believed, columns: Sequence[Column], sizes: np.ndarray) -> Believed:
-    """The belief with turn-on biases and start as found; what belongs to the measurements stays as it is."""
-    force, rate, start = np.zeros(3), np.zeros(3), np.zeros(STATES)
-    for column, size in zip(columns, sizes, strict=True):
-        if column.start:
-            start += size * np.asarray(column.start)
-        for term in column.terms:
-            if isinstance(term, Drive):
-                (force if term.sensor == "accelerometer" else rate)[term.axis] += size * term.weight
-    return null.corrected(believed, rate, force, start[6:], start[:3], start[3:6])
 
 
 def with_effects(belief: Belief, effects: Sequence[EffectBelief]) -> Belief:

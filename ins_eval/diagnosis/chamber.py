@@ -84,8 +84,6 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         candidates=tuple(bench.candidates()),
         noise=_noise(seen, interval_s, _counted(readings, told, size, runs)),
         outliers=outliers,
-        inertial=seen.residual,
-        point=np.zeros(len(runs)),
         epochs_s=interval_s,
         member=bench.member,
         again=lambda effects: prepare_chamber(readings, with_effects(belief, effects), name, folder),

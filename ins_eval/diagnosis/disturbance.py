@@ -26,7 +26,6 @@ REMARKABLE = 0.5  # probability of an interval's ratio with the noise of the nul
 # of an interval as remarkable as this, where nothing is wrong; what measures has slow errors and steps of its own
 LARGEST_PROBABILITY = {"gps.position": 1e-6, "gps.velocity": 1e-4, "navigation": 1e-5, "reference.attitude": 1e-4}
 OTHERWISE = 0.003
-IN_A_CHAMBER = 1e-7  # readings of hours in one place share slow errors that no model of noise holds
 STATED = 2.0  # stated sigmas: a slow error of a receiver's position that is smaller is no mismatch
 SUSPECTS = 2  # intervals of a recording that are refitted
 ALONE = 10.0  # nats by which one sensor that wanders more than the others must beat all that wander alike
@@ -52,8 +51,6 @@ class Suspect:
 
 def largest_probability(interval: Interval) -> float:
     """Up to which an interval of this channel counts as a mismatch."""
-    if interval.channel.row >= 0 and interval.channel.name.startswith("accelerometer"):
-        return IN_A_CHAMBER
     return LARGEST_PROBABILITY.get(interval.channel.name, OTHERWISE)
 
 

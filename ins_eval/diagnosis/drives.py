@@ -38,10 +38,13 @@ def source(sensor: str, axis: int, multiplier: str) -> int:
     return (3 + axis) * _PER_AXIS + RATE_MULTIPLIERS.index(multiplier)
 
 
-def integrate(believed: Believed, solution: Solution, nodes_s: np.ndarray) -> np.ndarray:
-    """Integrals (nodes - 1, SOURCES, 3) over the epochs between `nodes_s`, in n; a sample across a node is split."""
+def integrate(believed: Believed, solution: Solution, nodes_s: np.ndarray, calm: bool = True) -> np.ndarray:
+    """Integrals (nodes - 1, SOURCES, 3) over the epochs between `nodes_s`, in n; a sample across a node is split.
+
+    `calm`: what a recording at rest adds to its drives is taken for noise and averaged away.
+    """
     gyro, velocity = believed.gyro, believed.velocity
-    if believed.recording.kind in PARKED:
+    if calm and believed.recording.kind in PARKED:
         gyro, velocity = _calm(believed.time_s, gyro), _calm(believed.time_s, velocity)
     return _integrate(believed.time_s, believed.start.time_s, gyro, velocity, solution.quaternion_nb, nodes_s, _AXES)
 

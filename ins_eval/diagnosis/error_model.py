@@ -23,6 +23,7 @@ from ins_eval.diagnosis import drives
 from ins_eval.diagnosis.geometry import States, at, cross_matrices
 from ins_eval.diagnosis.null import Believed
 from ins_eval.earth import EARTH_RATE, gravity, radii
+from ins_eval.evaluate import PARKED
 from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S, Solution
 
 STATES = 9
@@ -60,7 +61,10 @@ def build(believed: Believed, solution: Solution, nodes_s: np.ndarray) -> ErrorM
     states = at(solution, believed.gyro, nodes_s)
     integrals = drives.integrate(believed, solution, nodes_s)
     dt = np.diff(nodes_s)[:, None]
-    force_n = sum(integrals[:, drives.source("accelerometer", axis, "f")] for axis in range(3)) / dt
+    felt = integrals
+    if believed.recording.kind in PARKED:  # an attitude error turns whatever was felt, noise included
+        felt = drives.integrate(believed, solution, nodes_s, calm=False)
+    force_n = sum(felt[:, drives.source("accelerometer", axis, "f")] for axis in range(3)) / dt
     matrices, missing = _dynamics(believed, states, force_n)
     full, half = matrices * dt[:, None], matrices * (0.5 * dt[:, None])
     eye = np.eye(STATES)

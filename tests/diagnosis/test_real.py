@@ -29,6 +29,8 @@ from ins_eval.recording.quiet import quiet_stretches
 from ins_eval.recording.readers import apm_mat, psins_mat, psins_text
 from ins_eval.units import DEG, DEG_PER_H, STANDARD_GRAVITY
 
+pytestmark = pytest.mark.slow
+
 RECORDINGS = Path(__file__).parents[3] / "shared" / "recordings"
 LASER = RECORDINGS / "rlg_static_vehicle" / "lasergyro.imu"
 RAMP = RECORDINGS / "accel_thermal_chamber" / "Sample_data.csv.gz"
