@@ -15,10 +15,10 @@ import numpy as np
 from ins_eval.diagnosis import locate
 from ins_eval.diagnosis.case import Case
 from ins_eval.diagnosis.columns import Column
-from ins_eval.diagnosis.evidence import Reduced, log_evidence_of, reduce
+from ins_eval.diagnosis.evidence import log_evidence_of, reduce
 from ins_eval.diagnosis.locate import Channel, Interval, Significance
 from ins_eval.diagnosis.noise import Fitted
-from ins_eval.diagnosis.open_form import open_form
+from ins_eval.diagnosis.open_form import open_form, open_forms
 from ins_eval.diagnosis.search import ODDS
 from ins_eval.diagnosis.whitening import Whitened
 
@@ -55,32 +55,20 @@ def largest_probability(interval: Interval) -> float:
 
 
 def of_windows(
-    case: Case,
-    position: np.ndarray,
-    chosen: Sequence[Column] = (),
-    point: np.ndarray | None = None,
-    known: bool = False,
-    sensors: bool = False,
-) -> tuple[list[Channel], np.ndarray, Reduced]:
-    """Channels, edges and reduced sums of all windows, or of those of the `sensors`.
-
-    The `chosen` columns are integrated out where they are `known`; otherwise what they took off, `point`, is put back.
-    """
-    over, edges_s = (locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model))
-    over = [one for one in over if one.name.partition(".")[0] in ("accelerometer", "gyro")] if sensors else over
+    case: Case, position: np.ndarray, chosen: Sequence[Column] = (), sensors: bool = False
+) -> tuple[list[Channel], np.ndarray, Whitened]:
+    """Channels, edges and the sums of nuisances, `chosen` columns and all windows, or only those of the `sensors`."""
+    over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
+    if sensors:
+        over = [one for one in over if one.name.partition(".")[0] in ("accelerometer", "gyro")]
     windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]
-    whitened = case.whitened([*chosen, *windows], position, case.block)
-    if known:
-        return over, edges_s, reduce(whitened, len(case.nuisances) + len(chosen))
-    left = reduce(whitened, len(case.nuisances))
-    n = len(chosen)
-    projection = left.projection[n:] if not n else left.projection[n:] + left.normal[n:, :n] @ point
-    return over, edges_s, Reduced(left.normal[n:, n:], projection)
+    return over, edges_s, case.whitened([*chosen, *windows], position, case.block)
 
 
 def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator) -> list[Suspect]:
     """The most remarkable intervals of a recording, each at its own noise."""
-    over, edges_s, reduced = of_windows(case, base.position)
+    over, edges_s, whitened = of_windows(case, base.position)
+    reduced = reduce(whitened, len(case.nuisances))
     trials = locate.significance(reduced, edges_s.size - 1, rng)
     found = [one for one in locate.scan(reduced, over, edges_s) if not within_statement(case, one)]
     return [
@@ -115,13 +103,12 @@ def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Sign
 def one_sensor(case: Case, r: int, base: Fitted) -> Suspect | None:
     """A slow disturbance of one sensor, at the noise that the others then have; None where there is only one."""
     quiet = _quiet(case, base.position)
-    over, edges_s, reduced = of_windows(case, quiet, sensors=True)
-    if len(over) == 1:
+    over, edges_s, whitened = of_windows(case, quiet, sensors=True)
+    reduced = reduce(whitened, len(case.nuisances))
+    found = locate.scan(reduced, over, edges_s)
+    if len(over) == 1 or not found:
         return None
-    count = edges_s.size - 1
-    parts = [slice(k * count, (k + 1) * count) for k in range(len(over))]
-    forms = [open_form(k, reduced.normal[p, p], reduced.projection[p]) for k, p in enumerate(parts)]
-    best = max(forms, key=lambda one: one.log_bayes_factor)
+    best = max(open_forms(reduced, len(over)), key=lambda one: one.log_bayes_factor)
     known = slice(0, len(case.nuisances))
     columns = list(locate.windows(over[best.channel], edges_s, case.slow, case.model))
 
@@ -132,7 +119,7 @@ def one_sensor(case: Case, r: int, base: Fitted) -> Suspect | None:
     cost = float(np.log(len(over) / ODDS)) + ALONE
     there = case.ready([])(quiet)
     start = log_evidence_of(there, known) - 0.5 * float(quiet @ quiet) + best.log_bayes_factor
-    interval = max(locate.scan(reduced, over, edges_s), key=lambda one: one.channel is over[best.channel])
+    interval = max(found, key=lambda one: one.channel is over[best.channel])
     if start - base.log_evidence < -HOPELESS:
         return Suspect(r, interval, start - base.log_evidence - cost, 1.0, 0.0, base)
     fitted = case.fitted(columns, quiet, gain)

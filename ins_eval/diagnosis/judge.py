@@ -30,10 +30,10 @@ from ins_eval.diagnosis.disturbance import (
     one_sensor,
     within_statement,
 )
-from ins_eval.diagnosis.evidence import Reduced
+from ins_eval.diagnosis.evidence import Reduced, reduce
 from ins_eval.diagnosis.experiments import Catalogue
 from ins_eval.diagnosis.locate import Channel
-from ins_eval.diagnosis.open_form import open_form
+from ins_eval.diagnosis.open_form import open_forms
 from ins_eval.diagnosis.refine import again, believed_effect, refine
 from ins_eval.diagnosis.search import LEAST_SHARE, LEAST_SHARE_ELSEWHERE, log_bayes_factor
 from ins_eval.diagnosis.stage import Stage, staged
@@ -86,8 +86,6 @@ class _Judge:
         self.cases, self.progress, self.belief = cases, progress, belief
         kinds = {case.kind for case in cases}
         self.share = max((LEAST_SHARE.get(kind, LEAST_SHARE_ELSEWHERE) for kind in kinds), default=0.0)
-        self.spread: dict[tuple, dict[str, tuple[float, float]]] = {}
-        self.bent: dict[tuple, float] = {}
         self.rng = Streams(0).at("diagnosis", "significance").rng()
 
     def judged(self) -> Diagnosis:
@@ -164,10 +162,8 @@ class _Judge:
             keys = stage.keys
             refined = refine(self.cases, stage.chosen(scaled=False), stage.fitted)
             stage = staged(refined.cases, refined.model, refined.point, refined.fitted, self.share)
+            stage = replace(stage, refined=refined)
             stage = stage.own_first(len(refined.model), STAY if turn < ROUNDS - 1 else np.inf)
-            keys_of = [one.key for one in refined.model]
-            self.spread = dict(zip(keys_of, refined.spread, strict=True))
-            self.bent = dict(zip(keys_of, refined.bent, strict=True))
             if stage.keys == keys:
                 break
         return stage
@@ -229,7 +225,7 @@ class _Judge:
         # beside a disturbance without a name, the effects must still be worth what they cost
         lead = OPEN_MARGIN if enough else max(beside.gain, 0.0) - stage.space.cost
         # what a disturbance that gains more may have suggested must help on data that did not suggest it
-        fit = stage.held_out()
+        fit = stage.held_out
         harms = fit["harm_nats"] > HARM
         harms |= surest is not None and surest.gain > gain and fit["after"] > min(fit["before"], fit["placebo"])
         if harms and surest is None and instead.gain < OPEN_MARGIN:
@@ -242,7 +238,7 @@ class _Judge:
     @staticmethod
     def _holds(stage: Stage) -> bool:
         """Whether the effects do no harm on data that did not suggest them; what is composed of a column must help."""
-        fit = stage.held_out()
+        fit = stage.held_out
         if all(stage.hypotheses[k].candidate.name != "composed" for k in stage.best.members):
             return fit["harm_nats"] < HARM
         return fit["after"] < min(fit["before"], fit["placebo"])
@@ -257,22 +253,21 @@ class _Judge:
             scale = np.array([max(1.0, abs(float(mean[i]))) for i in own])
             point = stage.point[[m[i] for i in own]] / scale
             columns = [chosen[i].columns[r] for i in own]
-            for known, out in ((False, instead), (True, beside)):
-                over, edges_s, reduced = of_windows(case, stage.fitted[r].position, columns, point, known)
-                out.append(self._remainder(r, stage, over, edges_s, reduced, known))
+            over, edges_s, whitened = of_windows(case, stage.fitted[r].position, columns)
+            nuisances, n = len(case.nuisances), len(columns)
+            left = reduce(whitened, nuisances)
+            put_back = Reduced(left.normal[n:, n:], left.projection[n:] + left.normal[n:, :n] @ point)
+            instead.append(self._remainder(r, stage, over, edges_s, put_back, False))
+            beside.append(self._remainder(r, stage, over, edges_s, reduce(whitened, nuisances + n), True))
         return tuple(max(ones, key=lambda one: one.gain) for ones in (instead, beside))
 
     def _remainder(
         self, r: int, stage: Stage, over: list[Channel], edges_s: np.ndarray, reduced: Reduced, beside: bool
     ) -> Remainder:
-        case, count = stage.cases[r], edges_s.size - 1
-        trials = locate.significance(reduced, count, self.rng)
-        forms = [
-            open_form(k, reduced.normal[part, part], reduced.projection[part])
-            for k, part in ((k, slice(k * count, (k + 1) * count)) for k in range(len(over)))
-        ]
+        case = stage.cases[r]
+        trials = locate.significance(reduced, edges_s.size - 1, self.rng)
         # a channel is one more family, and costs what an effect costs
-        gain = float(max(one.log_bayes_factor for one in forms)) - stage.space.cost
+        gain = max(one.log_bayes_factor for one in open_forms(reduced, len(over))) - stage.space.cost
         intervals_found = locate.scan(reduced, over, edges_s)
         interval = next((one for one in intervals_found if not within_statement(case, one)), None)
         if interval is None:
@@ -292,6 +287,9 @@ class _Judge:
         a, b = here.normal[np.ix_(m, m)], here.projection[m]
         whole, _ = log_bayes_factor(a, b, centre)
         mean, covariance = stage.coefficients
+        known = stage.refined
+        bent = {} if known is None else {one.key: x for one, x in zip(known.model, known.bent, strict=True)}
+        spread = {} if known is None else {one.key: x for one, x in zip(known.model, known.spread, strict=True)}
         out = []
         for i, k in enumerate(m):
             others = [j for j in range(len(m)) if j != i]
@@ -301,11 +299,11 @@ class _Judge:
                 Effect(
                     hypothesis=one,
                     value=float(mean[i] * one.candidate.nominal),
-                    sigma=float(np.sqrt(covariance[i, i] + self.bent.get(one.key, 0.0)) * one.candidate.nominal),
+                    sigma=float(np.sqrt(covariance[i, i] + bent.get(one.key, 0.0)) * one.candidate.nominal),
                     probability=self._probability(stage, k),
                     log_evidence_gain=float(gain),
                     false_alarm_probability=float(min(1.0, np.exp(min(0.0, stage.space.cost - gain)))),
-                    spread=self.spread.get(one.key, {}),
+                    spread=spread.get(one.key, {}),
                 )
             )
         return tuple(sorted(out, key=lambda one: -one.log_evidence_gain))
@@ -463,7 +461,7 @@ class _Judge:
             found,
             effects=self._effects(stage),
             rivals=self._with_experiments(stage, self._rivals(stage)),
-            held_out=stage.held_out(),
+            held_out=stage.held_out,
         )
         return replace(found, after=tuple(case.again(found.believed) for case in self.cases))
 

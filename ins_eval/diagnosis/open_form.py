@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.special import logsumexp
 
-from ins_eval.diagnosis.evidence import SCALES
+from ins_eval.diagnosis.evidence import SCALES, Reduced
 
 TIMES = (2.0, 8.0, 32.0)  # correlation time, in windows
 
@@ -53,3 +53,10 @@ def open_form(channel: int, a: np.ndarray, b: np.ndarray) -> OpenForm:
     covariance = best @ cho_solve(inner, best.T)
     gain = float(logsumexp([one[0] for one in tried]) - np.log(len(tried)))
     return OpenForm(channel, gain, mean, np.sqrt(np.maximum(np.diag(covariance), 0.0)))
+
+
+def open_forms(reduced: Reduced, channels: int) -> list[OpenForm]:
+    """That of every channel, from the sums of the windows of each in turn."""
+    count = reduced.projection.size // channels
+    parts = [slice(k * count, (k + 1) * count) for k in range(channels)]
+    return [open_form(k, reduced.normal[part, part], reduced.projection[part]) for k, part in enumerate(parts)]

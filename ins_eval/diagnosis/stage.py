@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ins_eval.diagnosis.case import Case
 from ins_eval.diagnosis.held_out import held_out
 from ins_eval.diagnosis.noise import Fitted
+from ins_eval.diagnosis.refine import Refined
 from ins_eval.diagnosis.search import Explanation, Space, log_bayes_factor, one_more, search
 from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
 
@@ -20,7 +22,8 @@ HANDICAP = 3.0  # nats of what is composed of a recorded column
 class Stage:
     """Recordings navigated with some effects, all hypotheses around that point, and the sums at the noise there.
 
-    `model` are the first hypotheses, `point` (m,) the coefficients that were taken off, 0 elsewhere.
+    `model` are the first hypotheses, `point` (m,) the coefficients that were taken off, 0 elsewhere; `refined` says how
+    sure times, widths and lags of the effects are with which the recordings were navigated.
     """
 
     cases: tuple[Case, ...]
@@ -30,6 +33,7 @@ class Stage:
     fitted: tuple[Fitted, ...]
     here: Sums
     ranked: tuple[Explanation, ...]
+    refined: Refined | None = None
 
     @property
     def best(self) -> Explanation:
@@ -40,7 +44,7 @@ class Stage:
     def keys(self) -> set[tuple]:
         return {self.hypotheses[k].key for k in self.best.members}
 
-    @property
+    @cached_property
     def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
         """Of the best set, (k,), and their covariance."""
         m = list(self.best.members)
@@ -81,6 +85,7 @@ class Stage:
         others = [j for j in self.best.members if j != k]
         return one_more(self.here.normal, self.here.projection, others, self.space)
 
+    @cached_property
     def held_out(self) -> dict[str, float | str]:
         """The fit on data that were not used."""
         m = list(self.best.members)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,6 +18,7 @@ CHANNELS = (
 LOCATED = "#d95f02"
 FOUND = "#12508f"
 BAND = 2.0  # sigmas
+LABEL_WIDTH = 14  # letters along the height of a panel
 LEAST_GAIN = 0.05  # of that of the channel that changes most, for a channel to be drawn
 
 
@@ -46,7 +48,7 @@ def whitened_residuals(
         ax.axhspan(-BAND, BAND, color="#ececec", linewidth=0, zorder=0.2, label="95 % of a white residual")
         ax.plot(t, mean, color=INK, linewidth=0.8, label="whitened residual")
         ax.axhline(0.0, color=QUIET, linewidth=0.5)
-        ax.set_ylabel(channels[k].replace(" ", "\n"))
+        ax.set_ylabel(fill(channels[k], LABEL_WIDTH))
         ax.set_ylim(min(-4.0, np.nanmin(mean) * 1.1), max(4.0, np.nanmax(mean) * 1.1))
     if located:
         ax = panels[-1, 0]
@@ -192,7 +194,7 @@ def before_and_after(
         ax.plot(t, old, color=LOCATED, linewidth=0.9, label="before")
         ax.plot(t, new, color=INK, linewidth=0.9, label="after")
         ax.axhline(0.0, color=QUIET, linewidth=0.5)
-        ax.set_ylabel(channels[k].replace(" ", "\n"))
+        ax.set_ylabel(fill(channels[k], LABEL_WIDTH))
         low, high = np.nanmin([old, new]), np.nanmax([old, new])
         ax.set_ylim(min(-4.0, 1.1 * low), max(4.0, 1.1 * high))
     panels[-1, 0].set_xlabel("time in the recording [s]")
