@@ -1,8 +1,15 @@
 """Does the fit improve on data that were not used? The belief, the belief with its effects, and a placebo.
 
 The recording is cut into blocks, every other of which is used for the fit, then the others. What is uncertain anyway
-and the effects are fitted on the one half and the mean squared normalised innovation is taken on the other; all three
-have the same noise. The placebo has as many coefficients as the effects: their own responses, half a recording late.
+and the effects are fitted on the one half, with covariance P, and the other is predicted:
+
+    e = y - X p,   S = I + X P X',   mean squared normalised innovation  e' S^-1 e / n,
+    log predictive density  -(e' S^-1 e + log|S| + n log(2 pi)) / 2
+
+so that what the one half does not tell, as the start that lies in the other, counts for what it is. All three have the
+same noise. The placebo has as many coefficients as the effects: their own responses, half a recording late.
+
+Source: Gelman and others, Bayesian Data Analysis, 3rd ed., section 7.1 (log predictive density).
 """
 
 from __future__ import annotations
@@ -17,6 +24,7 @@ from ins_eval.diagnosis.study import Hypothesis
 MEASURE = "mean squared normalised innovation on blocks that were not used, one noise model for all three"
 BLOCK_S = 600.0
 FEWEST_BLOCKS = 8
+WIDE = 1e-3  # reciprocal prior sigma of an effect's coefficient: the data alone place it
 
 
 def held_out(
@@ -24,24 +32,26 @@ def held_out(
 ) -> dict[str, float | str]:
     """`before`, `after` and `placebo` over all recordings; `point` (k,) what was taken off the recordings.
 
-    `harm_nats` is what the effects lose on data that were not used, half the number of rows times after less before.
+    `harm_nats` is what the log predictive density loses by the effects.
     """
-    sums, rows = np.zeros(3), 0
+    squares, densities, rows = np.zeros(3), np.zeros(3), 0
     for r, (case, position) in enumerate(zip(cases, positions, strict=True)):
         own = [k for k, one in enumerate(model) if one.columns[r] is not None]
-        found, count = _of_recording(case, [model[k].columns[r] for k in own], point[own], position)
-        sums, rows = sums + found, rows + count
-    before, after, placebo = (float(x) for x in sums / max(rows, 1))
+        found = _of_recording(case, [model[k].columns[r] for k in own], point[own], position)
+        squares, densities, rows = squares + found[0], densities + found[1], rows + found[2]
+    before, after, placebo = (float(x) for x in squares / max(rows, 1))
     return {
         "before": before,
         "after": after,
         "placebo": placebo,
-        "harm_nats": 0.5 * rows * (after - before),
+        "harm_nats": float(densities[0] - densities[1]),
         "measure": MEASURE,
     }
 
 
-def _of_recording(case: Case, columns: list, point: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, int]:
+def _of_recording(
+    case: Case, columns: list, point: np.ndarray, position: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, int]:
     known = len(case.nuisances)
     whitened = case.whitened(columns, position, keep=1 + known + len(columns))
     kept = whitened.kept  # (nodes, 9, 1 + nuisances + effects)
@@ -53,19 +63,24 @@ def _of_recording(case: Case, columns: list, point: np.ndarray, position: np.nda
     block_s = min(BLOCK_S, whole_s / FEWEST_BLOCKS)
     odd = ((nodes_s - nodes_s[0]) // block_s).astype(int) % 2 == 1
     seen = np.isfinite(residual)
-    return np.array([
-        _crossed(residual, further, anyway, seen, odd) for further in (effects[..., :0], effects, late)
-    ]), int(seen.sum())  # fmt: skip
+    found = [_crossed(residual, further, anyway, seen, odd) for further in (effects[..., :0], effects, late)]
+    squares, densities = np.transpose(found)
+    return squares, densities, int(seen.sum())
 
 
-def _crossed(residual, further, anyway, seen, odd) -> float:
-    """Sum of squares on each half after a fit on the other."""
+def _crossed(residual, further, anyway, seen, odd) -> tuple[float, float]:
+    """e' S^-1 e of both halves, each predicted by the other, and their log predictive density but for constants."""
     design = np.concatenate([anyway, further], axis=2)
-    prior = np.append(np.ones(anyway.shape[2]), np.full(further.shape[2], 1e-6))
-    total = 0.0
+    prior = np.append(np.ones(anyway.shape[2]), np.full(further.shape[2], WIDE**2))
+    square = density = 0.0
     for half in (odd, ~odd):
         fit, judge = seen & half[:, None], seen & ~half[:, None]
         x, y = design[fit], residual[fit]
-        p = np.linalg.solve(x.T @ x + np.diag(prior), x.T @ y)
-        total += float(np.sum((residual[judge] - design[judge] @ p) ** 2))
-    return total
+        precision = x.T @ x + np.diag(prior)  # P^-1
+        x, e = design[judge], residual[judge] - design[judge] @ np.linalg.solve(precision, x.T @ y)
+        both = precision + x.T @ x
+        across = x.T @ e
+        of_half = float(e @ e - across @ np.linalg.solve(both, across))
+        spread = np.linalg.slogdet(both)[1] - np.linalg.slogdet(precision)[1]
+        square, density = square + of_half, density - 0.5 * (of_half + spread)
+    return square, density

@@ -67,21 +67,28 @@ def with_effect(case: Whitened9, response: np.ndarray, size: float) -> Whitened9
     return Whitened9(case.residual + size * response, case.anyway)
 
 
-def expected(residual, anyway, further, block_s: float) -> float:
-    """Mean square on each half, fitted on the other with a unit prior on what is uncertain anyway."""
+def expected(residual, anyway, further, block_s: float) -> tuple[float, float]:
+    """Mean square of each half as the other predicts it, with the covariance of the prediction, and the log density.
+
+    The prior is 1 on what is uncertain anyway.
+    """
     nodes = residual.shape[0]
     half = np.floor(STEP_S * np.arange(nodes) / block_s) % 2
     columns = np.concatenate([anyway, further], axis=2)
-    total, count = 0.0, 0
+    total, density, count = 0.0, 0.0, 0
     for judged in (0.0, 1.0):
         used = np.isfinite(residual) & (half != judged)[:, None]
         left = np.isfinite(residual) & (half == judged)[:, None]
         prior = np.eye(anyway.shape[2], columns.shape[2])
         design = np.concatenate([columns[used], prior])
         p = np.linalg.lstsq(design, np.append(residual[used], np.zeros(len(prior))))[0]
-        total += np.sum((residual[left] - columns[left] @ p) ** 2)
+        root = np.linalg.inv(np.linalg.qr(design, mode="r"))
+        spread = np.eye(left.sum()) + (columns[left] @ root) @ (columns[left] @ root).T
+        e = residual[left] - columns[left] @ p
+        square = e @ np.linalg.solve(spread, e)
+        total, density = total + square, density - 0.5 * (square + np.linalg.slogdet(spread)[1])
         count += left.sum()
-    return total / count
+    return total / count, density
 
 
 @pytest.mark.parametrize(("nodes", "block_s"), [(1200, 600.0), (240, 2390.0 / 8.0)])
@@ -92,9 +99,26 @@ def test_the_numbers_are_those_of_least_squares(nodes: int, block_s: float) -> N
     late = np.concatenate([response[-(nodes // 2) :], response[: -(nodes // 2)]])
     late[np.roll(np.isnan(case.residual), nodes // 2, axis=0)] = 0.0
     none = np.zeros((*response.shape, 0))
-    assert found["before"] == pytest.approx(expected(case.residual, case.anyway, none, block_s), rel=ROUNDING)
-    for key, one in (("after", response), ("placebo", late)):
-        assert found[key] == pytest.approx(expected(case.residual, case.anyway, one[..., None], block_s), rel=FLAT)
+    before, unaided = expected(case.residual, case.anyway, none, block_s)
+    after, aided = expected(case.residual, case.anyway, response[..., None], block_s)
+    placebo, _ = expected(case.residual, case.anyway, late[..., None], block_s)
+    assert found["before"] == pytest.approx(before, rel=ROUNDING)
+    assert found["after"] == pytest.approx(after, rel=FLAT)
+    assert found["placebo"] == pytest.approx(placebo, rel=FLAT)
+    assert found["harm_nats"] == pytest.approx(unaided - aided, rel=FLAT)
+
+
+def test_a_block_that_the_others_say_nothing_of_is_no_harm() -> None:
+    """A nuisance that shows in the first block only is judged with its prior, large as what it leaves there may be."""
+    case, response = recording(7)
+    first = np.zeros_like(case.residual)
+    first[: int(600.0 / STEP_S)] = 30.0
+    anyway = np.concatenate([case.anyway, first[..., None]], axis=2)
+    found = held_out(
+        [Whitened9(case.residual + 1.5 * first, anyway)], [hypothesis(response)], np.zeros(1), [np.zeros(0)]
+    )
+    assert found["before"] == pytest.approx(1.0, abs=NOISE)
+    assert abs(found["harm_nats"]) < 5.0
 
 
 def test_an_effect_that_is_there_lowers_and_a_placebo_does_not() -> None:
@@ -129,7 +153,7 @@ def test_recordings_count_by_their_rows() -> None:
     a = with_effect(a, of_a, 5.0)
     together = held_out([a, b], [hypothesis(of_a, None)], np.zeros(1), [np.zeros(0)] * 2)
     alone = held_out([a], [hypothesis(of_a)], np.zeros(1), [np.zeros(0)])
-    beside = expected(b.residual, b.anyway, np.zeros((*b.residual.shape, 0)), 600.0)
+    beside, _ = expected(b.residual, b.anyway, np.zeros((*b.residual.shape, 0)), 600.0)
     rows = [np.isfinite(one.residual).sum() for one in (a, b)]
     for key in ("before", "after", "placebo"):
         mean = (rows[0] * alone[key] + rows[1] * beside) / sum(rows)
