@@ -21,6 +21,7 @@ from ins_eval.diagnosis.observations import REFERENCE_POSITION_M, Observations
 from ins_eval.diagnosis.thermometer import step_noise
 from ins_eval.diagnosis.whitening import Whitened, whiten
 from ins_eval.effects.temperature import Temperature, temperature
+from ins_eval.evaluate import PARKED
 from ins_eval.recording import Recording
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.units import DEG_PER_H, UG
@@ -39,9 +40,11 @@ class Case:
     believed: Believed | None  # None where nothing moves: a chamber
     model: ErrorModel
     seen: Observations
+    inertial: np.ndarray  # (nodes, 9) what the belief as it stands misses by
     temperature: Temperature | None
     slow: Slow
     nuisances: tuple[Column, ...]
+    taken: np.ndarray  # coefficients of the nuisances that were taken off before it was navigated
     candidates: tuple[Candidate, ...]
     noise: NoiseModel
     outliers: int
@@ -51,7 +54,8 @@ class Case:
 
     def assembled(self, columns: Sequence[Column] = ()) -> Assembled:
         """Nuisances first, then `columns`."""
-        assembled = assemble(self.model, self.seen, self.slow, [*self.nuisances, *columns])
+        taken = tuple(zip(self.nuisances, self.taken, strict=True))
+        assembled = assemble(self.model, self.seen, self.slow, [*self.nuisances, *columns], taken)
         return replace(assembled, interval_s=self.epochs_s)
 
     def whitened(self, columns: Sequence[Column], position: np.ndarray, block: int = 1, keep: int = 1) -> Whitened:
@@ -85,14 +89,32 @@ class Case:
 
 
 def prepare(recording: Recording, folder: str | Path = ".") -> Case:
-    """Navigate what is believed and set everything up around it."""
+    """Navigate what is believed and set everything up around it.
+
+    Parked for hours, a solution is kilometres off while the standstill is known to a millimetre, so that products of
+    errors show. Such a recording is navigated again with start and turn-on biases as the standstill has them; what was
+    taken off is put back linearly, and every prior stays around the belief.
+    """
     believed = null.believe(recording, folder)
-    solution = null.solve(believed)
+    case = _around(believed, believed, nuisances(believed), folder)
+    if recording.kind not in PARKED:
+        return case
+    sums = case.whitened([], np.zeros(len(case.noise.free)), case.block)
+    count = len(case.nuisances)
+    point = np.linalg.solve(np.eye(count) + sums.normal, sums.projection)
+    settled = null.corrected(believed, *_errors(case.nuisances, point))
+    return replace(_around(settled, believed, case.nuisances, folder), inertial=case.inertial, taken=point)
+
+
+def _around(navigated: Believed, believed: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:
+    """A case around the solution of what is `navigated`."""
+    recording = believed.recording
+    solution = null.solve(navigated)
     end_s = float(solution.time_s[-1])
-    measured = observations.sources(believed, end_s)
-    model = error_model.build(believed, solution, observations.nodes(believed, measured, end_s))
-    seen, outliers = noise.without_outliers(observations.observe(believed, model, measured))
-    told = temperature(believed.recording)
+    measured = observations.sources(navigated, end_s)
+    model = error_model.build(navigated, solution, observations.nodes(navigated, measured, end_s))
+    seen, outliers = noise.without_outliers(observations.observe(navigated, model, measured))
+    told = temperature(recording)
     slow = Slow()
     return Case(
         name=recording.name,
@@ -100,16 +122,30 @@ def prepare(recording: Recording, folder: str | Path = ".") -> Case:
         believed=believed,
         model=model,
         seen=seen,
+        inertial=seen.residual,
         temperature=told,
         slow=slow,
-        nuisances=tuple(nuisances(believed)),
-        candidates=(*candidates(believed, model, told, slow), *composed_candidates(believed, model, told, slow)),
-        noise=noise.noise_model(recording.belief, model, seen, step_noise(believed, told, model.middle_s)),
+        nuisances=tuple(uncertain),
+        taken=np.zeros(len(uncertain)),
+        candidates=(*candidates(navigated, model, told, slow), *composed_candidates(navigated, model, told, slow)),
+        noise=noise.noise_model(recording.belief, model, seen, step_noise(navigated, told, model.middle_s)),
         outliers=outliers,
         epochs_s=model.interval_s,
-        member=partial(member, believed, model, told, slow),
+        member=partial(member, navigated, model, told, slow),
         again=lambda effects: prepare(replace(recording, belief=with_effects(recording.belief, effects)), folder),
     )
+
+
+def _errors(uncertain: Sequence[Column], point: np.ndarray) -> tuple[np.ndarray, ...]:
+    """What nuisances with coefficients `point` are: errors of gyros, accelerometers, attitude, position, velocity."""
+    bias = {"gyro": np.zeros(3), "accelerometer": np.zeros(3)}
+    start = np.zeros(9)
+    for column, by in zip(uncertain, point, strict=True):
+        start += by * np.asarray(column.start or np.zeros(9))
+        for term in column.terms:
+            if isinstance(term, Drive):
+                bias[term.sensor][term.axis] += by * term.weight
+    return bias["gyro"], bias["accelerometer"], start[6:], start[:3], start[3:6]
 
 
 def with_effects(belief: Belief, effects: Sequence[EffectBelief]) -> Belief:

@@ -69,6 +69,7 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         feedback=np.zeros((epochs, 2)),
     )
     slow = Slow()
+    of_runs = tuple(_of_runs(runs, slow, nodes_s))
     bench = Bench(readings, chamber_conditions(readings, belief, folder, temperature), slow)
     apart_s = float(np.max(np.diff(nodes_s))) * 1e3
     interval_s = np.where(np.diff(readings.run) != 0, apart_s, np.diff(nodes_s))
@@ -78,9 +79,11 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         believed=None,
         model=still,
         seen=seen,
+        inertial=seen.residual,
         temperature=temperature,
         slow=slow,
-        nuisances=tuple(_of_runs(runs, slow, nodes_s)),
+        nuisances=of_runs,
+        taken=np.zeros(len(of_runs)),
         candidates=tuple(bench.candidates()),
         noise=_noise(seen, interval_s, _counted(readings, told, size, runs)),
         outliers=outliers,

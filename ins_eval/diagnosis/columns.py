@@ -108,8 +108,17 @@ class Assembled:
     observation_weights: np.ndarray
 
 
-def assemble(model: ErrorModel, seen: Observations, slow: Slow, columns: Sequence[Column]) -> Assembled:
-    """The residual and `columns` in the form that `whitening` takes."""
+def assemble(
+    model: ErrorModel,
+    seen: Observations,
+    slow: Slow,
+    columns: Sequence[Column],
+    taken: Sequence[tuple[Column, float]] = (),
+) -> Assembled:
+    """The residual and `columns` in the form that `whitening` takes.
+
+    Columns that were `taken` off what was navigated, with their coefficients, are put back into the residual.
+    """
     names = ["1", *(name for name in slow.epochs if name != "1")]
     place = {name: k for k, name in enumerate(names)}
     epochs, nodes = model.interval_s.size, model.nodes_s.size
@@ -118,21 +127,21 @@ def assemble(model: ErrorModel, seen: Observations, slow: Slow, columns: Sequenc
     driven = [(0, TO_VELOCITY, _FEEDBACK, 0), (0, TO_POSITION, _FEEDBACK + 1, 0)]
     driven_weights = [-1.0, -1.0]
     shown, shown_weights = [(0, _RESIDUAL, 0)], [1.0]
-    for c, column in enumerate(columns, start=1):
+    for c, column, by in (*((0, *one) for one in taken), *((c, one, 1.0) for c, one in enumerate(columns, start=1))):
         if column.start:
-            start[c] = column.start
+            start[c] += by * np.asarray(column.start)
         for term in column.terms:
             if isinstance(term, Drive):
                 sign, target = (1.0, TO_VELOCITY) if term.sensor == "accelerometer" else (-1.0, TO_ATTITUDE)
                 driven.append((c, target, drives.source(term.sensor, term.axis, term.multiplier), place[term.slow]))
-                driven_weights.append(sign * term.weight)
+                driven_weights.append(by * sign * term.weight)
             elif isinstance(term, Missing):
                 k = EARTH_TERMS.index(term.term)
                 driven += [(c, TO_VELOCITY, _EARTH + 2 * k, 0), (c, TO_ATTITUDE, _EARTH + 2 * k + 1, 0)]
-                driven_weights += [term.weight, term.weight]
+                driven_weights += [by * term.weight, by * term.weight]
             else:
                 shown.append((c, _response(term.response), place[term.slow]))
-                shown_weights.append(term.weight)
+                shown_weights.append(by * term.weight)
     feedback = np.zeros((epochs, 2, 3))
     feedback[:, :, 2] = model.feedback
     sources = np.concatenate([model.integrals, model.missing.reshape(epochs, -1, 3), feedback], axis=1)

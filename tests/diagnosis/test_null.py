@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from ins_eval.diagnosis import case as cases
 from ins_eval.diagnosis.judge import judge
+from ins_eval.units import DEG_PER_H, UG
 
 MOST_LOG_BAYES_FACTOR = 1.0
+SIGMAS = 2.0  # of each turn-on bias
+PARKED_S = 7200.0
+ROUNDING_NATS = 1.0
 
 
 OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in ("box", "wing-rock", "straight")]
@@ -19,3 +26,15 @@ def test_an_ideal_recording_shows_nothing(ideal_recording, name: str) -> None:
     assert judgement.statistics["largest_log_bayes_factor"] < MOST_LOG_BAYES_FACTOR
     assert judgement.statistics["smallest_probability"] == 1.0
     assert judgement.mismatches == ()
+
+
+def test_turn_on_biases_cost_a_parked_null_their_prior_and_no_more(recording_at_rest) -> None:
+    """Two hours of them make kilometres, whose products a standstill known to a millimetre would show."""
+    parked = recording_at_rest(PARKED_S, 3, np.zeros_like)
+    belief, imu = parked.belief, parked.imu
+    signs, interval_s = np.array([1.0, -1.0, 1.0]), np.diff(imu.time_s, prepend=0.0)[:, None]
+    force = SIGMAS * belief.accelerometer.bias_sigma_ug * UG * signs
+    rate = SIGMAS * belief.gyro.bias_sigma_deg_per_h * DEG_PER_H * signs
+    biased = replace(imu, accelerometer=imu.accelerometer + force * interval_s, gyro=imu.gyro + rate * interval_s)
+    found = [cases.prepare(one).fitted().log_evidence for one in (parked, replace(parked, imu=biased))]
+    assert 0.0 < found[0] - found[1] < 0.5 * 6 * SIGMAS**2 + ROUNDING_NATS
