@@ -32,7 +32,7 @@ EFFECTS = (
     ),
     _of(
         name="accelerometer.bias_temperature_quadratic",
-        physics="the same expansion beyond a straight line",
+        physics="glue, quartz and metal expand differently: the bias is curved in temperature",
         unit="ug/degC^2", si=UG, nominal=0.1, slow="T^2",
         excited_by="a wide range of temperature", reference=f"{PAPER}, section 3.3, bias that is no straight line",
     ),
@@ -74,7 +74,7 @@ EFFECTS = (
     ),
     _of(
         name="accelerometer.scale_temperature_quadratic",
-        physics="the same beyond a straight line",
+        physics="magnet and coil with temperature: the scale factor is curved in it",
         unit="ppm/degC^2", si=PPM, nominal=0.1, multipliers=("f",), slow="T^2",
         excited_by=f"a wide range of temperature, and {FORCES}", reference=f"{PAPER}, eq. (11), beta",
     ),
@@ -86,7 +86,7 @@ EFFECTS = (
     ),
     _of(
         name="accelerometer.scale_temperature_rate_quadratic",
-        physics="the same beyond a straight line, even in the direction of change",
+        physics="the magnet's temperature differs from the reading, alike whichever way it changes",
         unit="ppm/(degC/min)^2", si=PPM, nominal=300.0, multipliers=("f",), slow="r^2",
         excited_by=f"{RATES}, and {FORCES}", reference=f"{PAPER}, eq. (11), alpha; eqs (15) to (17)",
     ),
@@ -116,7 +116,7 @@ EFFECTS = (
     ),
     _of(
         name="accelerometer.cubic",
-        physics="the same, odd in the sign of specific force",
+        physics="the output is not straight in specific force, and odd in its sign",
         unit="ug/g^3", si=UG * _G**3, nominal=20.0, multipliers=("f^3",),
         excited_by=FORCES, reference=f"{PAPER}, eq. (1), K3",
     ),
