@@ -23,7 +23,7 @@ from scipy.special import logsumexp
 
 from ins_eval.diagnosis.whitening import Whitened
 
-SCALES = (0.3, 1.0, 4.0, 16.0)  # of the nominal size; one Gaussian of nominal size loses large effects
+SCALES = (0.3, 1.0, 4.0, 16.0, 64.0)  # of the nominal size; one Gaussian of nominal size loses large effects
 
 
 def log_evidence(whitened: Whitened) -> float:

@@ -58,8 +58,7 @@ from ins_eval.recording.belief import Belief
 from ins_eval.streams import Streams
 
 WITHIN = 3.0  # nats of the best: a rival
-BY_PRIOR = 6.0  # nats of the best within which a rival is listed that only its prior keeps apart
-ALIKE = 0.5  # twice the log likelihood ratio below which only priors tell two apart
+ALIKE = 0.25  # nats of likelihood below which only priors tell two apart
 WORTH_REFITTING = 2.0  # log Bayes factor with the noise of the null
 # nats below which nothing counts: readings of hours in one place share slow errors that no model of noise holds
 LEAST_GAIN = {"chamber": 10.0}
@@ -316,20 +315,20 @@ class _Judge:
     def _rivals(self, stage: Stage) -> tuple[Rival, ...]:
         out: dict[int, Rival] = {}
         for k in stage.best.members:
-            of_family, members, ratio = stage.places(k)
+            of_family, members, of_any_size = stage.places(k)
             own = int(stage.space.families[k])
             log_sum = logsumexp(np.append(of_family, stage.space.cost))
             for family in np.argsort(of_family)[::-1]:
                 below = float(of_family[own] - of_family[family])
-                alike = bool(ratio[own] - ratio[family] < ALIKE)
-                if family == own or not (below < WITHIN or (alike and below < BY_PRIOR)):
+                unexpected = float(of_any_size[own] - of_any_size[family])  # where no size is expected of either
+                if family == own or min(below, unexpected) >= WITHIN:
                     continue
                 one = Rival(
                     of=stage.hypotheses[k],
                     hypothesis=stage.hypotheses[members[family]],
                     probability=float(np.exp(of_family[family] - log_sum)),
                     below_best=below,
-                    by_prior_only=alike,
+                    by_prior_only=below >= WITHIN or unexpected < ALIKE,
                 )
                 if family not in out or out[family].below_best > below:
                     out[int(family)] = one

@@ -111,9 +111,10 @@ def conditional(
 def one_more(
     a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of each family not yet in the set: its log B given the set, its best member, twice its log likelihood ratio.
+    """Of each family not yet in the set: its log B given the set, its best member, the same B for any size.
 
-    (families,) each; -inf for families of the set.
+    The last is the mean of the highest likelihood of its members: how well it fits where nothing is expected of its
+    size. (families,) each; -inf for families of the set.
     """
     ca, cb = conditional(a, b, chosen, space.centre)
     # what the set has taken over wholly cannot add anything
@@ -123,15 +124,16 @@ def one_more(
     for k in np.flatnonzero(space.centre):
         single[k] = log_bayes_factors(max(ca[k], 0.0), cb[k], space.centre[k])
     single = single - space.handicap
-    ratio = cb**2 / np.maximum(ca, 1e-300)
+    likeliest = 0.5 * cb**2 / np.maximum(ca, 1e-300) - space.handicap
     order, first = space.order, space.first
     counts = np.diff(np.append(first, order.size))
     of_family = np.logaddexp.reduceat(single[order], first) - np.log(counts)
-    ratios = np.maximum.reduceat(ratio[order], first)
+    of_any_size = np.logaddexp.reduceat(likeliest[order], first) - np.log(counts)
     # the best member of each: the last one of it when sorted by family, then height
     best = np.lexsort((single, space.families))[first + counts - 1]
-    of_family[list({int(space.families[k]) for k in chosen})] = -np.inf
-    return of_family, best, ratios
+    taken = list({int(space.families[k]) for k in chosen})
+    of_family[taken] = of_any_size[taken] = -np.inf
+    return of_family, best, of_any_size
 
 
 def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHARE_ELSEWHERE) -> list[Explanation]:

@@ -81,7 +81,7 @@ class Stage:
         return self.here.log_null + self.best.log_posterior
 
     def places(self, k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """log B of every family in the place of member `k`, its best member, and twice its log likelihood ratio."""
+        """log B of every family in the place of member `k`, its best member, and log B where it may have any size."""
         others = [j for j in self.best.members if j != k]
         return one_more(self.here.normal, self.here.projection, others, self.space)
 

@@ -89,7 +89,7 @@ def test_a_family_has_the_mean_over_its_members(regression, chosen) -> None:
     """Each member beside the chosen ones at their best scales, by densities; a family that is chosen is out."""
     x, y = regression
     space = of([2, 0, 1, 3, 1, 1], centre=[0.0, 0.0, 0.0, 0.0, 1.2, 0.0], handicap=np.array([0.0, 0, 0, 0, 0, 1.7]))
-    of_family, best, ratio = one_more(x.T @ x, x.T @ y, chosen, space)
+    of_family, best, of_any_size = one_more(x.T @ x, x.T @ y, chosen, space)
     _, fixed = explicit(y, x[:, chosen], np.zeros(len(chosen))) if chosen else (0.0, ())
     base = density(y, x[:, chosen], np.zeros(len(chosen)), fixed)
 
@@ -108,7 +108,8 @@ def test_a_family_has_the_mean_over_its_members(regression, chosen) -> None:
         assert of_family[family] == pytest.approx(logsumexp(gains) - np.log(members.size), abs=ROUNDING)
         assert best[family] == members[int(np.argmax(gains))]
         a, b = conditional(x.T @ x, x.T @ y, chosen, space.centre)
-        assert ratio[family] == pytest.approx(np.max(b[members] ** 2 / a[members]))
+        highest = 0.5 * b[members] ** 2 / a[members] - space.handicap[members]
+        assert of_any_size[family] == pytest.approx(logsumexp(highest) - np.log(members.size))
 
 
 def test_a_column_that_the_set_holds_already_adds_nothing(regression) -> None:
