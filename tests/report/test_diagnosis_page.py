@@ -296,7 +296,7 @@ def test_before_and_after_shows_the_channels_that_change() -> None:
     before = after.copy()
     before[:, 5] += 1.0
     figure = drawn.before_and_after(time_s=np.arange(3600.0), before=before, after=after, block_s=60.0)
-    assert [ax.get_ylabel() for ax in figure.axes] == ["velocity\ndown"]
+    assert [ax.get_ylabel() for ax in figure.axes] == ["velocity down"]
     check(figure, "before")
 
 
