@@ -15,6 +15,7 @@ from pydantic import BaseModel
 
 from ins_eval import datasheets, profile
 from ins_eval.accelerometer.model import PRESETS as POPULATIONS
+from ins_eval.digital_loop import parameters as loops
 from ins_eval.errors import UsageError, did_you_mean
 from ins_eval.gyro import GyroPopulation
 from ins_eval.laboratory import Chamber
@@ -58,6 +59,8 @@ def _print_list(presets: list[Preset]) -> None:
 def _all() -> Iterator[Preset]:
     for path in _tomls(POPULATIONS):
         yield Preset("accelerometer population", path.stem, _words(path), partial(_with_bases, path, _population))
+    for path in _tomls(loops.PRESETS):
+        yield Preset("digital loop", path.stem, _words(path), partial(_with_bases, path, loops.find))
     for path in _tomls(datasheets.FOLDER):
         kind = "INS" if isinstance(datasheets.load(path.stem), datasheets.InsSheet) else "data sheet"
         yield Preset(kind, path.stem, _words(path), partial(_sheet, path))
