@@ -6,17 +6,14 @@ about a difference is chosen by its ratio and interval (`wording`); what the res
 
 from __future__ import annotations
 
-import re
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from itertools import groupby
 from math import hypot
 
-from ins_eval.paper_a.row import CONTRADICTS, GIVEN, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED, VERDICT_RULE, Row
-from ins_eval.paper_a.row import number as significant
-from ins_eval.report.content import Block, Paragraph, Picture, Section, Table, paragraphs, pick, table
+from ins_eval.papers import Row
+from ins_eval.report.content import Block, Picture, Section, paragraphs, pick, table
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.published import beside_published
+from ins_eval.report.statements import counted, signed, statement_sections
 from ins_eval.report.style import in_order, in_symbols, label
 from ins_eval.report.vocabulary import CEP, FIRST, HEADLINE, SECOND, VELOCITY, improvement, measure_name, source_name
 from ins_eval.report.wording import (
@@ -31,10 +28,6 @@ from ins_eval.report.wording import (
     with_interval,
 )
 
-MARK = {REPRODUCED: "✓ reproduced", CONTRADICTS: "≠ contradicts itself", NOT_REPRODUCED: "✗ not reproduced"}
-TONE = {REPRODUCED: "good", NOT_REPRODUCED: "bad", CONTRADICTS: "odd"}
-HEADER = ("statement", "printed", "recomputed", "ours", "verdict")
-PRINTED_DIGITS, RECOMPUTED_DIGITS, OUR_DIGITS = 6, 4, 3
 CASE_NAME = {"given": "true attitude given", "aligned": "self-aligned"}
 AXES = ("east", "north", "horizontal")
 INTERVALS = {  # of the calibration, by their names in the results
@@ -97,9 +90,7 @@ def paper_a_content(rows: Sequence[Row], results: Mapping) -> tuple[str, list[Se
 
     Every row is shown, under its group and in the order in which it comes.
     """
-    sections = [Section("Verdicts", _verdicts(rows))]
-    for group in dict.fromkeys(row.group for row in rows):
-        sections.append(Section(sentence(group)[:-1], _of_group([row for row in rows if row.group == group])))
+    sections = statement_sections(rows, PICTURES)
     sections += [Section(heading, tell(results)) for heading, tell in OURS.items()]
     return _answer(rows, results), [section for section in sections if section.blocks]
 
@@ -108,15 +99,10 @@ def paper_a_content(rows: Sequence[Row], results: Mapping) -> tuple[str, list[Se
 
 
 def _answer(rows: Sequence[Row], results: Mapping) -> str:
-    counts = Counter(row.verdict for row in rows)
-    untested = sum(map(_untested, rows))
-    first = (
-        f"Of {len(rows)} statements of Paper A {counts[REPRODUCED]} are reproduced; in {counts[CONTRADICTS]} the paper "
-        f"contradicts itself; {counts[NOT_REPRODUCED]} are not reproduced"
-        + (f", of which {untested} could not be put to a test." if untested else ".")
-    )
     flight = results.get("flight") or {}
-    return "\n".join(filter(None, (first, _gain(flight), _one_flight(flight), _cause(flight), _meaning(flight))))
+    return "\n".join(
+        filter(None, (counted(rows, "Paper A"), _gain(flight), _one_flight(flight), _cause(flight), _meaning(flight)))
+    )
 
 
 def _gain(flight: Mapping) -> str:
@@ -185,84 +171,6 @@ def _meaning(flight: Mapping) -> str:
     return f"{text}; that a model with hysteresis brings more is not established."
 
 
-# ---------------------------------------------------------------------------------------------------------- the rows
-
-
-def _verdicts(rows: Sequence[Row]) -> list[Block]:
-    lines = []
-    for group in [*dict.fromkeys(row.group for row in rows), "together"]:
-        of_group = [row for row in rows if row.group == group or group == "together"]
-        count = Counter(row.verdict for row in of_group)
-        untested = sum(map(_untested, of_group))
-        lines.append((group, *(str(count[v] or MISSING) for v in MARK), str(untested or MISSING), str(len(of_group))))
-    header = ("subject", *MARK.values(), "of these not tested", "all")
-    note = "Not tested: taken as given, because it went into the simulation or cannot be computed, or not computed."
-    return [
-        *paragraphs(*VERDICT_RULE.splitlines()),
-        *table("Statements by subject", header, lines if rows else [], note),
-    ]
-
-
-def _of_group(rows: Sequence[Row]) -> list[Block]:
-    """The rows in their order, in one table up to each figure, which stands below the rows of its id."""
-    blocks: list[Block] = []
-    waiting: list[Row] = []
-    for base, of_base in groupby(rows, key=lambda row: row.id.partition("/")[0]):
-        waiting += of_base
-        if base in PICTURES:
-            blocks += [_table(waiting), *(Picture(*named) for named in PICTURES[base].items())]
-            waiting = []
-    return [*blocks, *([_table(waiting)] if waiting else [])]
-
-
-def _table(rows: Sequence[Row]) -> Table:
-    cells = [
-        (
-            _signed(f"{row.title} [{row.unit}]" if row.unit else row.title),
-            _value(row.printed, PRINTED_DIGITS),
-            _value(row.recomputed, RECOMPUTED_DIGITS),
-            _ours(row),
-            MARK[row.verdict],
-        )
-        for row in rows
-    ]
-    remarks = [Paragraph(_signed(row.reason), row.id) for row in rows]
-    tones = ["quiet" if _untested(row) else TONE[row.verdict] for row in rows]
-    return Table("", HEADER, cells, align="l" * len(HEADER), remarks=remarks, tones=tones)
-
-
-def _ours(row: Row) -> str:
-    text = _value(row.ours, OUR_DIGITS)
-    if row.interval95 is None:
-        return text
-    low, high = (_value(end, OUR_DIGITS) for end in row.interval95)
-    return f"{text} [{low},\u00a0{high}]"
-
-
-def _untested(row: Row) -> bool:
-    """Not reproduced because it was not put to a test."""
-    return row.verdict == NOT_REPRODUCED and row.reason.startswith((GIVEN, NOT_COMPUTED))
-
-
-def _signed(text: str) -> str:
-    """With a real minus sign before a number."""
-    return re.sub(r"(?<![\w/.)])-(?=\d)", "−", text)
-
-
-def _value(value: float | str | None, digits: int) -> str:
-    """A number with at most so many significant digits, whole ones in full; words as they are."""
-    if value is None:
-        return MISSING
-    if isinstance(value, str):
-        return _signed(value)
-    if value == round(value):
-        return number(value, 0)
-    text = significant(value, digits)
-    if digits > OUR_DIGITS and "." in text:  # exact numbers, not estimates
-        text = re.sub(r"\.?0+(?=$|e)", "", text)
-    return text.rstrip(".").replace("-", "−")
-
-
 # -------------------------------------------------------------------------------------------- what our results add
 
 
@@ -271,7 +179,7 @@ def _chamber(results: Mapping) -> list[Block]:
     coverage = chamber.get("coverage") or {}
     rows = [(words, _percent(coverage[key])) for key, words in INTERVALS.items() if coverage.get(key)]
     by_position = coverage.get("predictive_by_position") or {}
-    rows += [(f"the same, at {_signed(position)}", _percent(entry)) for position, entry in by_position.items()]
+    rows += [(f"the same, at {signed(position)}", _percent(entry)) for position, entry in by_position.items()]
     over = f"Pooled over {coverage['units']} units" if "units" in coverage else "Pooled over all units"
     note = f"{over}; in brackets the 95 % interval of the share, which counts units. 95 % would be exact."
     blocks = table(

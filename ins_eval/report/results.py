@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
+import platform
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -37,3 +40,17 @@ def write_results(
 def as_json(tree: Mapping[str, Any] | Sequence[Any]) -> bytes:
     """The same bytes for the same numbers: keys sorted, floats in full."""
     return (json.dumps(tree, sort_keys=True, indent=1, allow_nan=False) + "\n").encode()
+
+
+def made_with() -> dict[str, Any]:
+    """Versions and machine, for a manifest."""
+    needed = [
+        r.split(">")[0].split("=")[0].split("<")[0].strip() for r in importlib.metadata.requires("ins-eval") or ()
+    ]
+    return {
+        "versions": {
+            "python": platform.python_version(),
+            **{n: importlib.metadata.version(n) for n in ["ins-eval", *needed]},
+        },
+        "machine": {"architecture": platform.machine(), "system": platform.system(), "byte_order": sys.byteorder},
+    }

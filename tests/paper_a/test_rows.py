@@ -10,7 +10,8 @@ from dataclasses import asdict
 import pytest
 
 from ins_eval.metrics import DEFINITIONS
-from ins_eval.paper_a.row import (
+from ins_eval.paper_a.rows import GROUPS, REQUIRED, rows
+from ins_eval.papers import (
     CONTRADICTS,
     NOT_COMPUTED,
     NOT_REPRODUCED,
@@ -24,7 +25,6 @@ from ins_eval.paper_a.row import (
     same,
     simulated,
 )
-from ins_eval.paper_a.rows import GROUPS, REQUIRED, rows
 
 # everything that Paper A contains, listed apart from the code
 TABLES = ["A-T1", "A-T2", "A-T3", "A-T4", "A-T5", "A-T6", "A-T7", "A-CEP"]

@@ -15,7 +15,7 @@ from ins_eval.calibration.four_point import four_point
 from ins_eval.ensemble.sensitivity import CASES
 from ins_eval.laboratory import Chamber, draw_printed_units, magnet
 from ins_eval.laboratory.creep_rig import CreepRig
-from ins_eval.paper_a.row import CONTRADICTS, GIVEN, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED, Row
+from ins_eval.papers import CONTRADICTS, GIVEN, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED, Row
 from ins_eval.report import figures, page, style, text
 from ins_eval.report.content import Paragraph, Picture, Section, Table
 from ins_eval.report.figures import paper_a, rigs

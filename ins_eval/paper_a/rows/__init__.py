@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from ins_eval.paper_a import ours as own
-from ins_eval.paper_a.row import VERDICT_RULE, VERDICTS, Row
 from ins_eval.paper_a.rows import (
     claims_navigation,
     claims_sensors,
@@ -17,6 +15,7 @@ from ins_eval.paper_a.rows.equations import equation_rows
 from ins_eval.paper_a.rows.figures import figure_rows
 from ins_eval.paper_a.rows.procedures import procedure_rows
 from ins_eval.paper_a.rows.tables import table_rows
+from ins_eval.papers import VERDICT_RULE, VERDICTS, Groups, Row, assembled
 
 # Every id is a row itself or what stands before the first "/" of one.
 REQUIRED = (
@@ -31,8 +30,7 @@ REQUIRED = (
     *(f"A{k}" for k in range(1, 31)),
 )
 
-# what makes the rows of each group from the results and from `ours`
-GROUPS = {
+GROUPS: Groups = {
     "Tables": (table_rows,),
     "Equations": (equation_rows,),
     "Procedures": (procedure_rows,),
@@ -49,10 +47,7 @@ def rows(results: Mapping) -> list[Row]:
     not computed in this run, and its rows say so. With the seed the small computations of `ours` are done here.
     """
     ours = own.compute(results["seed"]) if "seed" in results else {}
-    found = [
-        replace(row, group=group) for group, parts in GROUPS.items() for make in parts for row in make(results, ours)
-    ]
-    return sorted(found, key=lambda row: REQUIRED.index(row.id.partition("/")[0]))
+    return assembled(GROUPS, REQUIRED, results, ours)
 
 
 __all__ = ["GROUPS", "REQUIRED", "VERDICTS", "VERDICT_RULE", "Row", "rows"]

@@ -8,7 +8,8 @@ import numpy as np
 
 from ins_eval.paper_a.audit import navigation
 from ins_eval.paper_a.printed import PRINTED
-from ins_eval.paper_a.row import (
+from ins_eval.paper_a.single import FIRST, SECOND
+from ins_eval.papers import (
     CONTRADICTS,
     Estimate,
     Row,
@@ -20,7 +21,6 @@ from ins_eval.paper_a.row import (
     percent_off,
     same,
 )
-from ins_eval.paper_a.single import FIRST, SECOND
 
 
 def navigation_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:

@@ -9,7 +9,7 @@ import numpy as np
 from ins_eval.paper_a.audit import chamber, devices, epoxy, navigation
 from ins_eval.paper_a.audit import scale_factor as audit
 from ins_eval.paper_a.printed import INS, PRINTED, UNITS
-from ins_eval.paper_a.row import (
+from ins_eval.papers import (
     CONTRADICTS,
     NOT_REPRODUCED,
     Estimate,

@@ -8,7 +8,7 @@ from ins_eval.calibration.labelings import FIGURE_4, TURNED
 from ins_eval.paper_a.audit import chamber
 from ins_eval.paper_a.audit import scale_factor as audit
 from ins_eval.paper_a.printed import PRINTED, UNITS
-from ins_eval.paper_a.row import (
+from ins_eval.papers import (
     CONTRADICTS,
     REPRODUCED,
     Row,

@@ -8,8 +8,8 @@ from ins_eval.calibration.labelings import FIGURE_4, TURNED
 from ins_eval.paper_a.audit import chamber, epoxy
 from ins_eval.paper_a.audit import scale_factor as audit
 from ins_eval.paper_a.printed import PRINTED, UNITS
-from ins_eval.paper_a.row import CONTRADICTS, Row, as_printed, between, decided, find, given, number, row
 from ins_eval.paper_a.single import FIRST, SECOND
+from ins_eval.papers import CONTRADICTS, Row, as_printed, between, decided, find, given, number, row
 
 HALF = 50.0  # per cent of the variance: what a relation that is not explicit has to leave open
 RIG = "a photograph of equipment; a block diagram stands here."

@@ -8,7 +8,8 @@ from ins_eval.calibration.labelings import FIGURE_4, TURNED
 from ins_eval.paper_a.audit import chamber, epoxy
 from ins_eval.paper_a.audit import scale_factor as audit
 from ins_eval.paper_a.printed import INS, PRINTED, UNITS
-from ins_eval.paper_a.row import (
+from ins_eval.paper_a.single import SECOND
+from ins_eval.papers import (
     CONTRADICTS,
     GIVEN,
     NOT_REPRODUCED,
@@ -21,7 +22,6 @@ from ins_eval.paper_a.row import (
     number,
     row,
 )
-from ins_eval.paper_a.single import SECOND
 
 
 def laboratory_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:

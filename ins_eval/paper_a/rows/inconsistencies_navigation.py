@@ -8,7 +8,8 @@ from ins_eval.metrics import DEFINITIONS
 from ins_eval.paper_a.audit import devices, navigation
 from ins_eval.paper_a.audit import scale_factor as audit
 from ins_eval.paper_a.printed import PRINTED
-from ins_eval.paper_a.row import (
+from ins_eval.paper_a.single import FIRST, SECOND
+from ins_eval.papers import (
     CONTRADICTS,
     GIVEN,
     NOT_COMPUTED,
@@ -26,7 +27,6 @@ from ins_eval.paper_a.row import (
     same,
     simulated,
 )
-from ins_eval.paper_a.single import FIRST, SECOND
 from ins_eval.units import HOUR, NMI
 
 NOTHING_PERCENT = 1.0  # an effect on the velocity RMS that is at most so large does not matter

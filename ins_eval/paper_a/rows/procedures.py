@@ -8,7 +8,8 @@ from ins_eval.calibration.fits import LINE
 from ins_eval.paper_a.audit import chamber, epoxy, navigation
 from ins_eval.paper_a.audit import scale_factor as audit
 from ins_eval.paper_a.printed import PRINTED, UNITS
-from ins_eval.paper_a.row import (
+from ins_eval.paper_a.single import FIRST, SECOND
+from ins_eval.papers import (
     CONTRADICTS,
     NOT_REPRODUCED,
     REPRODUCED,
@@ -23,7 +24,6 @@ from ins_eval.paper_a.row import (
     row,
     same,
 )
-from ins_eval.paper_a.single import FIRST, SECOND
 from ins_eval.thermal import Thermometer
 
 

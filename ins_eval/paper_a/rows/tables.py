@@ -12,7 +12,8 @@ from ins_eval.metrics import DEFINITIONS
 from ins_eval.paper_a.audit import devices, epoxy, navigation
 from ins_eval.paper_a.audit import scale_factor as audit
 from ins_eval.paper_a.printed import GJN096, INS, PRINTED, QA3000, UNITS
-from ins_eval.paper_a.row import (
+from ins_eval.paper_a.single import FIRST, SECOND
+from ins_eval.papers import (
     CONTRADICTS,
     NOT_REPRODUCED,
     Estimate,
@@ -27,7 +28,6 @@ from ins_eval.paper_a.row import (
     same,
     simulated,
 )
-from ins_eval.paper_a.single import FIRST, SECOND
 
 PAPER_ARM = {"simple": FIRST, "hysteresis": SECOND}  # the paper's compensated arm was refined in the oven
 TABLE1 = {  # row of the table: field of the sheet, its name and unit

@@ -1,9 +1,9 @@
-"""One statement of Paper A beside what it gives when computed again, and beside ours."""
+"""One statement of a paper beside what it gives when computed again, and beside ours."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal
 
 Verdict = Literal["reproduced", "not reproduced", "the paper contradicts itself"]
@@ -48,6 +48,21 @@ class Row:
 
 Number = float | str | None
 Estimate = Mapping[str, Any]
+Groups = Mapping[str, Sequence[Callable[..., Iterable[Row]]]]  # what makes the rows of each group
+
+
+def assembled(groups: Groups, required: Sequence[str], *computed: Mapping) -> list[Row]:
+    """All rows that the groups make of what was `computed`, in the order of `required`.
+
+    There stand their ids, or what is before the first "/" of them.
+    """
+    found = [
+        dataclasses.replace(row, group=group)
+        for group, parts in groups.items()
+        for make in parts
+        for row in make(*computed)
+    ]
+    return sorted(found, key=lambda row: required.index(row.id.partition("/")[0]))
 
 
 def find(tree: Any, *keys: str) -> Any:

@@ -1,0 +1,115 @@
+"""Statements of a paper with their verdicts: counted, grouped, and put beside their figures."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+
+from ins_eval.papers import CONTRADICTS, GIVEN, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED, VERDICT_RULE, Row
+from ins_eval.papers import number as significant
+from ins_eval.report.content import Block, Paragraph, Picture, Section, Table, paragraphs, table
+from ins_eval.report.wording import MISSING, number, sentence
+
+MARK = {REPRODUCED: "✓ reproduced", CONTRADICTS: "≠ contradicts itself", NOT_REPRODUCED: "✗ not reproduced"}
+TONE = {REPRODUCED: "good", NOT_REPRODUCED: "bad", CONTRADICTS: "odd"}
+HEADER = ("statement", "printed", "recomputed", "ours", "verdict")
+PRINTED_DIGITS, RECOMPUTED_DIGITS, OUR_DIGITS = 6, 4, 3
+
+Pictures = Mapping[str, Mapping[str, str]]  # below the rows of an id: the names of its figures, what to see in each
+
+
+def counted(rows: Sequence[Row], paper: str) -> str:
+    """The verdicts in one sentence."""
+    counts = Counter(row.verdict for row in rows)
+    untested = sum(map(_untested, rows))
+    return (
+        f"Of {len(rows)} statements of {paper} {counts[REPRODUCED]} are reproduced; in {counts[CONTRADICTS]} the paper "
+        f"contradicts itself; {counts[NOT_REPRODUCED]} are not reproduced"
+        + (f", of which {untested} could not be put to a test." if untested else ".")
+    )
+
+
+def statement_sections(rows: Sequence[Row], pictures: Pictures) -> list[Section]:
+    """The rule and the count of the verdicts, then every row under its group, in the order in which it comes."""
+    sections = [Section("Verdicts", _verdicts(rows))]
+    for group in dict.fromkeys(row.group for row in rows):
+        of_group = [row for row in rows if row.group == group]
+        sections.append(Section(sentence(group)[:-1], _of_group(of_group, pictures)))
+    return sections
+
+
+def _verdicts(rows: Sequence[Row]) -> list[Block]:
+    lines = []
+    for group in [*dict.fromkeys(row.group for row in rows), "together"]:
+        of_group = [row for row in rows if row.group == group or group == "together"]
+        count = Counter(row.verdict for row in of_group)
+        untested = sum(map(_untested, of_group))
+        lines.append((group, *(str(count[v] or MISSING) for v in MARK), str(untested or MISSING), str(len(of_group))))
+    header = ("subject", *MARK.values(), "of these not tested", "all")
+    note = "Not tested: taken as given, because it went into the simulation or cannot be computed, or not computed."
+    return [
+        *paragraphs(*VERDICT_RULE.splitlines()),
+        *table("Statements by subject", header, lines if rows else [], note),
+    ]
+
+
+def _of_group(rows: Sequence[Row], pictures: Pictures) -> list[Block]:
+    """The rows in their order, in one table up to each figure, which stands below the rows of its id."""
+    blocks: list[Block] = []
+    waiting: list[Row] = []
+    for base, of_base in groupby(rows, key=lambda row: row.id.partition("/")[0]):
+        waiting += of_base
+        if base in pictures:
+            blocks += [_table(waiting), *(Picture(*named) for named in pictures[base].items())]
+            waiting = []
+    return [*blocks, *([_table(waiting)] if waiting else [])]
+
+
+def _table(rows: Sequence[Row]) -> Table:
+    cells = [
+        (
+            signed(f"{row.title} [{row.unit}]" if row.unit else row.title),
+            _value(row.printed, PRINTED_DIGITS),
+            _value(row.recomputed, RECOMPUTED_DIGITS),
+            _ours(row),
+            MARK[row.verdict],
+        )
+        for row in rows
+    ]
+    remarks = [Paragraph(signed(row.reason), row.id) for row in rows]
+    tones = ["quiet" if _untested(row) else TONE[row.verdict] for row in rows]
+    return Table("", HEADER, cells, align="l" * len(HEADER), remarks=remarks, tones=tones)
+
+
+def _ours(row: Row) -> str:
+    text = _value(row.ours, OUR_DIGITS)
+    if row.interval95 is None:
+        return text
+    low, high = (_value(end, OUR_DIGITS) for end in row.interval95)
+    return f"{text} [{low},\u00a0{high}]"
+
+
+def _untested(row: Row) -> bool:
+    """Not reproduced because it was not put to a test."""
+    return row.verdict == NOT_REPRODUCED and row.reason.startswith((GIVEN, NOT_COMPUTED))
+
+
+def signed(text: str) -> str:
+    """With a real minus sign before a number."""
+    return re.sub(r"(?<![\w/.)])-(?=\d)", "−", text)
+
+
+def _value(value: float | str | None, digits: int) -> str:
+    """A number with at most so many significant digits, whole ones in full; words as they are."""
+    if value is None:
+        return MISSING
+    if isinstance(value, str):
+        return signed(value)
+    if value == round(value):
+        return number(value, 0)
+    text = significant(value, digits)
+    if digits > OUR_DIGITS and "." in text:  # exact numbers, not estimates
+        text = re.sub(r"\.?0+(?=$|e)", "", text)
+    return text.rstrip(".").replace("-", "−")
