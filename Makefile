@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS := 1
 RUN_OPTIONS = $(if $(WORKERS),--workers "$(WORKERS)") $(if $(SEED),--seed "$(SEED)")
 
 .DEFAULT_GOAL := help
-.PHONY: help env flight-report paper-report check-cep concealed test test-all lint wheel lock clean
+.PHONY: help env flight-report paper-report loop-report check-cep concealed test test-all lint wheel lock clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -35,11 +35,14 @@ $(STAMP): pyproject.toml requirements.lock
 	@$(PIP) install --quiet --no-deps --no-build-isolation -e .
 	@touch $(STAMP)
 
-flight-report: env ## how good is this INS? writes reports/flight/ (MODEL=my.py:MyModel PROFILE= SEED= WORKERS=)
-	@$(VENV)/bin/ins-eval flight-report $(if $(MODEL),--model "$(MODEL)") $(if $(PROFILE),--profile "$(PROFILE)") $(RUN_OPTIONS)
+flight-report: env ## how good is this INS? writes reports/flight/ (MODEL=my.py:MyModel PROFILE= STORAGE_YEARS= SEED= WORKERS=)
+	@$(VENV)/bin/ins-eval flight-report $(if $(MODEL),--model "$(MODEL)") $(if $(PROFILE),--profile "$(PROFILE)") $(if $(STORAGE_YEARS),--storage-years "$(STORAGE_YEARS)") $(RUN_OPTIONS)
 
 paper-report: env ## each number of Paper A beside ours; writes reports/paper-a/ (SEED= WORKERS=)
 	@$(VENV)/bin/ins-eval paper-report $(RUN_OPTIONS)
+
+loop-report: env ## each number of Paper B beside ours; writes reports/paper-b/ (SEED= WORKERS=)
+	@$(VENV)/bin/ins-eval loop-report $(RUN_OPTIONS)
 
 check-cep: env ## the gate: is hysteresis compensation still better than simple? (SEED= WORKERS=)
 	@$(VENV)/bin/ins-eval check-cep $(RUN_OPTIONS)

@@ -48,6 +48,13 @@ def _parser() -> argparse.ArgumentParser:
     flight.add_argument(
         "--output", type=Path, default=Path("reports/flight"), help="folder of the report (default: %(default)s)"
     )
+    flight.add_argument(
+        "--storage-years",
+        type=float,
+        default=1.0,
+        metavar="Y",
+        help="time between calibration and flight in the section on storage; 0 leaves it out (default: %(default)g)",
+    )
     _common(flight)
 
     paper = verbs.add_parser("paper-report", help="each number and claim of Paper A beside ours")
@@ -58,6 +65,22 @@ def _parser() -> argparse.ArgumentParser:
         "--output", type=Path, default=Path("reports/paper-a"), help="folder of the report (default: %(default)s)"
     )
     _common(paper)
+
+    loop = verbs.add_parser(
+        "loop-report", help="each number and claim of Paper B, a digital accelerometer, beside ours"
+    )
+    loop.add_argument(
+        "--population",
+        type=_at_least(2),
+        default=200,
+        dest="size",
+        metavar="N",
+        help="accelerometers through the paper's procedure (default: %(default)s)",
+    )
+    loop.add_argument(
+        "--output", type=Path, default=Path("reports/paper-b"), help="folder of the report (default: %(default)s)"
+    )
+    _common(loop)
 
     presets = verbs.add_parser("presets", help="list what ships: accelerometers, data sheets, profiles, with sources")
     presets.add_argument("name", nargs="?", metavar="NAME", help="print this one in full, each number with its source")
@@ -154,6 +177,49 @@ def _parser() -> argparse.ArgumentParser:
         "--write-model", type=Path, metavar="FILE", help="write the belief with the effects found in it"
     )
     diagnose.add_argument("--quiet", action="store_true", help="no progress and no text on the terminal")
+
+    loop = verbs.add_parser("loop", help="the gains of a digital accelerometer loop").add_subparsers(
+        dest="action", required=True, metavar="ACTION"
+    )
+    tests = loop.add_parser("simulate", help="write the scans and current tests of a simulated loop")
+    tests.add_argument("preset_or_file", metavar="PRESET|FILE.toml", help="digital-qfa, paper-unit, or your own loop")
+    tests.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder of the CSV files")
+    tests.add_argument(
+        "--forward-ppm", type=float, default=-200.0, metavar="PPM", help="drift put in (default: %(default)g)"
+    )
+    tests.add_argument(
+        "--feedback-ppm", type=float, default=200.0, metavar="PPM", help="drift put in (default: %(default)g)"
+    )
+    tests.add_argument(
+        "--through",
+        choices=("gain", "resistor"),
+        default="gain",
+        help="change the gain by that much, or a resistor behind it (default: %(default)s)",
+    )
+    tests.add_argument(
+        "--unit", type=_at_least(0), default=0, metavar="I", help="its number in the population (default: %(default)s)"
+    )
+    tests.add_argument("--seed", type=_at_least(0), default=1, help="of all random draws (default: %(default)s)")
+    tests.add_argument("--quiet", action="store_true", help="no text on the terminal")
+    gains = loop.add_parser(
+        "calibrate",
+        help="gains, their drift and its compensation from recorded tests",
+        description="A scan has the columns state, repetition, n_fpga, n_out; a test with the reference current state, "
+        "repetition, current, n_out. state is reference or test, current is on or off.",
+    )
+    gains.add_argument(
+        "files", type=Path, nargs="+", metavar="SCAN.csv", help="scans, and tests with the reference current on and off"
+    )
+    gains.add_argument(
+        "--n-vref",
+        type=_at_least(1),
+        dest="reference_code",
+        default=524288,
+        metavar="N",
+        help="code of DA0 as it is set now (default: %(default)s)",
+    )
+    gains.add_argument("--json", type=Path, metavar="FILE", help="write the numbers")
+    gains.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
     model = verbs.add_parser("check-model", help="does a compensation model keep its contract?")
     model.add_argument("model", help="my.py:MyModel, package.module:Class, or a built-in name")
@@ -256,6 +322,10 @@ def _run(verb: str, options: dict) -> int:
         from ins_eval.commands import paper_report
 
         return paper_report.run(size=options.pop("ensemble"), **options)
+    if verb == "loop-report":
+        from ins_eval.commands import loop_report
+
+        return loop_report.run(**options)
     if verb == "presets":
         from ins_eval.commands import presets
 
@@ -286,6 +356,10 @@ def _run(verb: str, options: dict) -> int:
         from ins_eval.commands import diagnose
 
         return diagnose.run(**options)
+    if verb == "loop":
+        from ins_eval.commands import loop
+
+        return getattr(loop, options.pop("action"))(**options)
     if verb == "check-model":
         from ins_eval.commands import check_model
 

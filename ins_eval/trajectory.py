@@ -242,6 +242,11 @@ class Trajectory:
             profile.start.heading_deg * DEG,
         )
 
+    @property
+    def turns_s(self) -> np.ndarray:
+        """Begin and end of each turn of the profile, from level to level, (k, 2)."""
+        return self._plan[2][:, :2]
+
     @cached_property
     def _grid(self) -> np.ndarray:
         place = self.profile.start

@@ -18,6 +18,7 @@ from ins_eval.accelerometer.bias_temperature import BiasTemperature
 from ins_eval.accelerometer.creep import Creep
 from ins_eval.accelerometer.effect import Effect
 from ins_eval.accelerometer.in_run import InRun
+from ins_eval.accelerometer.loop_gain import LoopGain
 from ins_eval.accelerometer.magnet_hysteresis import MagnetHysteresis
 from ins_eval.accelerometer.noise import Noise
 from ins_eval.accelerometer.nonlinearity import Nonlinearity
@@ -46,11 +47,16 @@ EFFECTS: tuple[type[Effect], ...] = (
     Nonlinearity,
     Noise,
     Quantisation,
+    LoopGain,
 )
 TIME_TOLERANCE_S = 1e-6
 PRESETS = Path(__file__).parent / "presets"
 
-_Tables = create_model("_Tables", __base__=Strict, **{effect.name: (effect, ...) for effect in EFFECTS})
+# what a file may leave out, and what that means; every other effect is stated
+_UNLESS_STATED = {LoopGain: LoopGain()}
+_Tables = create_model(
+    "_Tables", __base__=Strict, **{effect.name: (effect, _UNLESS_STATED.get(effect, ...)) for effect in EFFECTS}
+)
 
 
 class SlowErrors(NamedTuple):

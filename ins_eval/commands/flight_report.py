@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
-import platform
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -13,16 +10,17 @@ from typing import Any
 import numpy as np
 
 from ins_eval import ensemble, metrics
-from ins_eval.commands import flight_study
+from ins_eval.commands import after_storage, flight_study
 from ins_eval.commands.flight_figures import path, temperature, traces
 from ins_eval.commands.flight_study import PAPER, SHOWN_ARMS, SINGLE_FLIGHT, Shown, by_arm
 from ins_eval.compensation.check import require_sound
 from ins_eval.compensation.registry import load_model, model_files
 from ins_eval.ensemble import ARMS, SOURCES, Plan, World
+from ins_eval.ensemble.stored import stored
 from ins_eval.profile import find
 from ins_eval.report import figures
 from ins_eval.report.flight import flight_content
-from ins_eval.report.results import as_json, write_results
+from ins_eval.report.results import as_json, made_with, write_results
 from ins_eval.storage import write_whole
 from ins_eval.streams import Streams
 
@@ -38,8 +36,12 @@ def run(
     workers: int | None,
     quiet: bool,
     population: str = "jb-kt8",
+    storage_years: float = 1.0,
 ) -> int:
-    """Compute, write ``metrics.json``, ``manifest.json``, figures, page and text into `output`, print the text."""
+    """Compute, write ``metrics.json``, ``manifest.json``, figures, page and text into `output`, print the text.
+
+    With `storage_years` of 0 nothing is said of storage.
+    """
     users: tuple[str, ...] = ()
     if model is not None:
         require_sound(load_model(model))
@@ -47,9 +49,15 @@ def run(
     names = {spec: load_model(spec).name for spec in ARMS + users}
     plan = Plan(profile=profile, population=population, arms=ARMS + users, seed=seed)
     world = World(plan)  # refuses what cannot be flown before anything is written
-    members = ensemble.run(flight_study.plans(plan, size), output / "members", workers, quiet)
+    units = stored(storage_years, seed)
+    plans = flight_study.plans(plan, size)
+    if storage_years:
+        plans |= after_storage.plans(plan, size, units)
+    members = ensemble.run(plans, output / "members", workers, quiet)
     shown = flight_study.fly_shown(world, [*SHOWN_ARMS, *users], names)
     result = flight_study.numbers(plan, size, members, shown, names, tuple(names[u] for u in users))
+    if storage_years:
+        result["storage"] = after_storage.numbers(plans, members, units)
     write_whole(output / "manifest.json", as_json(manifest(plan, size)))
     answer, sections = flight_content(result)
     arms = by_arm(members, names)
@@ -60,9 +68,6 @@ def run(
 
 def manifest(plan: Plan, size: int) -> dict[str, Any]:
     """What the numbers were made from: plan, inputs, versions, machine."""
-    needed = [
-        r.split(">")[0].split("=")[0].split("<")[0].strip() for r in importlib.metadata.requires("ins-eval") or ()
-    ]
     file = find(plan.profile)
     return {
         "plan": asdict(plan),
@@ -71,11 +76,7 @@ def manifest(plan: Plan, size: int) -> dict[str, Any]:
         "inputs": {
             Path(f).name: hashlib.sha256(Path(f).read_bytes()).hexdigest() for f in [file, *model_files(plan.arms)]
         },
-        "versions": {
-            "python": platform.python_version(),
-            **{n: importlib.metadata.version(n) for n in ["ins-eval", *needed]},
-        },
-        "machine": {"architecture": platform.machine(), "system": platform.system(), "byte_order": sys.byteorder},
+        **made_with(),
     }
 
 

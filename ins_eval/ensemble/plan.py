@@ -40,7 +40,7 @@ SOURCES: dict[str, tuple[tuple[str, ...], bool]] = {
     "accelerometer_bias_thermal": (("thermal_lag", "bias_temperature", "creep"), False),
     "accelerometer_bias_of_the_run": (("turn_on", "in_run", "noise"), False),
     "accelerometer_scale_factor": (
-        ("scale_polynomial", "magnet_hysteresis", "scale_repeatability", "nonlinearity"),
+        ("scale_polynomial", "magnet_hysteresis", "scale_repeatability", "nonlinearity", "loop_gain"),
         False,
     ),
     "gyro": ((), True),

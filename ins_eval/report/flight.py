@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ins_eval.report.after_storage import after_storage
 from ins_eval.report.content import Block, Paragraph, Picture, Section, paragraphs, pick, table
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.published import beside_published
@@ -31,6 +32,7 @@ from ins_eval.report.vocabulary import (
 )
 from ins_eval.report.wording import (
     MISSING,
+    SHORT_VERDICT,
     certainty,
     change,
     effect,
@@ -42,7 +44,6 @@ from ins_eval.report.wording import (
     with_interval,
 )
 
-SHORT_VERDICT = {"better": "better", "worse": "worse", "open": "not established", "equal": "no difference"}
 UNITS = {VELOCITY: "m/s", CEP: "nmi/h"}
 
 
@@ -58,6 +59,7 @@ def flight_content(metrics: Mapping) -> tuple[str, list[Section]]:
         Section("One flight proves little", _one_flight(metrics)),
         Section("Beside the published flight", beside_published(metrics)),
         Section("Where the error comes from", _budget(metrics)),
+        Section("After storage", after_storage(metrics)),
         Section("The flight shown", _shown(metrics)),
         Section("Definitions and windows", definitions_table(metrics)),
         Section("Numeric floor and conditions", _conditions(metrics)),

@@ -11,6 +11,12 @@ Ratio = Mapping[str, object]  # {"ratio": float, "interval95": [low, high]}
 Verdict = Literal["better", "worse", "open", "equal"]
 
 MISSING = "–"
+SHORT_VERDICT: dict[Verdict, str] = {
+    "better": "better",
+    "worse": "worse",
+    "open": "not established",
+    "equal": "no difference",
+}
 
 
 def verdict(ratio: Ratio) -> Verdict:
