@@ -57,6 +57,7 @@ concealed: env ## effects concealed in recordings: does diagnose find them? writ
 	    $(VENV)/bin/python -m tests.challenge.make --set sealed --seed $(SEALED_SEED) --rate 20 --kind $${each%:*} \
 	        --count $${each#*:} --workers $(or $(WORKERS),2) -o $(CONCEALED) || exit 1; done
 	@$(VENV)/bin/python -m tests.concealed.run $(CONCEALED)/recordings $(CONCEALED)/answers --workers $(or $(WORKERS),2)
+	@$(VENV)/bin/python -m tests.concealed.bound $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
 	@$(VENV)/bin/python -m tests.concealed.experiments $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
 	@$(VENV)/bin/python -m tests.concealed.navigation $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
 	@$(VENV)/bin/python -m tests.concealed.report $(CONCEALED) $(CONCEALED)/answers

@@ -247,8 +247,9 @@ def _navigation(result: dict) -> list[Block]:
 
 def _oracle() -> list[Block]:
     text = (
-        "The oracle knows the form of the effect, the true noise and the true errors, so D is what could at best be "
-        "known. Points on the line gain as much; far below it we gave evidence away, far above it we believed too much."
+        "The oracle knows the effect. The noise it has to estimate as we do: D is what could at best be known. Above "
+        "2000 nats of one that knows the noise, too, D is of that. Points on the line gain as much; far below it we "
+        "gave evidence away, far above it we believed too much."
     )
     return [*paragraphs(text), Picture("oracle", "Log evidence gained, ours and the oracle's.")]
 

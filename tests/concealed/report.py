@@ -1,8 +1,8 @@
 """`python -m tests.concealed.report FOLDER ANSWERS [--output reports/concealed]`: what the diagnosis found of what hid.
 
-FOLDER is what the maker of the challenge wrote, ANSWERS what `tests.concealed.run` made of it, with its ``navigation``
-and ``experiments`` where they were made. Writes ``index.html``, ``metrics.json`` (each rate, and the record of each
-case), ``manifest.json``, and adds a line to ``log.json``, the list of all runs on sealed sets.
+FOLDER is what the maker of the challenge wrote, ANSWERS what `tests.concealed.run` made of it, with its ``bound``,
+``navigation`` and ``experiments`` where they were made. Writes ``index.html``, ``metrics.json`` (each rate, and the
+record of each case), ``manifest.json``, and adds a line to ``log.json``, the list of all runs on sealed sets.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 from ins_eval.report.results import as_json, write_results
 from ins_eval.storage import write_whole
 from tests.challenge.score import SEEN, judged, rate, read, summary
-from tests.concealed import experiments, figures, navigation, run
+from tests.concealed import bound, experiments, figures, navigation, run
 from tests.concealed.pages import content
 from tests.concealed.targets import TARGETS, found, verdict
 
@@ -28,6 +28,8 @@ LOG = "log.json"
 def result_of(folder: Path, answers: Path) -> dict:
     """All numbers of a run."""
     truths, given, runs = read(folder / "truth"), read(answers), run.read_runs(answers)
+    limits = answers / bound.FILE
+    truths = bound.estimated(truths, json.loads(limits.read_text()) if limits.exists() else {})
     given = {name: one for name, one in given.items() if name in runs}
     records = [judged(one, given.get(name), runs.get(name, {}).get("seconds")) for name, one in truths.items()]
     result = summary(records)

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from tests.concealed import navigation, report, run, targets
+from tests.concealed import bound, navigation, report, run, targets
 from tests.concealed.figures import OTHER_AXIS, outcome, short
 from tests.concealed.targets import TARGETS
 
@@ -148,3 +148,10 @@ def test_short_names_stay_apart():
     names = [short(name) for name in VOCABULARY]
     assert len(set(names)) == len(names)
     assert max(map(len, names)) <= 24
+
+
+def test_bands_are_of_d_with_the_noise_estimated() -> None:
+    truths = {"a": {"oracle": {"log_bayes_factor": 40.0, "margin": 3.0}}, "b": {"oracle": None}}
+    found = bound.estimated(truths, {"a": 9.0})
+    assert found["a"]["oracle"] == {"log_bayes_factor": 9.0, "margin": 3.0, "noise_known": 40.0}
+    assert found["b"] == truths["b"]

@@ -1,0 +1,107 @@
+"""`python -m tests.concealed.bound FOLDER ANSWERS [--workers 2]`: what could be known with the noise to be estimated.
+
+The oracle of the maker knows the noise of each case, so its D is more than any tool can reach: what an effect does to
+a null whose noise is free looks like noise. Here the effects are known and the noise is not: log Bayes factor of the
+truth against the null, the noise integrated out of both, from the sums of the installed package. ``ANSWERS/bound.json``
+keeps it for each case in which the oracle sees something and noise could hide it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import sys
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from tests.challenge.score import SEEN, read
+from tests.concealed import run
+
+FILE = "bound.json"
+BEYOND = 2000.0  # nats of the oracle that no noise can hide
+FURTHER = ("time_constant_s", "branch_width_c", "at_s", "other_axis")
+
+
+def wanted(truth: dict) -> bool:
+    """Effects of the vocabulary that the oracle sees, not so large that noise does not matter."""
+    d = (truth["oracle"] or {}).get("log_bayes_factor")
+    return bool(truth["effects"]) and not truth["outside"] and d is not None and SEEN <= d < BEYOND
+
+
+def reached(truth: dict, folders: list[Path]) -> float:
+    """Log Bayes factor of the true effects of a case, in nats."""
+    from ins_eval.diagnosis.case import prepare
+    from ins_eval.diagnosis.chamber import prepare_chamber
+    from ins_eval.diagnosis.study import Hypothesis, fit_noise, marginal
+    from ins_eval.recording import form
+    from ins_eval.recording.form.description import CHAMBER, open_folder
+
+    cases = [
+        prepare_chamber(form.read_chamber(folder), form.read_belief(folder), folder.name, folder)
+        if open_folder(folder).description.kind == CHAMBER
+        else prepare(form.read(folder), folder)
+        for folder in folders
+    ]
+    model, wide = [], []
+    for effect in truth["effects"]:
+        name, axis = effect["name"], effect["axis"]
+        further = {key: effect[key] for key in FURTHER if key in effect}
+        made = [
+            case.member(name, axis, further)
+            if any((one.name, one.axis) == (name, axis) for one in case.candidates)
+            else None
+            for case in cases
+        ]
+        candidate = next((one for one in made if one is not None), None)
+        if candidate is None:
+            continue
+        model.append(Hypothesis(candidate, tuple(None if one is None else one.column for one in made)))
+        wide.append(model[-1].scaled(max(1.0, abs(effect["value"] / candidate.nominal))))
+    null = fit_noise(cases, [], [None] * len(cases))
+    there = fit_noise(cases, wide, [one.position for one in null])
+    centre = np.array([one.candidate.centre for one in model])
+    models = [[], list(range(len(model)))]
+    beside = marginal(cases, [one.position for one in there], model, models, centre)
+    alone = marginal(cases, [one.position for one in null], [], [[]], np.zeros(0))
+    return float(beside[1] - max(beside[0], alone[0]))
+
+
+def estimated(truths: dict[str, dict], known: dict[str, float]) -> dict[str, dict]:
+    """The same truths with D where noise is estimated, that of the oracle kept beside it."""
+    out = {}
+    for name, truth in truths.items():
+        oracle = truth["oracle"]
+        if name in known:
+            oracle = oracle | {"noise_known": oracle["log_bayes_factor"], "log_bayes_factor": known[name]}
+        out[name] = truth | {"oracle": oracle}
+    return out
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.concealed.bound", description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="what the maker wrote: recordings and truth")
+    parser.add_argument("answers", type=Path)
+    parser.add_argument("--workers", type=int, default=2)
+    chosen = parser.parse_args(arguments)
+    place = chosen.answers / FILE
+    known = json.loads(place.read_text()) if place.exists() else {}
+    truths = {name: one for name, one in read(chosen.folder / "truth").items() if wanted(one) and name not in known}
+    folders = {
+        name: [chosen.folder / "recordings" / each["path"] for each in one["recordings"]]
+        for name, one in truths.items()
+    }
+    with ProcessPoolExecutor(chosen.workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        jobs = {pool.submit(reached, one, folders[name]): name for name, one in truths.items()}
+        for job in tqdm(as_completed(jobs), "bounds", len(jobs), file=sys.stderr):
+            known[jobs[job]] = job.result()
+            run.write(place, json.dumps(known, indent=1, sort_keys=True) + "\n")
+    print(f"{len(known)} cases with the noise to be estimated")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
