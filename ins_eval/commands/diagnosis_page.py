@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ins_eval.diagnosis.case import Case
 from ins_eval.diagnosis.partial import Located, located
-from ins_eval.diagnosis.shown import Place, before_after, evidence, ground, limits
+from ins_eval.diagnosis.shown import Place, before_after, evidence, ground, limits, turned_on
 from ins_eval.diagnosis.verdict import Diagnosis
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.diagnosis_words import channel, effect_words, numbered
@@ -79,6 +79,7 @@ def _facts(
         "outliers": case.outliers,
         "noise": _levels(case, diagnosis.null[r].position),
         "noise_of_answer": _levels(case, diagnosis.fitted[r].position) if told else None,
+        "turned_on": [asdict(one) for one in turned_on(diagnosis, r)],
         "whiteness": [_whiteness(column) for column in diagnosis.innovations[r].T],
         "whiteness_after": None if both is None else [_whiteness(column) for column in both[1].T],
     }

@@ -78,17 +78,22 @@ def _effect(one: Effect) -> dict[str, Any]:
 
 def _rival(one: Rival) -> dict[str, Any]:
     candidate = one.hypothesis.candidate
-    return {
-        "from": one.of.candidate.name,
-        "name": candidate.name,
-        "axis": candidate.axis,
-        **{name: candidate.parameters[name] for name in WORDS if name in candidate.parameters},
-        "probability": one.probability,
-        "log_evidence_below_best": one.below_best,
-        "told_apart_by_prior_only": one.by_prior_only,
-        "experiment": one.experiment,
-        "expected_log_bayes_factor": one.expected_log_bayes_factor,
-    }
+    together = [{"name": other.candidate.name, "axis": other.candidate.axis} for other in one.beside]
+    return (
+        ({"together_with": together} if together else {})
+        | {
+            "from": one.of.candidate.name,
+            "name": candidate.name,
+            "axis": candidate.axis,
+            **{name: candidate.parameters[name] for name in WORDS if name in candidate.parameters},
+            "probability": one.probability,
+            "log_evidence_below_best": one.below_best,
+            "told_apart_by_prior_only": one.by_prior_only,
+            "experiment": one.experiment,
+            "expected_log_bayes_factor": one.expected_log_bayes_factor,
+        }
+        | ({"value": one.value, "unit": candidate.unit} if one.value is not None else {})
+    )
 
 
 def _fit(found: Diagnosis) -> dict[str, Any]:

@@ -37,6 +37,7 @@ from ins_eval.units import STANDARD_GRAVITY, UG
 
 WHITE_UG = 5.0  # where nothing is known; read off the readings themselves
 RUN_SIGMA_UG = 1000.0  # of the constant of a run: at 0 g a milliradian of tilt
+LEAST_CONSTANT = 10.0  # times the white noise of a reading: no constant is known better than that of a unit so noisy
 STILL = 0.25  # of a step of the output: less scatter does not carry it across
 _ONE = "channel_0"
 
@@ -69,10 +70,12 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         feedback=np.zeros((epochs, 2)),
     )
     slow = Slow()
-    of_runs = tuple(_of_runs(runs, slow, nodes_s))
     bench = Bench(readings, chamber_conditions(readings, belief, folder, temperature), slow)
     apart_s = float(np.max(np.diff(nodes_s))) * 1e3
     interval_s = np.where(np.diff(readings.run) != 0, apart_s, np.diff(nodes_s))
+    coarse_ug = LEAST_CONSTANT * float(np.median(white(seen)[0][:, 0])) / UG
+    constant_ug = max(RUN_SIGMA_UG, belief.accelerometer.bias_sigma_ug, coarse_ug)
+    of_runs = tuple(_of_runs(runs, slow, nodes_s, constant_ug))
     return Case(
         name=name,
         kind="chamber",
@@ -151,11 +154,11 @@ def _at(slow: Slow, name: str, values: np.ndarray) -> str:
     return name
 
 
-def _of_runs(runs: list[np.ndarray], slow: Slow, nodes_s: np.ndarray) -> Iterator[Column]:
+def _of_runs(runs: list[np.ndarray], slow: Slow, nodes_s: np.ndarray, sigma_ug: float) -> Iterator[Column]:
     for k, rows in enumerate(runs):
         inside = np.zeros(nodes_s.size)
         inside[rows] = 1.0
-        yield Column(f"run {k}", (Measured(_ONE, RUN_SIGMA_UG * UG, _at(slow, f"run {k}", inside)),))
+        yield Column(f"run {k}", (Measured(_ONE, sigma_ug * UG, _at(slow, f"run {k}", inside)),))
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +186,7 @@ class Bench:
         effect = VOCABULARY[name]
         of_parts = parts(effect, axis, parameters, self.told)
         time_s = self.readings.time_s
-        unit, nominal, centre = sized(effect, parameters, of_parts, time_s)
+        unit, nominal, centre = sized(effect, parameters, of_parts, time_s, self.told)
         force = np.zeros((time_s.size, 3))
         force[:, AXES.index(self.told.axes[0])] = STANDARD_GRAVITY * self.readings.input_g
         terms = []

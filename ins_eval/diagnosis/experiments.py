@@ -37,6 +37,8 @@ from ins_eval.errors import DataRefused
 from ins_eval.recording import ChamberReadings
 from ins_eval.recording.belief import Belief
 
+RCOND = 1e-8
+FIRST_ORDER = 1e-3  # of a response, below which its first order says nothing
 ENOUGH = 5.0  # nats that an experiment must add to be the one that is recommended
 WORTH_IT = 3.0  # or to be named at all where none adds enough
 OF_INSTRUMENT = ("velocity_random_walk", "angle_random_walk", "accelerometer_wander", "gyro_wander")
@@ -73,6 +75,23 @@ def expected_log_bayes_factor(
     return expected_log_evidence(normal, truth, list(truth), centre) - expected_log_evidence(
         normal, truth, rival, centre
     )
+
+
+def apart(normal: np.ndarray, truth: Mapping[int, float], rival: Sequence[int]) -> float:
+    """Half the energy of the response to `truth` that the columns of `rival` cannot follow at any size (nats).
+
+    The expected log likelihood ratio at the best coefficients of both: what data alone would say, no prior asked. What
+    is a small share of the whole response is the error of a response of first order, and counts for nothing.
+    """
+    normal, m = _not_negative(normal), list(rival)
+    # what both have is followed exactly
+    v = np.array([0.0 if k in m else truth.get(k, 0.0) for k in range(len(normal))])
+    pushed = normal @ v
+    scale = np.sqrt(np.maximum(np.diag(normal)[m], 1e-300))
+    inner = normal[np.ix_(m, m)] / np.outer(scale, scale)
+    whole = float(v @ pushed)
+    left = whole - float((pushed[m] / scale) @ np.linalg.pinv(inner, RCOND) @ (pushed[m] / scale))
+    return 0.5 * left if left > FIRST_ORDER * whole else 0.0
 
 
 @dataclass(frozen=True)
@@ -122,14 +141,23 @@ class Catalogue:
         at_hand: np.ndarray,
         truth: Mapping[int, float],
         rivals: Sequence[Sequence[int]],
+        alike: Sequence[bool] = (),
     ) -> list[Recommendation | None]:
         """Of each rival the cheapest experiment that adds `ENOUGH`, else the best that is `WORTH_IT`, else None.
 
         `effects` are all that occur; `truth` says which of them are taken as true, with coefficients in nominal sizes,
-        and each rival lists its own. `at_hand` (m, m) is their reduced A, summed over the recordings at hand.
+        and each rival lists its own. `at_hand` (m, m) is their reduced A, summed over the recordings at hand. Of one
+        that only priors tell from the truth, `alike`, more of the same priors says nothing: the experiment has to.
         """
         centre = np.array([one.centre for one in effects])
-        already = [expected_log_bayes_factor(at_hand, truth, rival, centre) for rival in rivals]
+        by_data = [*alike, *([False] * (len(rivals) - len(alike)))]
+
+        def expect(normal: np.ndarray, k: int) -> float:
+            if by_data[k]:
+                return apart(normal, truth, rivals[k])
+            return expected_log_bayes_factor(normal, truth, rivals[k], centre)
+
+        already = [expect(at_hand, k) for k in range(len(rivals))]
         best: list[Recommendation | None] = [None] * len(rivals)
         concerned = [effects[k] for k in sorted({*truth, *(k for rival in rivals for k in rival)})]
         axes = sorted({one.axis for one in concerned if one.name.startswith("accelerometer.")} - {None})
@@ -142,7 +170,7 @@ class Catalogue:
             except DataRefused:  # the errors of this instrument would grow too large in it
                 continue
             for k in open_ones:
-                expected = expected_log_bayes_factor(total, truth, rivals[k], centre)
+                expected = expect(total, k)
                 gain, before = expected - already[k], best[k]
                 if gain > (WORTH_IT if before is None else before.gain):
                     best[k] = Recommendation(experiment.name, gain, expected)

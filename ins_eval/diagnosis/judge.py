@@ -97,10 +97,14 @@ class _Judge:
         alone = [one_sensor(case, r, self.null[r]) for r, case in enumerate(self.cases)]
         self.alone = [one for one in alone if one is not None and one.sure]
         stage = self._searched(self._with_earth(staged(self.cases, (), np.zeros(0), self.null, self.share)))
-        if self.alone:  # a disturbance of one sensor has made all of them look noisy
-            quiet = list(self.null)
-            for one in self.alone:
-                quiet[one.recording] = one.fitted
+        # a disturbance of one sensor has made all of them look noisy, a slow error of a bench stands in for an effect
+        quiet = [
+            replace(one, position=np.zeros_like(one.position)) if case.believed is None else one
+            for case, one in zip(self.cases, self.null, strict=True)
+        ]
+        for one in self.alone:
+            quiet[one.recording] = one.fitted
+        if any(one is not null for one, null in zip(quiet, self.null, strict=True)):
             other = self._searched(staged(self.cases, (), np.zeros(0), quiet, self.share))
             stage = max(stage, other, key=lambda one: one.height)
         gain = self._gain(stage)
@@ -162,7 +166,11 @@ class _Judge:
             refined = refine(self.cases, stage.chosen(scaled=False), stage.fitted)
             stage = staged(refined.cases, refined.model, refined.point, refined.fitted, self.share)
             stage = replace(stage, refined=refined)
-            stage = stage.own_first(len(refined.model), STAY if turn < ROUNDS - 1 else np.inf)
+            placed = set(stage.best.members) == set(range(len(refined.model)))
+            last = turn == ROUNDS - 1
+            if stage.keys == keys and not placed and not last:
+                continue  # at the noise of the answer another time, width or lag is better
+            stage = stage.own_first(len(refined.model), np.inf if last else STAY)
             if stage.keys == keys:
                 break
         return stage
@@ -223,10 +231,11 @@ class _Judge:
         enough = beside.mismatch is None
         # beside a disturbance without a name, the effects must still be worth what they cost
         lead = OPEN_MARGIN if enough else max(beside.gain, 0.0) - stage.space.cost
-        # what a disturbance that gains more may have suggested must help on data that did not suggest it
-        fit = stage.held_out
-        harms = fit["harm_nats"] > HARM
-        harms |= surest is not None and surest.gain > gain and fit["after"] > min(fit["before"], fit["placebo"])
+        harms = stage.held_out["harm_nats"] > HARM
+        # a disturbance that gains more has suggested the effects of other sensors
+        ones = [stage.hypotheses[k].candidate for k in stage.best.members]
+        where_named = {channel_of(one.name, one.axis, one.parameters) for one in ones}
+        harms |= surest is not None and surest.gain > gain and surest.interval.channel.name not in where_named
         if harms and surest is None and instead.gain < OPEN_MARGIN:
             return self._answer(NO_MISMATCH, Remainder(None, 0.0, beside.significance_sigma), statistics=statistics)
         if harms or instead.gain > stage.best.log_posterior + lead:
@@ -345,10 +354,14 @@ class _Judge:
         others = [j for j in stage.best.members if j != k]
         a, b, centre = stage.here.normal, stage.here.projection, stage.space.centre
 
-        def height(members: list[int]) -> float:
-            return log_bayes_factor(a[np.ix_(members, members)], b[members], centre[members])[0]
+        def height(members: list[int]) -> tuple[float, np.ndarray]:
+            return log_bayes_factor(a[np.ix_(members, members)], b[members], centre[members])
 
-        below = height([*others, k]) - height([*others, *biases])
+        together = [*others, *biases]
+        gain, scales = height(together)
+        below = height([*others, k])[0] - gain
+        inner = a[np.ix_(together, together)] + np.diag(scales**-2.0)
+        mean = np.linalg.solve(inner, b[together] + centre[together] / scales**2)[len(others) :]
         return [
             Rival(
                 of=one,
@@ -357,8 +370,9 @@ class _Judge:
                 below_best=float(below),
                 by_prior_only=True,
                 beside=tuple(stage.hypotheses[i] for i in biases if i != j),
+                value=float(p * stage.hypotheses[j].candidate.nominal),
             )
-            for j in biases
+            for j, p in zip(biases, mean, strict=True)
         ]
 
     def _with_experiments(self, stage: Stage, rivals: tuple[Rival, ...]) -> tuple[Rival, ...]:
@@ -384,6 +398,7 @@ class _Judge:
                 ]
                 for one in rivals
             ],
+            [one.by_prior_only for one in rivals],
         )
         return tuple(
             one

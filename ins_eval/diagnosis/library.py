@@ -33,6 +33,7 @@ COMPOSED = {
     "lag": (150.0, 600.0, 2400.0, 9600.0),
     "branch": (0.03, 0.1, 0.3),
 }
+SHORT = 5.0  # times of the filter: in less, its rate is hardly another thing than the temperature
 
 
 @dataclass(frozen=True)
@@ -119,15 +120,27 @@ def tried(effect: Effect, axis: str | None, told: Conditions) -> Iterator[dict[s
     """The further parameters that are worth a try, each value of each with every other axis."""
     for other in effect.others(axis) if axis in AXES else (None,):
         which = {} if other is None else {"other_axis": other}
-        if not effect.parameters:
+        asked = [one for one in effect.parameters if not one.assumed or _short(told)]
+        if not asked:
             yield which
-        for parameter in effect.parameters:
+        for parameter in asked:
             for value in parameter.grid(told.start_s, told.end_s):
                 yield {**which, parameter.name: float(value)}
 
 
-def sized(effect: Effect, parameters: Parameters, of_parts: list[Part], time_s: np.ndarray) -> tuple[str, float, float]:
-    """Unit, nominal size, and the centre of the prior in nominal sizes."""
+def _short(told: Conditions) -> bool:
+    """Whether no stretch lasts for as many times of the filter that defines a rate as make it one."""
+    seen = told.temperature
+    return seen is not None and all(np.ptp(seen.time_s[rows]) < SHORT * seen.filter_s for rows in seen.runs)
+
+
+def sized(
+    effect: Effect, parameters: Parameters, of_parts: list[Part], time_s: np.ndarray, told: Conditions
+) -> tuple[str, float, float]:
+    """Unit, nominal size, and the centre of the prior in nominal sizes.
+
+    Of a unit whose stated bias is larger than the usual one, all errors are as many times larger.
+    """
     if effect.enters == "temperature":
         return effect.unit, SPREAD * float(parameters["lag_s"]), 1.0 / SPREAD
     if effect.name == composed.NAME:
@@ -136,7 +149,10 @@ def sized(effect: Effect, parameters: Parameters, of_parts: list[Part], time_s: 
             return f"{target.unit} per rad/s", composed.ASYMMETRY / target.si, 0.0
         spread = float(np.std(of_parts[0].slow(time_s)))
         return f"{target.unit} per unit of {parameters['driver']}", target.size / max(spread, 1e-12), 0.0
-    return effect.unit, effect.nominal, effect.centre / effect.nominal
+    coarse = 1.0
+    if effect.enters in SENSORS:
+        coarse = max(1.0, told.bias_sigma[effect.enters] / VOCABULARY[f"{effect.enters}.bias"].nominal)
+    return effect.unit, coarse * effect.nominal, effect.centre / effect.nominal
 
 
 def _member(
@@ -145,7 +161,7 @@ def _member(
     of_parts: list[Part] = []
     if effect.enters in (*SENSORS, "temperature", "any"):
         of_parts = parts(effect, axis, parameters, told)
-    unit, nominal, centre = sized(effect, parameters, of_parts, model.nodes_s)
+    unit, nominal, centre = sized(effect, parameters, of_parts, model.nodes_s, told)
     if of_parts:
         names = [_slow(part, effect, parameters, slow, model) for part in of_parts]
         drives = [

@@ -4,6 +4,7 @@ ground        the hypotheses and sums that the answer rests on
 evidence      log Bayes factor of every family in the place of one effect
 limits        what the recordings could show of each family
 before_after  whitened residual without and with the effects, both with one noise
+turned_on     turn-on biases and start attitude where the data put them
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from ins_eval.diagnosis.search import Space, one_more
 from ins_eval.diagnosis.stage import HANDICAP
 from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
 from ins_eval.diagnosis.verdict import Diagnosis, Effect
+from ins_eval.effects.effect import AXES
+from ins_eval.units import DEG
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +94,51 @@ def before_after(found: Diagnosis, r: int) -> tuple[np.ndarray, np.ndarray] | No
     anyway, effects = kept[..., 1 : 1 + known], kept[..., 1 + known :]
     residual = kept[..., 0] + effects @ point
     return _at_best(residual, anyway), _at_best(residual - effects @ mean[own], anyway)
+
+
+@dataclass(frozen=True)
+class TurnedOn:
+    """Something uncertain anyway: what was believed of it and what the data find, each with one sigma, in `unit`."""
+
+    name: str
+    unit: str
+    believed: float
+    believed_sigma: float
+    found: float
+    found_sigma: float
+
+
+def turned_on(found: Diagnosis, r: int) -> list[TurnedOn]:
+    """Turn-on biases and start attitude of recording `r` beside the effects of the answer, if any."""
+    stage = found.stage if found.effects else None
+    case = found.cases[r] if stage is None else stage.cases[r]
+    if case.believed is None:
+        return []
+    columns = [] if stage is None else [one.columns[r] for one in stage.chosen() if one.columns[r] is not None]
+    sums_of = case.whitened(columns, found.fitted[r].position)
+    covariance = np.linalg.inv(np.eye(sums_of.projection.size) + sums_of.normal)
+    mean, sigma = covariance @ sums_of.projection, np.sqrt(np.diag(covariance))
+    belief, start = case.believed.recording.belief, case.believed.start
+    sizes = {}
+    for sensor, unit, size in (
+        ("accelerometer", "ug", belief.accelerometer.bias_sigma_ug),
+        ("gyro", "deg/h", belief.gyro.bias_sigma_deg_per_h),
+    ):
+        sizes |= {f"turn-on bias of {sensor} {axis}": (unit, 0.0, size) for axis in AXES}
+    level_n, level_e, heading = (float(one) / DEG for one in case.believed.attitude_sigma_n)
+    sizes["start attitude N"], sizes["start attitude E"] = ("deg", 0.0, level_n), ("deg", 0.0, level_e)
+    sizes["start attitude D"] = ("deg", float(start.attitude_rad[2]) / DEG, heading)
+    words = {
+        "start attitude N": "tilt about north",
+        "start attitude E": "tilt about east",
+        "start attitude D": "heading",
+    }
+    return [
+        TurnedOn(words.get(name, name), unit, middle, size, middle + size * float(mean[k]), size * float(sigma[k]))
+        for k, column in enumerate(case.nuisances)
+        for name, (unit, middle, size) in sizes.items()
+        if column.name == name
+    ]
 
 
 def _at_best(residual: np.ndarray, anyway: np.ndarray) -> np.ndarray:

@@ -68,12 +68,15 @@ class Stage:
     def own_first(self, count: int, least: float) -> Stage:
         """The same with the set of its first `count` hypotheses best, unless another leads it by `least` nats.
 
-        It is with these that the recordings were navigated: where two effects tie, there is no reason to change.
+        It is with these that the recordings were navigated: where two effects tie, there is no reason to change. A set
+        of the same families with other times, widths or lags is the same explanation.
         """
-        own = next((one for one in self.ranked if set(one.members) == set(range(count))), None)
-        if own is None or self.best.log_posterior - own.log_posterior > least:
+        families = sorted(self.space.families[:count])
+        found = next((one for one in self.ranked if sorted(self.space.families[list(one.members)]) == families), None)
+        if found is None or self.best.log_posterior - found.log_posterior > least:
             return self
-        return replace(self, ranked=(own, *(one for one in self.ranked if one is not own)))
+        own = replace(found, members=tuple(range(count)))
+        return replace(self, ranked=(own, *(one for one in self.ranked if one is not found)))
 
     @property
     def height(self) -> float:

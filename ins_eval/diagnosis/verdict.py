@@ -57,6 +57,7 @@ class Rival:
     experiment: str | None = None  # the cheapest that would tell them apart
     expected_log_bayes_factor: float | None = None
     beside: tuple[Hypothesis, ...] = ()  # what has to stand beside it
+    value: float | None = None  # in the unit of its effect, where it is known
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ _G = 1.0 / STANDARD_GRAVITY
 PAPER = "Paper A (Sensors 2021, 21, 294)"
 CREEP_TIME = Parameter("time_constant_s", "s", 120.0, 15000.0, 8)
 BRANCH_WIDTH = Parameter("branch_width_c", "degC", 0.3, 12.0, 9)
+RATE_FILTER = Parameter("rate_filter_s", "s", 2.0, 180.0, 7, assumed=True)
 AT = Parameter("at_s", "s", None, None, 40)
 TEMPERATURES, RATES = "a temperature that changes", "a temperature that changes at several rates"
 FORCES = "specific force that changes: turns, climbs, a tumble; gravity alone where it is vertical"
@@ -39,7 +40,7 @@ EFFECTS = (
     _of(
         name="accelerometer.bias_temperature_rate",
         physics="gradients within the element while its temperature changes",
-        unit="ug/(degC/min)", si=UG, nominal=100.0, slow="r",
+        unit="ug/(degC/min)", si=UG, nominal=100.0, slow="r", parameters=(RATE_FILTER,),
         excited_by=RATES, reference="IEEE Std 1293-2018, annex on thermal transients",
     ),
     _of(
@@ -81,7 +82,7 @@ EFFECTS = (
     _of(
         name="accelerometer.scale_temperature_rate",
         physics="the magnet's temperature differs from the reading while it changes",
-        unit="ppm/(degC/min)", si=PPM, nominal=100.0, multipliers=("f",), slow="r",
+        unit="ppm/(degC/min)", si=PPM, nominal=100.0, multipliers=("f",), slow="r", parameters=(RATE_FILTER,),
         excited_by=f"{RATES}, and {FORCES}", reference=f"{PAPER}, eq. (11), epsilon; eqs (15) to (17)",
     ),
     _of(

@@ -18,7 +18,8 @@ _TURN = {"w": 0, "w_next": 1, "w_last": 2, "f": 0, "f_next": 1, "f_last": 2}
 class Parameter(NamedTuple):
     """A further parameter and its prior: log-uniform from `low` to `high`, or uniform over the recording (None).
 
-    `count` is how many values are tried before the best is refined.
+    `count` is how many values are tried before the best is refined. One that is `assumed` has a value in the belief,
+    and others are tried only where the recording is too short for that.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Parameter(NamedTuple):
     low: float | None
     high: float | None
     count: int
+    assumed: bool = False
 
     def grid(self, start_s: float, end_s: float) -> np.ndarray:
         """The values (count,) that are tried in a recording from `start_s` to `end_s`."""

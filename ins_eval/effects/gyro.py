@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from ins_eval.effects.accelerometer import AT, RATES, TEMPERATURES
+from ins_eval.effects.accelerometer import AT, RATE_FILTER, RATES, TEMPERATURES
 from ins_eval.effects.effect import GYRO, Effect
 from ins_eval.units import DEG_PER_H, HOUR, PPM, STANDARD_GRAVITY
 
@@ -30,7 +30,7 @@ EFFECTS = (
     _of(
         name="gyro.bias_temperature_rate",
         physics="gradients in the coil or cavity while the temperature changes (Shupe effect)",
-        unit="(deg/h)/(degC/min)", si=DEG_PER_H, nominal=0.05, slow="r",
+        unit="(deg/h)/(degC/min)", si=DEG_PER_H, nominal=0.05, slow="r", parameters=(RATE_FILTER,),
         excited_by=RATES, reference="Shupe, Appl. Opt. 19 (1980) 654",
     ),
     _of(

@@ -53,6 +53,7 @@ def conditions(recording: Recording, folder: str | Path = ".", seen: Temperature
         time_s=imu.time_s,
         columns=columns,
         models=cache(lambda axis: believed_model(recording.belief, axis, folder)) if pulses else None,
+        bias_sigma=_bias_sigma(recording.belief),
     )
 
 
@@ -68,7 +69,12 @@ def chamber_conditions(
         columns={TEMPERATURE_COLUMN: readings.temperature_c, **readings.further},
         models=cache(lambda axis: believed_model(belief, axis, folder)),
         axes=(readings.axis or AXES[0],),
+        bias_sigma=_bias_sigma(belief),
     )
+
+
+def _bias_sigma(belief: Belief) -> dict[str, float]:
+    return {ACCELEROMETER: belief.accelerometer.bias_sigma_ug, GYRO: belief.gyro.bias_sigma_deg_per_h}
 
 
 def possible(effect: Effect, told: Conditions) -> bool:
@@ -92,7 +98,7 @@ def parts(effect: Effect, axis: str | None, parameters: Mapping[str, float | str
     column = told.temperature.column(AXES.index(axis)) if told.temperature is not None else 0
     key = effect.slow
     if effect.slow not in ("1", "t"):
-        numbers = [f"{parameters[one.name]:.9g}" for one in effect.parameters]
+        numbers = [f"{parameters[one.name]:.9g}" for one in effect.parameters if one.name in parameters]
         key = " ".join([effect.slow, *numbers, *([AXES[column]] if effect.slow != "step" else [])])
     slow = slow_factor(effect.slow, told, column, parameters)
     return [Part(effect.enters, axis, multiplier, effect.si, key, slow)]

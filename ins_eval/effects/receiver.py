@@ -5,6 +5,7 @@ from __future__ import annotations
 from ins_eval.effects.effect import Effect
 
 TEXTBOOK = "Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd ed."
+STAMPING = "half a sample of it may be only at which end of its interval a sample is stamped"
 
 EFFECTS = (
     Effect(
@@ -15,13 +16,13 @@ EFFECTS = (
     ),
     Effect(
         name="gps.time_offset",
-        physics="the stamps of the receiver are later than believed",
+        physics=f"the stamps of the receiver are later than believed; {STAMPING}",
         enters="gps", unit="s", si=1.0, nominal=0.02, axes=(None,),
         excited_by="acceleration; speed where the position is good", reference=f"{TEXTBOOK}, section 14.3",
     ),
     Effect(
         name="reference.time_offset",
-        physics="the stamps of the better navigator are later than believed",
+        physics=f"the stamps of the better navigator are later than believed; {STAMPING}",
         enters="reference", unit="s", si=1.0, nominal=0.02, axes=(None,),
         excited_by="turns and acceleration", reference=f"{TEXTBOOK}, section 14.3",
     ),

@@ -3,7 +3,7 @@
     1                   1
     t                   t - start.time_s, s
     T, T^2              T - T0 and its square
-    r, r^2, r T         filtered rate in degC/min, its square, its product with T - T0
+    r, r^2, r T         filtered rate in degC/min, its square, its product with T - T0; by `rate_filter_s` if given
     creep               y - y(0),  tau y' = T - y,  y(0) = T(0)
     branch              +1 on the falling, -1 on the rising branch: dh = (-sign(dT) - h) |dT| / width
     step                0 before `at_s`, 1 from then on
@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numba
 import numpy as np
@@ -36,7 +37,8 @@ class Conditions:
     """What a recording tells of the things that drive an effect.
 
     `columns` are recorded columns (n,) at `time_s` by name; `models` gives the believed compensation of each of the
-    accelerometers `axes`, and is None where the output is not in pulses.
+    accelerometers `axes`, and is None where the output is not in pulses; `bias_sigma` is that of each sensor, in the
+    unit of its constant bias.
     """
 
     start_s: float
@@ -46,6 +48,7 @@ class Conditions:
     columns: Mapping[str, np.ndarray]
     models: Callable[[str], CompensationModel] | None
     axes: tuple[str, ...] = AXES
+    bias_sigma: Mapping[str, float] = field(default_factory=dict)
     _means: dict[tuple[str, int], tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
 
     def per_second(self, column: str, power: int = 1) -> tuple[np.ndarray, np.ndarray]:
@@ -86,6 +89,8 @@ def _of_temperature(slow: str, seen: Temperature, axis: int, parameters: Mapping
     if slow == "branch":
         return seen.in_runs(lambda _, smooth_c: branch(smooth_c, parameters["branch_width_c"]), axis)
     t, r = seen.smooth_c[:, axis] - seen.reference_c, seen.rate_c_per_min[:, axis]
+    if "rate_filter_s" in parameters:
+        r = seen.in_runs(partial(filtered_rate, time_constant_s=parameters["rate_filter_s"]), axis)
     return {"T": t, "T^2": t**2, "r": r, "r^2": r**2, "r T": r * t}[slow]
 
 

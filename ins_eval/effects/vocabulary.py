@@ -44,6 +44,8 @@ def _check(believed: EffectBelief, where: str) -> None:
             f"{where}: other_axis is {believed.other_axis or 'not given'}, expected {' or '.join(others)}; correct it"
         )
     for parameter in effect.parameters:
+        if parameter.assumed:
+            continue
         if parameter.name in EffectBelief.model_fields and getattr(believed, parameter.name) is None:
             raise UsageError(f"{where}: '{parameter.name}' is missing; add it")
     if effect.enters == "earth" and not ONE_OF_EARTH[0] < believed.value < ONE_OF_EARTH[1]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Section
@@ -87,12 +87,16 @@ def _else(tree: Mapping) -> list[str]:
     if not found["effects"]:
         return []
     lines = []
-    for one in found["indistinguishable"][:3]:
+    together = [one for one in found["indistinguishable"] if "together_with" in one]
+    if together:
+        lines.append(_together(together))
+    apart = [one for one in found["indistinguishable"] if "together_with" not in one]
+    for one in apart[:3]:
         tie = "told apart by what was expected before the recording only" if one["told_apart_by_prior_only"] else ""
         below = f"{nats(one['log_evidence_below_best'])} nats below the best"
         words = f"It could also be {effect_words(one)} ({'; '.join(filter(None, (below, tie)))})"
         lines.append(sentence(f"{words}: {_experiment(one)}"))
-    rest = found["indistinguishable"][3:]
+    rest = apart[3:]
     if rest:
         lines.append(sentence(f"{len(rest)} further ones cannot be excluded; they are listed below"))
     if not lines:
@@ -103,6 +107,20 @@ def _else(tree: Mapping) -> list[str]:
             nearest = f"; the next, {effect_words(near)}, lies {nats(first - near['log_bayes_factor'])} nats below"
         lines.append(sentence(f"Nothing else that was tried comes near{nearest}"))
     return lines
+
+
+def _together(rivals: Sequence[Mapping]) -> str:
+    """Constants of one name about several axes that together do the same as an effect."""
+    first = rivals[0]
+    name, instead = first["name"].replace(".", " "), first["from"].replace(".", " ")
+    each = listed([f"{number(one['value'], 2)} {one['unit']} about {one['axis']}" for one in rivals])
+    experiment = _experiment(first)
+    return sentence(
+        f"Constants of {name} of {each} together would fit as well. The {instead} is preferred because it is known to "
+        f"be there, and no {name} of that size is expected of such an instrument: "
+        f"{nats(first['log_evidence_below_best'])} nats, by what was believed before the recording only. "
+        f"{experiment[:1].upper()}{experiment[1:]}"
+    )
 
 
 def _experiment(one: Mapping) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import floor, log10
 
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
@@ -48,6 +49,7 @@ def sections_of(tree: Mapping) -> list[Section]:
         Section("What stays unexplained", _unexplained(tree)),
         Section("What is left over", _residuals(tree)),
         Section("Noise found", _noise(tree)),
+        Section("Start and turn-on", _turned_on(tree)),
         Section("What this recording cannot show", limits(tree)),
     ]
     return [section for section in sections if section.blocks]
@@ -258,3 +260,21 @@ def _noise(tree: Mapping) -> list[Block]:
         ),
         *table("Most probable noise under the belief and under the answer", header, rows),
     ]
+
+
+def _turned_on(tree: Mapping) -> list[Block]:
+    rows = [
+        (of["name"], one["name"], one["unit"], _with_sigma(one["believed"], one["believed_sigma"]),
+         _with_sigma(one["found"], one["found_sigma"]))
+        for of in tree["recordings"]
+        for one in of["turned_on"]
+    ]  # fmt: skip
+    header = ("recording", "of", "unit", "believed", "found")
+    note = "What is uncertain whatever the answer, and was fitted with it: one sigma each. It belongs to no effect."
+    return table("Turn-on biases and attitude at the start", header, rows, note, align="lllrr") if rows else []
+
+
+def _with_sigma(value: float, sigma: float) -> str:
+    """Both with as many decimals as make two figures of sigma."""
+    digits = max(0, 1 - floor(log10(sigma))) if sigma > 0.0 else 3
+    return f"{number(value, digits)} +- {number(sigma, digits)}"

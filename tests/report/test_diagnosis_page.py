@@ -58,6 +58,16 @@ def recording(name: str = "climb, cruise, landing", after: bool = True) -> dict:
         "measured_by": ["gps"],
         "measurements": 46500,
         "outliers": 24,
+        "turned_on": [
+            {
+                "name": "heading",
+                "unit": "deg",
+                "believed": 90.0,
+                "believed_sigma": 0.1,
+                "found": 90.21,
+                "found_sigma": 0.02,
+            },
+        ],
         "noise": noise,
         "noise_of_answer": {**noise, "accelerometer_wander_ug": 3.5} if after else None,
         "whiteness": [WHITE] * 6 + [None] * 3,
