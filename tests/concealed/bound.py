@@ -18,25 +18,29 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from ins_eval.units import DEG_PER_H, UG
 from tests.challenge.score import SEEN, read
 from tests.concealed import run
 
 FILE = "bound.json"
 BEYOND = 2000.0  # nats of the oracle that no noise can hide
+SENSORS = ("accelerometer", "gyro")
+LIMITED = "limited"  # of these, what has no name is a constant of a sensor for a time
 FURTHER = ("time_constant_s", "branch_width_c", "at_s", "other_axis")
 
 
 def wanted(truth: dict) -> bool:
-    """Effects of the vocabulary that the oracle sees, not so large that noise does not matter."""
+    """Effects whose form is known here and that the oracle sees, not so large that noise does not matter."""
     d = (truth["oracle"] or {}).get("log_bayes_factor")
-    return bool(truth["effects"]) and not truth["outside"] and d is not None and SEEN <= d < BEYOND
+    known = not truth["outside"] or (truth["kind"] == LIMITED and truth["channel"].startswith(SENSORS))
+    return bool(truth["effects"]) and known and d is not None and SEEN <= d < BEYOND
 
 
 def reached(truth: dict, folders: list[Path]) -> float:
     """Log Bayes factor of the true effects of a case, in nats."""
     from ins_eval.diagnosis.case import prepare
     from ins_eval.diagnosis.chamber import prepare_chamber
-    from ins_eval.diagnosis.study import Hypothesis, fit_noise, marginal
+    from ins_eval.diagnosis.study import fit_noise, marginal
     from ins_eval.recording import form
     from ins_eval.recording.form.description import CHAMBER, open_folder
 
@@ -46,21 +50,11 @@ def reached(truth: dict, folders: list[Path]) -> float:
         else prepare(form.read(folder), folder)
         for folder in folders
     ]
-    model, wide = [], []
-    for effect in truth["effects"]:
-        name, axis = effect["name"], effect["axis"]
-        further = {key: effect[key] for key in FURTHER if key in effect}
-        made = [
-            case.member(name, axis, further)
-            if any((one.name, one.axis) == (name, axis) for one in case.candidates)
-            else None
-            for case in cases
-        ]
-        candidate = next((one for one in made if one is not None), None)
-        if candidate is None:
-            continue
-        model.append(Hypothesis(candidate, tuple(None if one is None else one.column for one in made)))
-        wide.append(model[-1].scaled(max(1.0, abs(effect["value"] / candidate.nominal))))
+    model = [one for effect in truth["effects"] if (one := _hypothesis(truth, effect, cases)) is not None]
+    wide = [
+        one.scaled(max(1.0, abs(effect["value"] / one.candidate.nominal)))
+        for one, effect in zip(model, truth["effects"], strict=False)
+    ]
     null = fit_noise(cases, [], [None] * len(cases))
     there = fit_noise(cases, wide, [one.position for one in null])
     centre = np.array([one.candidate.centre for one in model])
@@ -68,6 +62,33 @@ def reached(truth: dict, folders: list[Path]) -> float:
     beside = marginal(cases, [one.position for one in there], model, models, centre)
     alone = marginal(cases, [one.position for one in null], [], [[]], np.zeros(0))
     return float(beside[1] - max(beside[0], alone[0]))
+
+
+def _hypothesis(truth: dict, effect: dict, cases: list):
+    """An effect as columns of the recordings, or None where none of them could show it."""
+    from ins_eval.diagnosis.library import Candidate
+    from ins_eval.diagnosis.locate import SIZES, Channel
+    from ins_eval.diagnosis.study import Hypothesis
+
+    name, axis = effect["name"], effect["axis"]
+    if truth["outside"]:
+        (case,) = cases
+        sensor = truth["channel"].partition(".")[0]
+        window = case.slow.add_window(*truth["interval_s"], case.model)
+        column = Channel(truth["channel"], axis, SIZES[sensor]).column(window)
+        si = UG if sensor == "accelerometer" else DEG_PER_H
+        candidate = Candidate(name, axis, effect["unit"], SIZES[sensor] / si, column)
+        return Hypothesis(candidate, (column,))
+    further = {key: effect[key] for key in FURTHER if key in effect}
+    made = [
+        case.member(name, axis, further)
+        if any((one.name, one.axis) == (name, axis) for one in case.candidates)
+        else None
+        for case in cases
+    ]
+    candidate = next((one for one in made if one is not None), None)
+    columns = tuple(None if one is None else one.column for one in made)
+    return None if candidate is None else Hypothesis(candidate, columns)
 
 
 def estimated(truths: dict[str, dict], known: dict[str, float]) -> dict[str, dict]:
