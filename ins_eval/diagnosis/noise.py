@@ -42,6 +42,7 @@ _APART = 0.3  # prior sigmas between the points that tell a curvature
 _STEP = 1e-3  # of the difference quotient, in posterior sigmas
 _ENOUGH = 0.05  # nats that two further steps must gain
 _STEPS, _EVALUATIONS = 60, 80  # of the slope
+_RUNS, _FAR = 4, 0.5  # prior sigmas from where a curvature was taken, beyond which it is taken again
 _THREADS = 2
 
 
@@ -207,32 +208,42 @@ def fit(
     def height(position: np.ndarray) -> float:
         return gain(whiten_at(position)) - 0.5 * float(position @ position)
 
-    begin = np.zeros(size) if start is None else start
+    position = np.zeros(size) if start is None else start
     with ThreadPoolExecutor(_THREADS) as pool:
 
         def heights(points: list[np.ndarray]) -> np.ndarray:
             return np.array(list(pool.map(height, points)))
 
-        here, *sides = heights([begin, *(begin + sign * one for one in _APART * np.eye(size) for sign in (1.0, -1.0))])
-        curvature = (2.0 * here - np.array(sides[::2]) - np.array(sides[1::2])) / _APART**2
-        unit = 1.0 / np.sqrt(np.maximum(curvature, 1.0))  # that of the prior is 1
+        for _ in range(_RUNS):
+            begin, position, highest = position, *_climbed(heights, position)
+            if np.abs(position - begin).max() < _FAR:
+                break
+    return Fitted(position, highest, whiten_at(position))
 
-        def slope(moved: np.ndarray) -> tuple[float, np.ndarray]:
-            position = begin + unit * moved
-            found = heights([position, *(position + _STEP * one for one in np.diag(unit))])
-            return -found[0], -(found[1:] - found[0]) / _STEP
 
-        found = minimize(
-            slope,
-            np.zeros(size),
-            jac=True,
-            method="L-BFGS-B",
-            bounds=list(zip((-WIDEST - begin) / unit, (WIDEST - begin) / unit, strict=True)),
-            options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": 0.1},
-            callback=_Patience(),
-        )
-    position = np.clip(begin + unit * found.x, -WIDEST, WIDEST)
-    return Fitted(position, -float(found.fun), whiten_at(position))
+def _climbed(heights: Callable[[list[np.ndarray]], np.ndarray], begin: np.ndarray) -> tuple[np.ndarray, float]:
+    """The highest position found from `begin`, in units of the curvature there, and its height."""
+    here, *sides = heights([
+        begin, *(begin + sign * one for one in _APART * np.eye(begin.size) for sign in (1.0, -1.0))
+    ])  # fmt: skip
+    curvature = (2.0 * here - np.array(sides[::2]) - np.array(sides[1::2])) / _APART**2
+    unit = 1.0 / np.sqrt(np.maximum(curvature, 1.0))  # that of the prior is 1
+
+    def slope(moved: np.ndarray) -> tuple[float, np.ndarray]:
+        position = begin + unit * moved
+        found = heights([position, *(position + _STEP * one for one in np.diag(unit))])
+        return -found[0], -(found[1:] - found[0]) / _STEP
+
+    found = minimize(
+        slope,
+        np.zeros(begin.size),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=list(zip((-WIDEST - begin) / unit, (WIDEST - begin) / unit, strict=True)),
+        options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": 0.1},
+        callback=_Patience(),
+    )
+    return np.clip(begin + unit * found.x, -WIDEST, WIDEST), -float(found.fun)
 
 
 class _Patience:
