@@ -51,7 +51,8 @@ class Refined:
 
 def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted]) -> Refined:
     """Gauss-Newton on the effects of `model`, from what was found without it."""
-    original, model = tuple(cases), tuple(model)
+    original = tuple(cases)
+    model = tuple(again(one, original) for one in model)  # they may come from other navigated recordings
     point, fitted = np.zeros(len(model)), tuple(fitted)
     cases, fixed = original, np.array([one.candidate.name.startswith("earth.") for one in model])
     if fixed.any():  # there is nothing between a term that is there and one that is not

@@ -5,7 +5,8 @@ p ~ N(c, diag(s^2)) has against the null
 
     log B = c'b - c'Ac / 2 + (b - Ac)'(A + diag(s^-2))^-1 (b - Ac) / 2 - log|I + diag(s^2) A| / 2,
 
-and B is the mean over the scales s of every effect (`SCALES`); c is 0 but where physics fixes a coefficient. An effect
+and B is the mean over the scales s of every effect (`SCALES`); c is 0 but where physics fixes a coefficient, and then
+a further effect has the sign of c: its prior is cut off at 0. An effect
 that is right by chance alone has to pay for the choice: each effect of a set costs log(families / `ODDS`). Effects that
 differ only in a time, a width or a lag are one family, whose B is the mean over its members.
 
@@ -22,13 +23,14 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.special import log_ndtr, logsumexp
 
 from ins_eval.diagnosis.evidence import SCALES, log_bayes_factors
 
 ODDS = 0.5  # of a further effect being there at all, before any data
 WIDTH = 12
-MOST = 4  # effects in a set
+MOST = 24  # effects in a set: with a chamber for each axis there are eight of each
+PRODUCT, SWEEPS = 4, 4  # effects up to which every combination of scales is summed; beyond, sweeps over them
 WORTH_MORE = 1.0  # log Bayes factor of the best single effect from which sets are looked at
 LEAST_SHARE = {"chamber": 0.03}  # a further effect must gain this share of the first: no effect is exactly textbook
 LEAST_SHARE_ELSEWHERE = 0.01
@@ -83,15 +85,41 @@ def log_bayes_factor(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> tuple[
     if b.size == 0:
         return 0.0, np.zeros(0)
     choices = [SCALES if c == 0.0 else (1.0,) for c in centre]
+    if b.size > PRODUCT:
+        return _one_at_a_time(a, b, centre, choices)
     scales = np.array(list(product(*choices)))  # (n, k)
+    each = _at_scales(a, b, centre, scales)
+    return float(logsumexp(each) - np.log(len(scales))), scales[int(np.argmax(each))]
+
+
+def _one_at_a_time(
+    a: np.ndarray, b: np.ndarray, centre: np.ndarray, choices: Sequence[Sequence[float]]
+) -> tuple[float, np.ndarray]:
+    """The same with the sum over the scales of each effect taken with those of the others at their best."""
+    best = np.array([one[len(one) // 2] for one in choices])
+    for _ in range(SWEEPS):
+        before, gain = best, 0.0
+        for k, one in enumerate(choices):
+            tried = np.repeat(best[None], len(one), axis=0)
+            tried[:, k] = one
+            each = _at_scales(a, b, centre, tried)
+            highest = float(each.max())
+            best = tried[int(np.argmax(each))]
+            gain += float(logsumexp(each)) - highest - np.log(len(one))
+        if np.array_equal(best, before):
+            break
+    return float(highest + gain), best
+
+
+def _at_scales(a: np.ndarray, b: np.ndarray, centre: np.ndarray, scales: np.ndarray) -> np.ndarray:
+    """log B (n,) with the scales of each row (n, k)."""
     left = b - a @ centre
     inverse = a + np.array([np.diag(s**-2.0) for s in scales])
     gain = 0.5 * np.einsum(
         "k,nk->n", left, np.linalg.solve(inverse, np.broadcast_to(left, scales.shape)[..., None])[..., 0]
     )
     volume = 0.5 * (np.linalg.slogdet(inverse)[1] + 2.0 * np.log(scales).sum(axis=1))
-    each = centre @ b - 0.5 * centre @ a @ centre + gain - volume
-    return float(logsumexp(each) - np.log(len(scales))), scales[int(np.argmax(each))]
+    return centre @ b - 0.5 * centre @ a @ centre + gain - volume
 
 
 def conditional(
@@ -122,7 +150,10 @@ def one_more(
     ca, cb = np.where(known, ca, 0.0), np.where(known, cb, 0.0)
     single = log_bayes_factors(np.maximum(ca, 0.0), cb)
     for k in np.flatnonzero(space.centre):
-        single[k] = log_bayes_factors(max(ca[k], 0.0), cb[k], space.centre[k])
+        # what has its size from physics has its sign from it as well: no element is ahead of its thermometer
+        c, precision = space.centre[k], max(ca[k], 0.0) + 1.0
+        right = log_ndtr(np.sign(c) * (cb[k] + c) / np.sqrt(precision)) - log_ndtr(abs(c))
+        single[k] = log_bayes_factors(precision - 1.0, cb[k], c) + right
     single = single - space.handicap
     likeliest = 0.5 * cb**2 / np.maximum(ca, 1e-300) - space.handicap
     order, first = space.order, space.first
@@ -136,8 +167,11 @@ def one_more(
     return of_family, best, of_any_size
 
 
-def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHARE_ELSEWHERE) -> list[Explanation]:
-    """All sets that were looked at, most probable first, the null among them."""
+def search(
+    a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHARE_ELSEWHERE, cost: float | None = None
+) -> list[Explanation]:
+    """All sets that were looked at, most probable first, the null among them; `cost` of each effect in nats."""
+    cost = space.cost if cost is None else cost
     found: dict[frozenset[int], Explanation] = {frozenset(): NULL}
     level = [NULL]
     first = 0.0
@@ -150,7 +184,7 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHAR
                     continue
                 members = (*state.members, int(best[family]))
                 gain = state.log_bayes_factor + float(of_family[family])
-                one = Explanation(members, gain, gain - space.cost * len(members))
+                one = Explanation(members, gain, gain - cost * len(members))
                 key = frozenset(members)
                 if key not in grown or grown[key].log_posterior < one.log_posterior:
                     grown[key] = one
@@ -160,7 +194,7 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHAR
             break
         before = max((one.log_posterior for one in found.values() if len(one.members) <= depth), default=0.0)
         first = max(first, level[0].log_bayes_factor) if depth == 0 else first
-        if depth and level[0].log_posterior < before - 2.0 * space.cost:
+        if depth and level[0].log_posterior < before - 2.0 * cost:
             break  # two more effects at the cost of one is as far as it may go down before it goes up
     ranked = sorted(found.values(), key=lambda one: -_judged(one, first, share, space))
     return ranked

@@ -6,9 +6,10 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import logsumexp
-from scipy.stats import binom, chi2, multivariate_normal
+from scipy.stats import binom, chi2, multivariate_normal, truncnorm
 
 from ins_eval.diagnosis.evidence import SCALES
 from ins_eval.diagnosis.search import ODDS, Space, conditional, log_bayes_factor, one_more, search
@@ -17,6 +18,7 @@ ROUNDING = 1e-8
 DRAWS = 200
 UNLIKELY = 1e-4  # probability that a right rate is refused
 ROWS = 40
+FAR = 10.0  # sigmas of the prior beyond its centre, where nothing is left of it
 
 
 def density(y: np.ndarray, x: np.ndarray, centre: np.ndarray, scales) -> float:
@@ -93,11 +95,22 @@ def test_a_family_has_the_mean_over_its_members(regression, chosen) -> None:
     _, fixed = explicit(y, x[:, chosen], np.zeros(len(chosen))) if chosen else (0.0, ())
     base = density(y, x[:, chosen], np.zeros(len(chosen)), fixed)
 
+    def of_one_sign(k: int) -> float:
+        """The prior of physics is cut off at 0, by quadrature over the coefficient."""
+        prior = truncnorm(-space.centre[k], np.inf, loc=space.centre[k])
+
+        def weighted(p: float) -> float:
+            centre = np.append(np.zeros(len(chosen)), p)
+            return np.exp(density(y, x[:, [*chosen, k]], centre, (*fixed, 0.0)) - base) * prior.pdf(p)
+
+        return float(np.log(quad(weighted, 0.0, FAR, epsabs=0.0)[0]) - space.handicap[k])
+
     def gain(k: int) -> float:
-        own = SCALES if space.centre[k] == 0.0 else (1.0,)
-        centre = np.append(np.zeros(len(chosen)), space.centre[k])
-        each = [density(y, x[:, [*chosen, k]], centre, (*fixed, s)) for s in own]
-        return logsumexp(each) - np.log(len(own)) - base - space.handicap[k]
+        if space.centre[k] != 0.0:
+            return of_one_sign(k)
+        centre = np.zeros(len(chosen) + 1)
+        each = [density(y, x[:, [*chosen, k]], centre, (*fixed, s)) for s in SCALES]
+        return logsumexp(each) - np.log(len(SCALES)) - base - space.handicap[k]
 
     for family in range(4):
         members = np.flatnonzero(space.families == family)
