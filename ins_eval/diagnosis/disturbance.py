@@ -29,7 +29,7 @@ OTHERWISE = 0.003
 STATED = 2.0  # stated sigmas: a slow error of a receiver's position that is smaller is no mismatch
 SUSPECTS = 2  # intervals of a recording that are refitted
 ALONE = 10.0  # nats by which one sensor that wanders more than the others must beat all that wander alike
-QUIET = -2.0  # prior sigmas of the wander of sensors where one of them alone may be disturbed
+LOUD, QUIET = -1.0, -2.0  # prior sigmas of a wander that something else may feign, and of one that is not
 HOPELESS = 1.0  # nats below the null, before the noise is fitted, from which the fit is not worth the while
 
 
@@ -102,7 +102,7 @@ def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Sign
 
 def one_sensor(case: Case, r: int, base: Fitted) -> Suspect | None:
     """A slow disturbance of one sensor, at the noise that the others then have; None where there is only one."""
-    quiet = _quiet(case, base.position)
+    quiet = with_quiet_sensors(case, base.position)
     over, edges_s, whitened = of_windows(case, quiet, sensors=True)
     reduced = reduce(whitened, len(case.nuisances))
     found = locate.scan(reduced, over, edges_s)
@@ -130,10 +130,12 @@ def one_sensor(case: Case, r: int, base: Fitted) -> Suspect | None:
     return Suspect(r, interval, gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted)
 
 
-def _quiet(case: Case, position: np.ndarray) -> np.ndarray:
-    """The noise at `position` with sensors that wander little."""
+def with_quiet_sensors(case: Case, position: np.ndarray) -> np.ndarray:
+    """The noise at `position` with sensors that wander little; that of a chamber as it is believed."""
+    if case.believed is None:
+        return np.zeros_like(position)
     out = position.copy()
     for k, name in enumerate(case.noise.free):
         if name in ("accelerometer_wander", "gyro_wander"):
-            out[k] = min(out[k], QUIET)
+            out[k] = QUIET if out[k] > LOUD else out[k]
     return out

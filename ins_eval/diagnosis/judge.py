@@ -28,11 +28,13 @@ from ins_eval.diagnosis.disturbance import (
     largest_probability,
     of_windows,
     one_sensor,
+    with_quiet_sensors,
     within_statement,
 )
 from ins_eval.diagnosis.evidence import Reduced, reduce
 from ins_eval.diagnosis.experiments import Catalogue
 from ins_eval.diagnosis.locate import Channel
+from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.open_form import open_forms
 from ins_eval.diagnosis.refine import again, believed_effect, refine
 from ins_eval.diagnosis.search import LEAST_SHARE, LEAST_SHARE_ELSEWHERE, log_bayes_factor
@@ -57,7 +59,7 @@ from ins_eval.evaluate import PARKED
 from ins_eval.recording.belief import Belief
 from ins_eval.streams import Streams
 
-WITHIN = 3.0  # nats of the best: a rival
+WITHIN, LISTED = 3.0, 4.6  # nats of the best: a rival, and what else is listed beside one, 1 % as probable
 ALIKE = 0.25  # nats of likelihood below which only priors tell two apart
 WORTH_REFITTING = 2.0  # log Bayes factor with the noise of the null
 # nats below which nothing counts: readings of hours in one place share slow errors that no model of noise holds
@@ -67,6 +69,7 @@ STAY = 0.5  # nats by which another set must lead that with which the recordings
 LARGE = 30.0  # log Bayes factor from which a term of the Earth is tried by navigating with it
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
 HARM = 5.0  # nats that effects may lose on data that were not used; noise alone costs about one each
+FORM = 1e-3  # of a value: one sigma of what its form and the sampling leave open, however long it is measured
 OPEN_MARGIN = 6.0  # nats by which a form without a name must beat the best with one
 
 
@@ -96,16 +99,17 @@ class _Judge:
         self.progress("effects")
         alone = [one_sensor(case, r, self.null[r]) for r, case in enumerate(self.cases)]
         self.alone = [one for one in alone if one is not None and one.sure]
-        stage = self._searched(self._with_earth(staged(self.cases, (), np.zeros(0), self.null, self.share)))
-        # a disturbance of one sensor has made all of them look noisy, a slow error of a bench stands in for an effect
+        begin = self._with_earth(staged(self.cases, (), np.zeros(0), self.null, self.share))
+        stage = self._searched(begin)
+        # what is wrong has made the sensors look noisy, a slow error of a bench stands in for an effect
         quiet = [
-            replace(one, position=np.zeros_like(one.position)) if case.believed is None else one
-            for case, one in zip(self.cases, self.null, strict=True)
+            replace(one, position=with_quiet_sensors(case, one.position))
+            for case, one in zip(self.cases, stage.fitted, strict=True)
         ]
-        for one in self.alone:
+        for one in self.alone if begin.cases is self.cases else ():
             quiet[one.recording] = one.fitted
-        if any(one is not null for one, null in zip(quiet, self.null, strict=True)):
-            other = self._searched(staged(self.cases, (), np.zeros(0), quiet, self.share))
+        if any((one.position != found.position).any() for one, found in zip(quiet, stage.fitted, strict=True)):
+            other = self._searched(self._at_noise(begin, quiet))
             stage = max(stage, other, key=lambda one: one.height)
         gain = self._gain(stage)
         statistics: dict[str, float | str] = {
@@ -149,6 +153,11 @@ class _Judge:
                 best, height = tried, tried.height
         return best
 
+    def _at_noise(self, stage: Stage, fitted: Sequence[Fitted]) -> Stage:
+        """The same recordings, navigated with the same, at another noise."""
+        m = int(np.count_nonzero(stage.point))
+        return staged(stage.cases, stage.hypotheses[:m], stage.point[:m], fitted, self.share)
+
     def _searched(self, stage: Stage) -> Stage:
         """The search again at the noise under what it found, and once more around it, until it stays."""
         for turn in range(ROUNDS):
@@ -157,9 +166,7 @@ class _Judge:
                 return stage
             if turn == 0:
                 starts = [one.position for one in stage.fitted]
-                fitted = fit_noise(stage.cases, stage.chosen(), starts)
-                m = len(stage.point[stage.point != 0.0])
-                stage = staged(stage.cases, stage.hypotheses[:m], stage.point[:m], fitted, self.share)
+                stage = self._at_noise(stage, fit_noise(stage.cases, stage.chosen(), starts))
                 if stage.best.log_posterior < 0.0:
                     return stage
             keys = stage.keys
@@ -201,6 +208,8 @@ class _Judge:
         statistics |= {"instead": self.instead.gain, "beside": self.beside.gain, "posterior": posterior}
         if self.beside.mismatch is not None or self.instead.gain > posterior + OPEN_MARGIN:
             return None
+        if any(one.gain > statistics["largest_log_bayes_factor"] + OPEN_MARGIN for one in self.alone):
+            return None
         if not self._holds(stage):
             return None
         verdict = NOT_IDENTIFIABLE if any(one.below_best < WITHIN for one in self._rivals(stage)) else EXPLAINED
@@ -232,16 +241,31 @@ class _Judge:
         # beside a disturbance without a name, the effects must still be worth what they cost
         lead = OPEN_MARGIN if enough else max(beside.gain, 0.0) - stage.space.cost
         harms = stage.held_out["harm_nats"] > HARM
-        # a disturbance that gains more has suggested the effects of other sensors
-        ones = [stage.hypotheses[k].candidate for k in stage.best.members]
-        where_named = {channel_of(one.name, one.axis, one.parameters) for one in ones}
-        harms |= surest is not None and surest.gain > gain and surest.interval.channel.name not in where_named
         if harms and surest is None and instead.gain < OPEN_MARGIN:
             return self._answer(NO_MISMATCH, Remainder(None, 0.0, beside.significance_sigma), statistics=statistics)
-        if harms or instead.gain > stage.best.log_posterior + lead:
+        if harms or self._only_described(stage, gain, surest) or instead.gain > stage.best.log_posterior + lead:
             remainder = replace(instead, mismatch=(place or [instead.mismatch])[0])
             return self._answer(UNEXPLAINED, remainder, place or shown, stage, named=False, statistics=statistics)
         return self._answer(PARTLY, beside, shown, stage, statistics=statistics)
+
+    def _only_described(self, stage: Stage, gain: float, surest: Suspect | None) -> bool:
+        """Whether the effects follow the shape of something else.
+
+        A disturbance that gains more has suggested the effects of other sensors, one that gains far more those of its
+        own. And what follows a law explains nothing where a mismatch is left in its very channel; but a bench always
+        leaves one, and beside geometry, which is exact, the least error of a law is left.
+        """
+        ones = [stage.hypotheses[k].candidate for k in stage.best.members]
+        channels = [channel_of(one.name, one.axis, one.parameters) for one in ones]
+        if surest is not None:
+            elsewhere = surest.interval.channel.name not in channels
+            if surest.gain > gain + (0.0 if elsewhere else OPEN_MARGIN):
+                return True
+        left = self.beside.mismatch
+        geometry = stage.space.exact[list(stage.best.members)].any()
+        if left is None or geometry or self.cases[left.recording].believed is None:
+            return False
+        return any(one.lawful and channel == left.channel for one, channel in zip(ones, channels, strict=True))
 
     @staticmethod
     def _holds(stage: Stage) -> bool:
@@ -303,11 +327,12 @@ class _Judge:
             others = [j for j in range(len(m)) if j != i]
             gain = whole - log_bayes_factor(a[np.ix_(others, others)], b[others], centre[others])[0]
             one = stage.hypotheses[k]
+            variance = covariance[i, i] + bent.get(one.key, 0.0) + (FORM * mean[i]) ** 2
             out.append(
                 Effect(
                     hypothesis=one,
                     value=float(mean[i] * one.candidate.nominal),
-                    sigma=float(np.sqrt(covariance[i, i] + bent.get(one.key, 0.0)) * one.candidate.nominal),
+                    sigma=float(np.sqrt(variance) * one.candidate.nominal),
                     probability=self._probability(stage, k),
                     log_evidence_gain=float(gain),
                     false_alarm_probability=float(min(1.0, np.exp(min(0.0, stage.space.cost - gain)))),
@@ -327,19 +352,21 @@ class _Judge:
             of_family, members, of_any_size = stage.places(k)
             own = int(stage.space.families[k])
             log_sum = logsumexp(np.append(of_family, stage.space.cost))
+            below = of_family[own] - of_family
+            unexpected = of_any_size[own] - of_any_size  # where no size is expected of either
+            near = np.minimum(below, unexpected)
+            reach = LISTED if np.delete(below, own).min(initial=np.inf) < WITHIN else WITHIN
             for family in np.argsort(of_family)[::-1]:
-                below = float(of_family[own] - of_family[family])
-                unexpected = float(of_any_size[own] - of_any_size[family])  # where no size is expected of either
-                if family == own or min(below, unexpected) >= WITHIN:
+                if family == own or not near[family] < reach:
                     continue
                 one = Rival(
                     of=stage.hypotheses[k],
                     hypothesis=stage.hypotheses[members[family]],
                     probability=float(np.exp(of_family[family] - log_sum)),
-                    below_best=below,
-                    by_prior_only=below >= WITHIN or unexpected < ALIKE,
+                    below_best=float(below[family]),
+                    by_prior_only=bool(below[family] >= WITHIN or unexpected[family] < ALIKE),
                 )
-                if family not in out or out[family].below_best > below:
+                if family not in out or out[family].below_best > one.below_best:
                     out[int(family)] = one
         ranked = sorted(out.values(), key=lambda one: one.below_best)
         return (*ranked, *(one for k in stage.best.members for one in self._three_biases(stage, k)))

@@ -61,6 +61,12 @@ class Candidate:
         """Whether it belongs to one recording only."""
         return VOCABULARY[self.name].local
 
+    @property
+    def lawful(self) -> bool:
+        """Whether it is an error of a sensor that changes by a law, other than with what is measured."""
+        effect = VOCABULARY[self.name]
+        return effect.enters in (*SENSORS, "any") and effect.slow != "1"
+
 
 def candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, slow: Slow) -> list[Candidate]:
     """Every effect that this recording could show."""

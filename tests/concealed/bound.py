@@ -40,6 +40,7 @@ def reached(truth: dict, folders: list[Path]) -> float:
     """Log Bayes factor of the true effects of a case, in nats."""
     from ins_eval.diagnosis.case import prepare
     from ins_eval.diagnosis.chamber import prepare_chamber
+    from ins_eval.diagnosis.disturbance import with_quiet_sensors
     from ins_eval.diagnosis.study import fit_noise, marginal
     from ins_eval.recording import form
     from ins_eval.recording.form.description import CHAMBER, open_folder
@@ -56,7 +57,10 @@ def reached(truth: dict, folders: list[Path]) -> float:
         for one, effect in zip(model, truth["effects"], strict=False)
     ]
     null = fit_noise(cases, [], [None] * len(cases))
-    there = fit_noise(cases, wide, [one.position for one in null])
+    loud = [one.position for one in null]
+    quiet = [with_quiet_sensors(case, position) for case, position in zip(cases, loud, strict=True)]
+    starts = [fit_noise(cases, wide, start) for start in (loud, quiet)]
+    there = max(starts, key=lambda fitted: sum(one.log_evidence for one in fitted))
     centre = np.array([one.candidate.centre for one in model])
     models = [[], list(range(len(model)))]
     beside = marginal(cases, [one.position for one in there], model, models, centre)
