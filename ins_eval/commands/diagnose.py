@@ -55,7 +55,7 @@ def run(
         write_whole(json, as_json(found))
     if write_model is not None:
         believed, where = _belief(recordings[0], belief)
-        write_belief(write_model, with_effects(believed, diagnosis.believed), where)
+        write_belief(write_model, with_effects(believed, diagnosis.foretold), where)
     drawn = draw() if report is not None else {}
     if report is not None:
         write_results(report, TITLE, said, sections, tree, drawn, quiet)

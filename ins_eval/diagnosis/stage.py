@@ -16,6 +16,8 @@ from ins_eval.diagnosis.search import Explanation, Space, log_bayes_factor, one_
 from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
 
 HANDICAP = 3.0  # nats of what is composed of a recorded column
+LESSER = 1.0  # nats that an effect costs which is believed of an instrument of which its kind is known
+THERMAL = ("temperature", "creep", "hysteresis")  # in the name of an effect of an accelerometer
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +50,7 @@ class Stage:
     def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
         """Of the best set, (k,), and their covariance."""
         m = list(self.best.members)
-        a, b, centre = self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m]
-        _, scales = log_bayes_factor(a, b, centre)
-        covariance = np.linalg.inv(a + np.diag(scales**-2.0))
-        return covariance @ (b + centre / scales**2), covariance
+        return _coefficients(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m])
 
     def chosen(self, scaled: bool = True) -> list[Hypothesis]:
         """The effects of the best set, each with a prior as wide as what was found."""
@@ -89,11 +88,48 @@ class Stage:
         return one_more(self.here.normal, self.here.projection, others, self.space)
 
     @cached_property
+    def foretold(self) -> list[tuple[Hypothesis, float]]:
+        """What is believed of other recordings of the instrument: hypotheses, each with its coefficient.
+
+        To be named, an effect must be sure, for it is one of many that could have been. Once one accelerometer is known
+        to have thermal errors that it was not calibrated for, others have them too: the thermal part of the best set is
+        sought again at the cost `LESSER`, its prior drawing each coefficient towards 0 as far as it is not sure. The
+        constant of an accelerometer whose bias has such an error was calibrated as if it had none, so it is free.
+        """
+        a, b, space = self.here.normal, self.here.projection, self.space
+        names = [one.candidate.name for one in self.hypotheses]
+        thermal = np.array([
+            name == "temperature.lag" or (name.startswith("accelerometer.") and any(word in name for word in THERMAL))
+            for name in names
+        ])  # fmt: skip
+        m = [k for k in self.best.members if not thermal[k]]
+        if len(m) < len(self.best.members):
+            _, scales = log_bayes_factor(a[np.ix_(m, m)], b[m], space.centre[m])
+            across = np.linalg.solve(a[np.ix_(m, m)] + np.diag(scales**-2.0), a[m]) if m else a[m]
+            left, seen = a - a[:, m] @ across, b - across.T @ b[m]
+            found = search(left * np.outer(thermal, thermal), seen * thermal, space, 0.0, LESSER)
+            m += next(one.members for one in found if one.members)
+        moved = {self.hypotheses[k].candidate.axis for k in m if names[k].startswith("accelerometer.bias_")}
+        if any(names[k] == "temperature.lag" for k in m):
+            moved |= set("xyz")
+        constants = [k for k, name in enumerate(names) if name == "accelerometer.bias" and k not in m]
+        m += [k for k in constants if self.hypotheses[k].candidate.axis in moved]
+        mean, _ = _coefficients(a[np.ix_(m, m)], b[m], space.centre[m])
+        return [(self.hypotheses[k], float(p)) for k, p in zip(m, mean, strict=True)]
+
+    @cached_property
     def held_out(self) -> dict[str, float | str]:
         """The fit on data that were not used."""
         m = list(self.best.members)
         positions = [one.position for one in self.fitted]
         return held_out(self.cases, self.chosen(scaled=False), self.point[m], positions)
+
+
+def _coefficients(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of a set (k,) and their covariance, at the scales of the prior that are best."""
+    _, scales = log_bayes_factor(a, b, centre)
+    covariance = np.linalg.inv(a + np.diag(scales**-2.0))
+    return covariance @ (b + centre / scales**2), covariance
 
 
 def staged(

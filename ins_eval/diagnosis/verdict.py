@@ -99,6 +99,13 @@ class Diagnosis:
             for one in self.effects
         ]
 
+    @property
+    def foretold(self) -> list[EffectBelief]:
+        """What is believed of the instrument from now on: the effects, and lesser ones that are not sure alone."""
+        if not self.effects:
+            return []
+        return [believed_effect(one, coefficient, self.cases) for one, coefficient in self.stage.foretold]
+
 
 def located(case: Case, r: int, interval: Interval, sigma: float) -> Mismatch:
     """An interval of recording `r` as a mismatch."""

@@ -1,0 +1,66 @@
+"""Paper A told backwards: thermal physics that a belief leaves out is found in one flight, and pays on later ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.told_backwards import STATISTICS, Backwards, Told, compared, diagnosed, shares
+
+pytestmark = pytest.mark.slow
+
+COUNT = 12
+LEAST_SHARE = 0.5  # of what the hysteresis compensation gains, calibrated in the chamber
+LEAST_NAMED = 0.9  # of the instruments
+THERMAL = ("temperature", "creep", "hysteresis")  # in the name of an effect
+EPSILON, ALPHA = (f"accelerometer.scale_temperature_rate{power}" for power in ("", "_quadratic"))
+STRONG = 0, "z"  # an accelerometer whose epsilon and alpha are those of JB-KT8 #1, -244 and 991 ppm
+WITHIN = 0.4  # of the truth: the magnet has loops of several widths, of which one branch width is believed
+
+
+@pytest.fixture(scope="module")
+def backwards(tmp_path_factory: pytest.TempPathFactory) -> Backwards:
+    return Backwards(tmp_path_factory.mktemp("backwards"))
+
+
+@pytest.fixture(scope="module")
+def found(backwards: Backwards) -> list[Told]:
+    return [backwards.told(index) for index in range(COUNT)]
+
+
+def test_thermal_physics_is_named_from_one_flight(found: list[Told]):
+    assert all(one.answer["verdict"] != "no mismatch" for one in found)
+    thermal = [any(word in name for name in one.named for word in THERMAL) for one in found]
+    assert np.mean(thermal) >= LEAST_NAMED
+
+
+def test_later_flights_gain_half_of_what_the_chamber_gains(found: list[Told]):
+    comparison = compared(found)
+    for measure, share in shares(comparison).items():
+        assert comparison.ratios["hysteresis/simple"][measure].ratio < 1.0, measure
+        assert share >= LEAST_SHARE, measure
+
+
+def test_radial_error_gains_beyond_chance(found: list[Told]):
+    assert compared(found).ratios["told/simple"]["radial_error_rate_nmi_per_h"].high < 1.0
+
+
+def test_nothing_beats_the_oracle(found: list[Told]):
+    comparison = compared(found)
+    for measure in STATISTICS:
+        ratios = {pair: ratio[measure].ratio for pair, ratio in comparison.ratios.items() if pair.endswith("/simple")}
+        assert min(ratios, key=ratios.__getitem__) == "oracle/simple"
+
+
+def test_the_chamber_tells_epsilon_and_alpha(backwards: Backwards, tmp_path: Path):
+    index, axis = STRONG
+    chamber, flight = backwards.chamber(index, axis), backwards.flight(index)
+    answer, _ = diagnosed([chamber], flight, tmp_path)
+    unit = backwards.world.instrument(index).accelerometers["xyz".index(axis)]
+    alpha, *_, epsilon, _, gamma = unit.units["scale_polynomial"]
+    value = {one["name"]: one["parameters"]["value"] for one in answer["effects"]}
+    assert {EPSILON, ALPHA} <= set(value)
+    assert value[EPSILON] == pytest.approx(1e6 * epsilon / gamma, rel=WITHIN)
+    assert value[ALPHA] == pytest.approx(1e6 * alpha / gamma, rel=WITHIN)
