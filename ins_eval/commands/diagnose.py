@@ -49,18 +49,20 @@ def run(
             cases.append(_case(folder, name, belief))
         diagnosis = judge(cases, step, _belief(recordings[0], belief)[0])
     found = answer(diagnosis)
-    tree, draw = page(diagnosis, found)
-    said, sections = diagnosis_content(tree)
+    foretold = [] if write_model is None else diagnosis.foretold
     if json is not None:
         write_whole(json, as_json(found))
     if write_model is not None:
         believed, where = _belief(recordings[0], belief)
-        write_belief(write_model, with_effects(believed, diagnosis.foretold), where)
-    drawn = draw() if report is not None else {}
+        write_belief(write_model, with_effects(believed, foretold), where)
+    if report is None and quiet:
+        return 0
+    tree, draw = page(diagnosis, found, foretold)
+    said, sections = diagnosis_content(tree)
     if report is not None:
-        write_results(report, TITLE, said, sections, tree, drawn, quiet)
-    elif not quiet:
-        print(text.render(TITLE, said, sections, figures=drawn))
+        write_results(report, TITLE, said, sections, tree, draw(), quiet)
+    else:
+        print(text.render(TITLE, said, sections, figures={}))
     return 0
 
 

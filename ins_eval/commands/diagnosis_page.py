@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,6 +14,7 @@ from ins_eval.diagnosis.partial import Located, located
 from ins_eval.diagnosis.shown import Place, before_after, evidence, ground, limits, turned_on
 from ins_eval.diagnosis.verdict import Diagnosis
 from ins_eval.effects import VOCABULARY
+from ins_eval.recording.belief import EffectBelief
 from ins_eval.report.diagnosis_words import channel, effect_words, numbered
 from ins_eval.report.figures import diagnosis as figures
 from ins_eval.report.wording import sentence
@@ -23,8 +24,13 @@ BLOCK_S = 60.0  # over which a whitened residual is averaged
 FAMILIES = 12  # in the figure of the evidence
 
 
-def page(diagnosis: Diagnosis, found: Mapping[str, Any]) -> tuple[dict[str, Any], Callable[[], dict[str, Figure]]]:
-    """Everything that the page says, `found` the answer, and a function that draws its figures."""
+def page(
+    diagnosis: Diagnosis, found: Mapping[str, Any], written: Sequence[EffectBelief] = ()
+) -> tuple[dict[str, Any], Callable[[], dict[str, Figure]]]:
+    """Everything that the page says, and a function that draws its figures.
+
+    `found` is the answer, `written` the effects that a belief was given which was written.
+    """
     of = ground(diagnosis)
     count = len(diagnosis.cases)
     first = diagnosis.effects[0] if diagnosis.effects else None
@@ -46,6 +52,7 @@ def page(diagnosis: Diagnosis, found: Mapping[str, Any]) -> tuple[dict[str, Any]
             "families": [_family(one) for one in places[:FAMILIES]],
         },
         "located": [_located(entry, one, k, len(diagnosis.effects) > 1) for k, (entry, one) in enumerate(seen)],
+        "written": [{"unit": VOCABULARY[one.name].unit} | one.model_dump(exclude_none=True) for one in written],
         "limits": [asdict(one) for one in limits(of)],
         # the Earth is asked about where the belief leaves a term out, what is composed where a column suggests it
         "absent": [

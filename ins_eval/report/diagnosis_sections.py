@@ -42,6 +42,7 @@ def sections_of(tree: Mapping) -> list[Section]:
     sections = [
         Section("What was left out", _left_out(tree)),
         Section("What else it could be", _rivals(tree)),
+        Section("The belief that was written", _written(tree)),
         Section("Evidence of each effect", _evidence(tree)),
         Section("Where", _where(tree)),
         Section("The fit on data that were not used", _held_out(tree)),
@@ -151,6 +152,23 @@ def _rivals(tree: Mapping) -> list[Block]:
         "cheapest of the catalogue that would tell, by its planned motion and temperatures."
     )
     return table("Rivals", header, rows, note, align="llrrllr")
+
+
+def _written(tree: Mapping) -> list[Block]:
+    rows = []
+    for one in tree["written"]:
+        further = [
+            f"{parameter.name.rpartition('_')[0].replace('_', ' ')} {figures(one[parameter.name])} {parameter.unit}"
+            for parameter in VOCABULARY[one["name"]].parameters
+            if parameter.name in one
+        ]
+        rows.append((effect_words(one), figures(one["value"]), one["unit"], ", ".join(further) or MISSING))
+    note = (
+        "For other recordings of the instrument. An effect is named above only if it is sure. Where one of temperature "
+        "is, further ones are likely, so the written belief also holds those that are merely probable, each drawn "
+        "towards 0 as far as it is not sure, and the constant of an accelerometer whose bias moves with temperature."
+    )
+    return table("Effects in the written belief", ("effect", "value", "unit", "further"), rows, note, align="lrll")
 
 
 def _where(tree: Mapping) -> list[Block]:

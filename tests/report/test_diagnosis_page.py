@@ -11,8 +11,10 @@ from ins_eval.effects import VOCABULARY
 from ins_eval.report import style, text
 from ins_eval.report.content import Paragraph, Table
 from ins_eval.report.diagnosis import diagnosis_content
+from ins_eval.report.diagnosis_sections import sections_of
 from ins_eval.report.diagnosis_words import alike, effect_words, figures
 from ins_eval.report.figures import diagnosis as drawn
+from ins_eval.report.wording import MISSING
 
 LARGEST_SVG_BYTES = 200_000
 WHITE = {"rms": 1.0, "correlation": 0.01, "rms_of_means": 1.4}
@@ -141,6 +143,7 @@ def tree(verdict: str) -> dict:
             ],
         },
         "located": shown,
+        "written": [],
         "limits": [
             limit("accelerometer.quadratic", "x", 0.1),
             limit("accelerometer.quadratic", "y", 0.2),
@@ -263,6 +266,20 @@ def test_words_for_effects_amounts_and_numbers() -> None:
     assert alike(-23.7838, [-24.2, -23.4]) == ("−23.8", "−24.2", "−23.4")
     assert alike(0.05123, [0.045, 0.057]) == ("0.051", "0.045", "0.057")
     assert (figures(3919.8), figures(1.0302), figures(0.00042, 2)) == ("3920", "1.03", "0.00042")
+
+
+def test_the_belief_that_was_written_is_told() -> None:
+    told = tree("explained")
+    assert not [one for one in sections_of(told) if one.heading == "The belief that was written"]
+    told["written"] = [
+        {"name": "accelerometer.bias_creep", "axis": "z", "value": 4.812, "unit": "ug/degC", "time_constant_s": 2400.0},
+        {"name": "accelerometer.bias", "axis": "z", "value": 37.42, "unit": "ug"},
+    ]
+    (table,) = blocks(sections_of(told), "The belief that was written", Table)
+    assert table.rows == [
+        ("accelerometer bias creep, z", "4.81", "ug/degC", "time constant 2400 s"),
+        ("accelerometer bias, z", "37.4", "ug", MISSING),
+    ]
 
 
 def test_evidence_has_a_bar_for_each_effect_and_the_line_it_must_pass() -> None:

@@ -1,0 +1,70 @@
+"""What is believed of other recordings, on sums whose columns are orthogonal: each coefficient can be told by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ins_eval.diagnosis.columns import Column
+from ins_eval.diagnosis.library import Candidate
+from ins_eval.diagnosis.search import search
+from ins_eval.diagnosis.stage import Stage
+from ins_eval.diagnosis.study import Hypothesis, Sums, space
+
+INFORMATION = 100.0  # each coefficient is known to a tenth of its nominal size
+SURE, LIKELY, NOTHING = 3.0, 0.3, 0.05  # coefficients: 30, 3 and half a sigma
+NAMES = (
+    ("accelerometer.bias_temperature", "z"),
+    ("accelerometer.bias_temperature", "x"),
+    ("accelerometer.bias_temperature", "y"),
+    ("accelerometer.bias", "z"),
+    ("accelerometer.bias", "x"),
+    ("accelerometer.bias", "y"),
+    ("gyro.bias_temperature", "x"),
+    ("accelerometer.scale", "x"),
+)
+
+
+def stage(**coefficients: float) -> Stage:
+    """Recordings that tell these coefficients, by effect and axis as ``bias_temperature_z``, `NOTHING` of others."""
+    hypotheses = tuple(
+        Hypothesis(Candidate(name, axis, "ug", 1.0, Column("", ())), (Column("", ()),)) for name, axis in NAMES
+    )
+    keys = [f"{name.replace('.', '_')}_{axis}" for name, axis in NAMES]
+    assert set(coefficients) <= set(keys)
+    seen = np.array([coefficients.get(key, NOTHING) for key in keys])
+    here = Sums(INFORMATION * np.eye(len(NAMES)), INFORMATION * seen, 0.0)
+    families = space(hypotheses, 0.0)
+    ranked = tuple(search(here.normal, here.projection, families))
+    return Stage((), hypotheses, families, np.zeros(len(NAMES)), (), here, ranked)
+
+
+def told(found: Stage) -> dict[tuple[str, str | None], float]:
+    return {(one.candidate.name, one.candidate.axis): coefficient for one, coefficient in found.foretold}
+
+
+def test_beside_a_sure_thermal_effect_a_likely_one_is_believed_and_drawn_towards_nothing() -> None:
+    found = stage(accelerometer_bias_temperature_z=SURE, accelerometer_bias_temperature_x=LIKELY)
+    assert [found.hypotheses[k].candidate.axis for k in found.best.members] == ["z"]  # only one is sure
+    believed = told(found)
+    assert believed["accelerometer.bias_temperature", "z"] == pytest.approx(SURE, rel=0.01)
+    assert 0.8 * LIKELY < believed["accelerometer.bias_temperature", "x"] < LIKELY
+    assert ("accelerometer.bias_temperature", "y") not in believed
+
+
+def test_the_constant_is_free_where_the_bias_moves_with_temperature() -> None:
+    believed = told(stage(accelerometer_bias_temperature_z=SURE))
+    assert set(believed) == {("accelerometer.bias_temperature", "z"), ("accelerometer.bias", "z")}
+
+
+def test_what_has_no_part_in_it_has_to_be_sure() -> None:
+    """A gyro and a scale factor that are as likely as the accelerometer's thermal bias are not believed."""
+    likely = dict.fromkeys(("gyro_bias_temperature_x", "accelerometer_scale_x"), LIKELY)
+    believed = told(stage(accelerometer_bias_temperature_z=SURE, **likely))
+    assert not {name for name, _ in believed} & {"gyro.bias_temperature", "accelerometer.scale"}
+
+
+def test_without_a_thermal_effect_it_is_the_answer() -> None:
+    found = stage(accelerometer_scale_x=SURE, accelerometer_bias_temperature_z=LIKELY)
+    (mean,), _ = found.coefficients
+    assert told(found) == {("accelerometer.scale", "x"): mean}
