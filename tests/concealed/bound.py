@@ -2,8 +2,12 @@
 
 The oracle of the maker knows the noise of each case, so its D is more than any tool can reach: what an effect does to
 a null whose noise is free looks like noise. Here the effects are known and the noise is not: log Bayes factor of the
-truth against the null, the noise integrated out of both, from the sums of the installed package. ``ANSWERS/bound.json``
-keeps it for each case in which the oracle sees something and noise could hide it.
+truth against the null, the noise integrated out of both, from the sums of the installed package. And how much of the
+energy of the truth t the answer f would remove from another recording like this one, of the same path and noise,
+
+    1 - (t - f)' A (t - f) / t' A t,   A the information of the recording about all coefficients.
+
+``ANSWERS/bound.json`` keeps both for each case in which the oracle sees something and noise could hide it.
 """
 
 from __future__ import annotations
@@ -19,14 +23,15 @@ import numpy as np
 from tqdm import tqdm
 
 from ins_eval.units import DEG_PER_H, UG
-from tests.challenge.score import SEEN, read
+from tests.challenge.score import CLEAR, SEEN, quantiles, rate, read
 from tests.concealed import run
 
 FILE = "bound.json"
 BEYOND = 2000.0  # nats of the oracle that no noise can hide
 SENSORS = ("accelerometer", "gyro")
+MOST = 0.8  # of the energy
 LIMITED = "limited"  # of these, what has no name is a constant of a sensor for a time
-FURTHER = ("time_constant_s", "branch_width_c", "at_s", "other_axis")
+FURTHER = ("time_constant_s", "branch_width_c", "at_s", "other_axis", "rate_filter_s", "driver", "form")
 
 
 def wanted(truth: dict) -> bool:
@@ -36,8 +41,11 @@ def wanted(truth: dict) -> bool:
     return bool(truth["effects"]) and known and d is not None and SEEN <= d < BEYOND
 
 
-def reached(truth: dict, folders: list[Path]) -> float:
-    """Log Bayes factor of the true effects of a case, in nats."""
+def reached(truth: dict, answer: dict, folders: list[Path]) -> dict[str, float | None]:
+    """Log Bayes factor of the true effects of a case, in nats, and the share of their energy that the answer removes.
+
+    The share is None where nothing is named, or what is hidden has no name.
+    """
     from ins_eval.diagnosis.case import prepare
     from ins_eval.diagnosis.chamber import prepare_chamber
     from ins_eval.diagnosis.disturbance import with_quiet_sensors
@@ -65,7 +73,33 @@ def reached(truth: dict, folders: list[Path]) -> float:
     models = [[], list(range(len(model)))]
     beside = marginal(cases, [one.position for one in there], model, models, centre)
     alone = marginal(cases, [one.position for one in null], [], [[]], np.zeros(0))
-    return float(beside[1] - max(beside[0], alone[0]))
+    named = [one for effect in answer.get("effects", ()) if (one := _answered(effect, cases)) is not None]
+    return {
+        "log_bayes_factor": float(beside[1] - max(beside[0], alone[0])),
+        "removed": _removed(cases, there, list(zip(model, truth["effects"], strict=False)), named)
+        if named and not truth["outside"]
+        else None,
+    }
+
+
+def _removed(cases: list, noise: list, truth: list, named: list) -> float:
+    """Share of the energy of the truth that is gone, from hypotheses with their effects."""
+    from ins_eval.diagnosis.study import sums
+
+    together = [*truth, *named]
+    values = np.array([effect["value"] / one.candidate.nominal for one, effect in together])
+    known = len(truth)
+    values[known:] *= -1.0
+    a = sums(cases, [one.position for one in noise], [one for one, _ in together]).normal
+    of_truth = float(values[:known] @ a[:known, :known] @ values[:known])
+    return 1.0 - float(values @ a @ values) / of_truth
+
+
+def _answered(effect: dict, cases: list):
+    """An effect that an answer names, as columns, with its value."""
+    parameters = effect["parameters"] | {key: effect[key] for key in FURTHER if key in effect}
+    one = _columns(effect["name"], effect["axis"], parameters, cases)
+    return None if one is None else (one, parameters)
 
 
 def _hypothesis(truth: dict, effect: dict, cases: list):
@@ -83,7 +117,14 @@ def _hypothesis(truth: dict, effect: dict, cases: list):
         si = UG if sensor == "accelerometer" else DEG_PER_H
         candidate = Candidate(name, axis, effect["unit"], SIZES[sensor] / si, column)
         return Hypothesis(candidate, (column,))
-    further = {key: effect[key] for key in FURTHER if key in effect}
+    return _columns(name, axis, effect, cases)
+
+
+def _columns(name: str, axis: str | None, parameters: dict, cases: list):
+    """One effect as columns of the recordings that can show it, None where none can."""
+    from ins_eval.diagnosis.study import Hypothesis
+
+    further = {key: parameters[key] for key in FURTHER if key in parameters}
     made = [
         case.member(name, axis, further)
         if any((one.name, one.axis) == (name, axis) for one in case.candidates)
@@ -95,15 +136,26 @@ def _hypothesis(truth: dict, effect: dict, cases: list):
     return None if candidate is None else Hypothesis(candidate, columns)
 
 
-def estimated(truths: dict[str, dict], known: dict[str, float]) -> dict[str, dict]:
+def estimated(truths: dict[str, dict], known: dict[str, dict]) -> dict[str, dict]:
     """The same truths with D where noise is estimated, that of the oracle kept beside it."""
     out = {}
     for name, truth in truths.items():
         oracle = truth["oracle"]
         if name in known:
-            oracle = oracle | {"noise_known": oracle["log_bayes_factor"], "log_bayes_factor": known[name]}
+            d = known[name]["log_bayes_factor"]
+            oracle = oracle | {"noise_known": oracle["log_bayes_factor"], "log_bayes_factor": d}
         out[name] = truth | {"oracle": oracle}
     return out
+
+
+def removed(records: list[dict], known: dict[str, dict]) -> dict:
+    """Shares of the energy of the truth that answers remove, of detected effects with D of at least 16."""
+    shares = [
+        known[one["case"]]["removed"] or 0.0
+        for one in records
+        if one["case"] in known and one["inside"] and one["heard"] and one["band"] == CLEAR
+    ]
+    return quantiles(shares) | {"at least 80 %": rate(sum(share >= MOST for share in shares), len(shares))}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -119,8 +171,13 @@ def main(arguments: list[str] | None = None) -> int:
         name: [chosen.folder / "recordings" / each["path"] for each in one["recordings"]]
         for name, one in truths.items()
     }
+    answers = read(chosen.answers)
     with ProcessPoolExecutor(chosen.workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        jobs = {pool.submit(reached, one, folders[name]): name for name, one in truths.items()}
+        jobs = {
+            pool.submit(reached, one, answers[name], folders[name]): name
+            for name, one in truths.items()
+            if name in answers
+        }
         for job in tqdm(as_completed(jobs), "bounds", len(jobs), file=sys.stderr):
             known[jobs[job]] = job.result()
             run.write(place, json.dumps(known, indent=1, sort_keys=True) + "\n")

@@ -216,12 +216,26 @@ def _where(result: dict) -> list[Block]:
 def _fit(result: dict) -> list[Block]:
     one = result["removed"]
     rows = [("share removed", str(one["count"]), number(one["mean"], 2), *_quantiles(one))] if one["count"] else []
+    energy = result["energy"]
+    gone = [("share of its energy", str(energy["count"]), number(energy["mean"], 2), *_quantiles(energy))]
+    of_another = (
+        "1 - (t - f)' A (t - f) / t' A t of the truth t and the answer f, A the information of the recording: what "
+        "the answer would remove of the effect from another recording of the same path and noise. Detected effects "
+        "with D of at least 16, of those that noise could hide."
+    )
     note = (
         "Of what the mean squared normalised innovation exceeds 1 on blocks that were not used, the share that the "
         "explanation removes; detected effects of the vocabulary with D of at least 16 whose answer states it."
     )
     return [
-        *targets.table(result, "removed", "held out"),
+        *targets.table(result, "energy", "removed", "held out"),
+        *table(
+            "Energy of the effect removed",
+            ("", "cases", "mean", *QUANTILES),
+            gone if energy["count"] else [],
+            of_another,
+        ),
+        *_rates("Of another recording", {"at least 80 % of the energy": energy["at least 80 %"]}),
         *_rates("On unused data, D of at least 16", result["held out"]),
         *table("Share of the excess removed", ("", "cases", "mean", *QUANTILES), rows, note),
     ]

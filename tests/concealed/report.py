@@ -29,10 +29,11 @@ def result_of(folder: Path, answers: Path) -> dict:
     """All numbers of a run."""
     truths, given, runs = read(folder / "truth"), read(answers), run.read_runs(answers)
     limits = answers / bound.FILE
-    truths = bound.estimated(truths, json.loads(limits.read_text()) if limits.exists() else {})
+    could = json.loads(limits.read_text()) if limits.exists() else {}
+    truths = bound.estimated(truths, could)
     given = {name: one for name, one in given.items() if name in runs}
     records = [judged(one, given.get(name), runs.get(name, {}).get("seconds")) for name, one in truths.items()]
-    result = summary(records)
+    result = summary(records) | {"energy": bound.removed(records, could)}
     known = answers / navigation.FILE
     result["navigation"] = navigation.gains(records, json.loads(known.read_text()) if known.exists() else {})
     joint = answers / experiments.ANSWERS

@@ -54,6 +54,8 @@ TARGETS = (
     Target("6d", "95 % intervals that hold the truth", ("coverage", "all"), 0.90, 0.98),
     Target("5c", "channel and axis right, D of at least 16", ("location", f"channel, {CLEAR}"), 0.95),
     Target("5c", "intersection over union, median, D of at least 16", ("overlap", CLEAR, "quantiles", "0.5"), 0.85),
+    Target("6d", "share of its energy that an answer removes from another such recording, median",
+           ("energy", "quantiles", "0.5"), 0.80),
     Target("6d", "share of the excess removed on unused data, median", ("removed", "quantiles", "0.5"), 0.80),
     Target("6d", "better than the placebo on unused data", ("held out", "better than the placebo"), 0.95),
     Target("6d", "velocity RMS: share of what the truth gains, median",

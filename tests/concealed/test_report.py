@@ -152,6 +152,16 @@ def test_short_names_stay_apart():
 
 def test_bands_are_of_d_with_the_noise_estimated() -> None:
     truths = {"a": {"oracle": {"log_bayes_factor": 40.0, "margin": 3.0}}, "b": {"oracle": None}}
-    found = bound.estimated(truths, {"a": 9.0})
+    found = bound.estimated(truths, {"a": {"log_bayes_factor": 9.0, "removed": None}})
     assert found["a"]["oracle"] == {"log_bayes_factor": 9.0, "margin": 3.0, "noise_known": 40.0}
     assert found["b"] == truths["b"]
+
+
+def test_the_energy_that_is_removed_counts_what_was_heard_and_could_be() -> None:
+    heard = {"inside": True, "heard": True, "band": "D >= 16"}
+    records = [{"case": "a", **heard}, {"case": "b", **heard}, {"case": "c", **heard, "band": "D < 4"}]
+    shares = {"a": 0.98, "b": None, "c": -3.0}
+    found = bound.removed(records, {name: {"removed": share} for name, share in shares.items()})
+    assert found["count"] == 2
+    assert found["mean"] == pytest.approx(0.49)
+    assert (found["at least 80 %"]["hits"], found["at least 80 %"]["count"]) == (1, 2)
