@@ -9,13 +9,13 @@ nonlinear problem (Gauss-Newton).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ins_eval.diagnosis.case import Case
 from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.noise import Fitted
+from ins_eval.diagnosis.noise import Fitted, NoiseModel
 from ins_eval.diagnosis.search import log_bayes_factor
 from ins_eval.diagnosis.study import Hypothesis, fit_noise, sums
 from ins_eval.effects.effect import Parameter
@@ -55,9 +55,11 @@ def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[
     model = tuple(again(one, original) for one in model)  # they may come from other navigated recordings
     point, fitted = np.zeros(len(model)), tuple(fitted)
     cases, fixed = original, np.array([one.candidate.name.startswith("earth.") for one in model])
+    noise = [case.noise for case in original]  # what is white is read off once: else no two fits could be compared
     if fixed.any():  # there is nothing between a term that is there and one that is not
         point = np.where(fixed, [one.candidate.centre for one in model], 0.0)
         cases, model = _navigated(original, model, point)
+        noise = [case.noise for case in cases]
         fitted = tuple(fit_noise(cases, model, [one.position for one in fitted]))
     spread: tuple[dict[str, tuple[float, float]], ...] = tuple({} for _ in model)
     for _ in range(TURNS):
@@ -73,7 +75,7 @@ def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[
             break
         model = tuple(moved)
         point = np.where(fixed, point, mean)
-        cases, model = _navigated(original, model, point)
+        cases, model = _navigated(original, model, point, noise)
     scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
     fitted = tuple(fit_noise(cases, scaled, [one.position for one in fitted]))
     placed = [_placed(cases, model, k, fitted, model, point) for k in range(len(model))]  # at the noise of the answer
@@ -81,11 +83,16 @@ def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[
 
 
 def _navigated(
-    original: Sequence[Case], model: Sequence[Hypothesis], point: np.ndarray
+    original: Sequence[Case],
+    model: Sequence[Hypothesis],
+    point: np.ndarray,
+    noise: Sequence[NoiseModel] | None = None,
 ) -> tuple[tuple[Case, ...], tuple[Hypothesis, ...]]:
-    """The recordings with the effects of `model` taken off, and the effects around that."""
+    """The recordings with the effects of `model` taken off, with this `noise` or their own, and the effects around."""
     effects = [believed_effect(one, float(p), original) for one, p in zip(model, point, strict=True) if p != 0.0]
     cases = tuple(case.again(effects) for case in original)
+    if noise is not None:
+        cases = tuple(replace(case, noise=one) for case, one in zip(cases, noise, strict=True))
     return cases, tuple(again(one, cases) for one in model)
 
 
