@@ -165,8 +165,9 @@ def _written(tree: Mapping) -> list[Block]:
         rows.append((effect_words(one), figures(one["value"]), one["unit"], ", ".join(further) or MISSING))
     note = (
         "For other recordings of the instrument. An effect is named above only if it is sure. Where one of temperature "
-        "is, further ones are likely, so the written belief also holds those that are merely probable, each drawn "
-        "towards 0 as far as it is not sure, and the constant of an accelerometer whose bias moves with temperature."
+        "is, further ones are likely: all of temperature are then sought again with those that are merely probable, "
+        "each drawn towards 0 as far as it is not sure, and others may stand here in the place of those named above. "
+        "The constant of an accelerometer whose bias moves with temperature is free."
     )
     return table("Effects in the written belief", ("effect", "value", "unit", "further"), rows, note, align="lrll")
 
