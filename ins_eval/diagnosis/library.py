@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 
@@ -127,11 +128,9 @@ def tried(effect: Effect, axis: str | None, told: Conditions) -> Iterator[dict[s
     for other in effect.others(axis) if axis in AXES else (None,):
         which = {} if other is None else {"other_axis": other}
         asked = [one for one in effect.parameters if not one.assumed or _short(told)]
-        if not asked:
-            yield which
-        for parameter in asked:
-            for value in parameter.grid(told.start_s, told.end_s):
-                yield {**which, parameter.name: float(value)}
+        grids = [parameter.grid(told.start_s, told.end_s) for parameter in asked]
+        for values in product(*grids):
+            yield {**which, **{one.name: float(value) for one, value in zip(asked, values, strict=True)}}
 
 
 def _short(told: Conditions) -> bool:

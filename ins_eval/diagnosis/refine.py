@@ -23,7 +23,7 @@ from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.recording.belief import EffectBelief
 
 TURNS = 3  # times that the recordings are navigated at most
-SAME, SAME_S = 0.02, 2.0
+SAME, SAME_S, SAME_SHARE = 0.02, 2.0, 0.05
 STEADY = 0.3  # sigmas that a coefficient may still move
 ZOOMS = (1.0, 0.3, 0.1)  # half width of the values tried, in steps of the first grid
 VALUES = 9  # tried in each
@@ -155,11 +155,12 @@ def _estimate(
 
 
 def _alike(a: Hypothesis, b: Hypothesis) -> bool:
-    """Whether times, widths and lags have stayed: an instant to `SAME_S`, all else to `SAME`."""
+    """Whether times, widths and lags have stayed: an instant to `SAME_S`, a share to `SAME_SHARE`, others to `SAME`."""
+    least = {"at_s": SAME_S, "branch_begin": SAME_SHARE}
     for name, x in a.candidate.parameters.items():
         if isinstance(x, float | int):
             y = float(b.candidate.parameters[name])
-            if abs(x - y) > (SAME_S if name == "at_s" else SAME * abs(x)):
+            if abs(x - y) > least.get(name, SAME * abs(x)):
                 return False
     return True
 
@@ -194,10 +195,11 @@ def _along(
     r = next(i for i, column in enumerate(one.columns) if column is not None)
     start_s, end_s = (float(cases[r].model.nodes_s[i]) for i in (0, -1))
     grid = parameter.grid(start_s, end_s)
-    logs = parameter.low is not None
+    logs = parameter.low is not None and not parameter.even
     to, back = (np.log, np.exp) if logs else (np.asarray, np.asarray)
     step = float(np.diff(to(grid))[0])
-    low, high = (to(parameter.low), to(parameter.high)) if logs else (start_s + 1.0, end_s - 1.0)
+    bounds = (start_s + 1.0, end_s - 1.0) if parameter.low is None else (parameter.low, parameter.high)
+    low, high = (float(to(x)) for x in bounds)
     tried: dict[float, float] = {}
     means: dict[float, float] = {}
     made: dict[float, Hypothesis] = {}

@@ -10,7 +10,8 @@ from ins_eval.units import HOUR, PPM, STANDARD_GRAVITY, UG
 _G = 1.0 / STANDARD_GRAVITY
 PAPER = "Paper A (Sensors 2021, 21, 294)"
 CREEP_TIME = Parameter("time_constant_s", "s", 120.0, 15000.0, 8)
-BRANCH_WIDTH = Parameter("branch_width_c", "degC", 0.3, 12.0, 9)
+BRANCH_WIDTH = Parameter("branch_width_c", "degC", 0.3, 12.0, 7)
+BRANCH_BEGIN = Parameter("branch_begin", "", -1.0, 1.0, 3, even=True)
 RATE_FILTER = Parameter("rate_filter_s", "s", 2.0, 180.0, 7, assumed=True)
 AT = Parameter("at_s", "s", None, None, 40)
 TEMPERATURES, RATES = "a temperature that changes", "a temperature that changes at several rates"
@@ -100,7 +101,7 @@ EFFECTS = (
     _of(
         name="accelerometer.scale_hysteresis",
         physics="the magnet is on another branch when it cools than when it warms, whatever the speed",
-        unit="ppm", si=PPM, nominal=30.0, multipliers=("f",), slow="branch", parameters=(BRANCH_WIDTH,),
+        unit="ppm", si=PPM, nominal=30.0, multipliers=("f",), slow="branch", parameters=(BRANCH_WIDTH, BRANCH_BEGIN),
         excited_by=f"a temperature that turns round, and {FORCES}", reference=f"{PAPER}, section 2.1, Fig. 1",
     ),
     _of(

@@ -19,7 +19,8 @@ class Parameter(NamedTuple):
     """A further parameter and its prior: log-uniform from `low` to `high`, or uniform over the recording (None).
 
     `count` is how many values are tried before the best is refined. One that is `assumed` has a value in the belief,
-    and others are tried only where the recording is too short for that.
+    and others are tried only where the recording is too short for that. The prior of one that is `even` is uniform, and
+    a belief may leave it open.
     """
 
     name: str
@@ -28,11 +29,14 @@ class Parameter(NamedTuple):
     high: float | None
     count: int
     assumed: bool = False
+    even: bool = False
 
     def grid(self, start_s: float, end_s: float) -> np.ndarray:
         """The values (count,) that are tried in a recording from `start_s` to `end_s`."""
         if self.low is None:
             return np.linspace(start_s, end_s, self.count + 2)[1:-1]
+        if self.even:
+            return np.linspace(self.low, self.high, self.count)
         return np.geomspace(self.low, self.high, self.count)
 
 

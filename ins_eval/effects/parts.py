@@ -87,7 +87,8 @@ def possible(effect: Effect, told: Conditions) -> bool:
 def parts(effect: Effect, axis: str | None, parameters: Mapping[str, float | str], told: Conditions) -> list[Part]:
     """The parts of an effect of the sensors, for a value of 1 in its unit.
 
-    `parameters` hold what the vocabulary asks for: `other_axis`, `time_constant_s`, `branch_width_c`, `at_s`, `lag_s`
+    `parameters` hold what the vocabulary asks for: `other_axis`, `time_constant_s`, `branch_width_c`, `branch_begin`,
+    `at_s`, `lag_s`
     (the lag at which the error is taken), `driver` and `form`.
     """
     if effect.enters == "temperature":

@@ -5,7 +5,8 @@
     T, T^2              T - T0 and its square
     r, r^2, r T         filtered rate in degC/min, its square, its product with T - T0; by `rate_filter_s` if given
     creep               y - y(0),  tau y' = T - y,  y(0) = T(0)
-    branch              +1 on the falling, -1 on the rising branch: dh = (-sign(dT) - h) |dT| / width
+    branch              +1 on the falling, -1 on the rising branch: dh = (-sign(dT) - h) |dT| / width, from
+                        h(0) = `branch_begin`, and without it from the branch that it follows first
     step                0 before `at_s`, 1 from then on
     NAME^2              square of the recorded column NAME
     change, square, rate, lag, branch of a recorded column: see `composed`
@@ -87,7 +88,8 @@ def _of_temperature(slow: str, seen: Temperature, axis: int, parameters: Mapping
     if slow == "creep":
         return seen.in_runs(lambda time_s, smooth_c: creep(time_s, smooth_c, parameters["time_constant_s"]), axis)
     if slow == "branch":
-        return seen.in_runs(lambda _, smooth_c: branch(smooth_c, parameters["branch_width_c"]), axis)
+        width, begin = parameters["branch_width_c"], parameters.get("branch_begin")
+        return seen.in_runs(lambda _, smooth_c: branch(smooth_c, width, begin), axis)
     t, r = seen.smooth_c[:, axis] - seen.reference_c, seen.rate_c_per_min[:, axis]
     if "rate_filter_s" in parameters:
         r = seen.in_runs(partial(filtered_rate, time_constant_s=parameters["rate_filter_s"]), axis)
@@ -100,9 +102,14 @@ def creep(time_s: np.ndarray, signal: np.ndarray, time_constant_s: float) -> np.
     return memory - memory[0]
 
 
-def branch(signal: np.ndarray, width: float) -> np.ndarray:
-    """+1 on the falling, -1 on the rising branch: dh = (-sign(dx) - h) |dx| / width, from the branch it starts on."""
+def branch(signal: np.ndarray, width: float, begin: float | None = None) -> np.ndarray:
+    """+1 on the falling, -1 on the rising branch: dh = (-sign(dx) - h) |dx| / width.
+
+    It starts at `begin`, or else on the branch that it follows first.
+    """
     signal = np.ascontiguousarray(signal, dtype=float)
+    if begin is not None:
+        return _branch(signal, float(width), float(begin))
     far = np.flatnonzero(np.abs(signal - signal[0]) > START_SHARE * width)
     start = -np.sign(signal[far[0]] - signal[0]) if far.size else 0.0
     return _branch(signal, float(width), float(start))

@@ -44,7 +44,7 @@ def _check(believed: EffectBelief, where: str) -> None:
             f"{where}: other_axis is {believed.other_axis or 'not given'}, expected {' or '.join(others)}; correct it"
         )
     for parameter in effect.parameters:
-        if parameter.assumed:
+        if parameter.assumed or parameter.even:
             continue
         if parameter.name in EffectBelief.model_fields and getattr(believed, parameter.name) is None:
             raise UsageError(f"{where}: '{parameter.name}' is missing; add it")

@@ -130,6 +130,7 @@ class EffectBelief(Table):
     other_axis: Literal["x", "y", "z"] | None = None
     time_constant_s: Annotated[float, Field(gt=0.0)] | None = None
     branch_width_c: Annotated[float, Field(gt=0.0)] | None = None
+    branch_begin: Annotated[float, Field(ge=-1.0, le=1.0)] | None = None  # None: the branch that it follows first
     rate_filter_s: Annotated[float, Field(gt=0.0)] | None = None  # None: that of the accelerometers
     at_s: float | None = None
     driver: str | None = None

@@ -36,6 +36,14 @@ def test_a_branch_is_reached_to_63_percent_within_its_width_whatever_the_speed()
         assert side[-1] == pytest.approx(-1.0 + 2.0 * (1.0 - np.exp(-1.0)), abs=SHARE)
 
 
+def test_the_branch_on_which_it_begins_is_forgotten_within_its_width() -> None:
+    width, up = 2.0, np.linspace(0.0, 10.0, 1001)
+    for begin in (-1.0, -0.3, 0.8):
+        side = branch(up, width, begin)
+        np.testing.assert_allclose(side, -1.0 + (begin + 1.0) * np.exp(-up / width), atol=SHARE)
+    np.testing.assert_array_equal(branch(up, width), branch(up, width, -1.0))  # else on the branch that it follows
+
+
 def test_memory_begins_anew_in_each_run() -> None:
     time_s = np.arange(0.0, 4000.0, 10.0)
     runs = (np.arange(0, 200), np.arange(200, 400))
