@@ -35,7 +35,10 @@ HOPELESS = 1.0  # nats below the null, before the noise is fitted, from which th
 
 @dataclass(frozen=True, eq=False)
 class Suspect:
-    """An interval of recording `recording` after its refit; `gain` in nats less the log of what was looked at."""
+    """An interval of recording `recording` after its refit; `gain` in nats less the log of what was looked at.
+
+    `follows` is the motion that the disturbance follows, where it is known to follow one.
+    """
 
     recording: int
     interval: Interval
@@ -43,6 +46,7 @@ class Suspect:
     probability: float
     sigma: float
     fitted: Fitted
+    follows: str = ""
 
     @property
     def sure(self) -> bool:

@@ -13,6 +13,7 @@ Sources: Kass and Raftery 1995; Willsky and Jones 1976.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -33,6 +34,7 @@ from ins_eval.diagnosis.disturbance import (
 )
 from ins_eval.diagnosis.evidence import Reduced, reduce
 from ins_eval.diagnosis.experiments import Catalogue
+from ins_eval.diagnosis.following import following
 from ins_eval.diagnosis.locate import Channel
 from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.open_form import open_forms
@@ -97,8 +99,8 @@ class _Judge:
             _innovations(case, one.position) for case, one in zip(self.cases, self.null, strict=True)
         )
         self.progress("effects")
-        alone = [one_sensor(case, r, self.null[r]) for r, case in enumerate(self.cases)]
-        self.alone = [one for one in alone if one is not None and one.sure]
+        alone = [look(case, r, self.null[r]) for r, case in enumerate(self.cases) for look in (one_sensor, following)]
+        self.alone = sorted((one for one in alone if one is not None and one.sure), key=lambda one: one.gain)
         begin = self._with_earth(staged(self.cases, (), np.zeros(0), self.null, self.share))
         stage = self._searched(begin)
         # what is wrong has made the sensors look noisy, a slow error of a bench stands in for an effect
@@ -206,7 +208,7 @@ class _Judge:
         self.instead, self.beside = self._remainders(stage)
         posterior = stage.best.log_posterior
         statistics |= {"instead": self.instead.gain, "beside": self.beside.gain, "posterior": posterior}
-        if self.beside.mismatch is not None or self.instead.gain > posterior + OPEN_MARGIN:
+        if self.beside.mismatch is not None or self.instead.gain > posterior + self._open_margin(stage):
             return None
         if any(one.gain > statistics["largest_log_bayes_factor"] + OPEN_MARGIN for one in self.alone):
             return None
@@ -226,7 +228,7 @@ class _Judge:
         if surest is not None:
             case = self.cases[surest.recording]
             exact = locate.refined(case, surest.interval, surest.fitted.position)
-            place = [located(case, surest.recording, exact, surest.sigma)]
+            place = [located(case, surest.recording, exact, surest.sigma, surest.follows)]
         if stage is None:
             if surest is None:
                 sigma = max((one.sigma for one in suspects), default=0.0)
@@ -239,7 +241,7 @@ class _Judge:
             shown = place + shown
         enough = beside.mismatch is None
         # beside a disturbance without a name, the effects must still be worth what they cost
-        lead = OPEN_MARGIN if enough else max(beside.gain, 0.0) - stage.space.cost
+        lead = self._open_margin(stage) if enough else max(beside.gain, 0.0) - stage.space.cost
         harms = stage.held_out["harm_nats"] > HARM
         if harms and surest is None and instead.gain < OPEN_MARGIN:
             return self._answer(NO_MISMATCH, Remainder(None, 0.0, beside.significance_sigma), statistics=statistics)
@@ -248,6 +250,16 @@ class _Judge:
             return self._answer(UNEXPLAINED, remainder, place or shown, stage, named=False, statistics=statistics)
         return self._answer(PARTLY, beside, shown, stage, statistics=statistics)
 
+    def _open_margin(self, stage: Stage) -> float:
+        """Nats by which a form without a name must beat the effects: less for each that shares its sensor with another.
+
+        One sensor has one fault more often than two; in a chamber it is the laws of one that are sought.
+        """
+        if any(case.believed is None for case in self.cases):
+            return OPEN_MARGIN
+        sensors = Counter(one for one in _channels(stage) if one.startswith(("accelerometer.", "gyro.")))
+        return OPEN_MARGIN * (2 - max(sensors.values(), default=1))
+
     def _only_described(self, stage: Stage, gain: float, surest: Suspect | None) -> bool:
         """Whether the effects follow the shape of something else.
 
@@ -255,8 +267,7 @@ class _Judge:
         own. And what follows a law explains nothing where a mismatch is left in its very channel; but a bench always
         leaves one, and beside geometry, which is exact, the least error of a law is left.
         """
-        ones = [stage.hypotheses[k].candidate for k in stage.best.members]
-        channels = [channel_of(one.name, one.axis, one.parameters) for one in ones]
+        channels = _channels(stage)
         if surest is not None:
             elsewhere = surest.interval.channel.name not in channels
             if surest.gain > gain + (0.0 if elsewhere else OPEN_MARGIN):
@@ -265,7 +276,8 @@ class _Judge:
         geometry = stage.space.exact[list(stage.best.members)].any()
         if left is None or geometry or self.cases[left.recording].believed is None:
             return False
-        return any(one.lawful and channel == left.channel for one, channel in zip(ones, channels, strict=True))
+        lawful = [stage.hypotheses[k].candidate.lawful for k in stage.best.members]
+        return any(law and channel == left.channel for law, channel in zip(lawful, channels, strict=True))
 
     @staticmethod
     def _holds(stage: Stage) -> bool:
@@ -505,6 +517,12 @@ class _Judge:
             held_out=stage.held_out,
         )
         return replace(found, after=tuple(case.again(found.believed) for case in self.cases))
+
+
+def _channels(stage: Stage) -> list[str]:
+    """Where each effect of the best set lives."""
+    ones = [stage.hypotheses[k].candidate for k in stage.best.members]
+    return [channel_of(one.name, one.axis, one.parameters) for one in ones]
 
 
 def _innovations(case: Case, position: np.ndarray) -> np.ndarray:

@@ -107,15 +107,16 @@ class Diagnosis:
         return [believed_effect(one, coefficient, self.cases) for one, coefficient in self.stage.foretold]
 
 
-def located(case: Case, r: int, interval: Interval, sigma: float) -> Mismatch:
-    """An interval of recording `r` as a mismatch."""
+def located(case: Case, r: int, interval: Interval, sigma: float, follows: str = "") -> Mismatch:
+    """An interval of recording `r` as a mismatch, which may follow a motion."""
+    place = where(case.model, case.temperature, interval.begin_s, interval.end_s)
     return Mismatch(
         recording=r,
         channel=interval.channel.name,
         axis=interval.channel.axis,
         begin_s=interval.begin_s,
         end_s=interval.end_s,
-        where=where(case.model, case.temperature, interval.begin_s, interval.end_s),
+        where=", ".join(word for word in (place, follows and f"it follows {follows}") if word),
         significance_sigma=sigma,
     )
 

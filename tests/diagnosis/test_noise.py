@@ -9,6 +9,7 @@ import pytest
 
 from ins_eval.diagnosis import case as cases
 from ins_eval.diagnosis.judge import judge
+from ins_eval.diagnosis.verdict import UNEXPLAINED
 from ins_eval.earth import radii
 from ins_eval.random_processes import gauss_markov
 from ins_eval.recording import Recording
@@ -16,6 +17,7 @@ from ins_eval.units import DEG_PER_SQRT_H, UG
 
 POSITION_M, VELOCITY_MPS, SLOW_MPS, SLOW_S = 2.5, 0.05, 0.015, 60.0
 WALK_UG, ANGLE_WALK = 40.0, 0.002
+HEIGHT_SHARE = 0.004
 
 
 @pytest.fixture(scope="module")
@@ -69,3 +71,14 @@ def test_a_disturbance_of_one_axis_is_located(noisy) -> None:
     assert min(one.begin_s for one in found) == pytest.approx(begin_s, abs=200.0)
     assert found[0].end_s == pytest.approx(end_s, abs=200.0)
     assert "level flight" in found[0].where
+
+
+def test_a_height_that_is_wrong_in_proportion_to_height_is_no_effect_of_the_instrument(noisy) -> None:
+    """Temperature follows height too: what is the receiver's must not become a thermal law of an accelerometer."""
+    fixes = noisy.gps
+    climbed = fixes.height_m - noisy.start.height_m
+    wrong = replace(fixes, height_m=fixes.height_m + HEIGHT_SHARE * climbed)
+    found = judge([cases.prepare(replace(noisy, gps=wrong))])
+    assert (found.verdict, found.effects) == (UNEXPLAINED, ())
+    assert found.mismatches[0].channel == "gps.position"
+    assert "it follows height" in found.mismatches[0].where

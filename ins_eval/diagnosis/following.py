@@ -1,0 +1,122 @@
+"""A channel whose error follows the motion, without a name.
+
+A receiver's height is wrong in proportion to height (troposphere, datum) and its velocity while it turns (its tracking
+loops lag); a sensor that feels the Earth's magnetic field errs with the sine of heading, or of twice the heading where
+iron around it is soft. The vocabulary has no such effects, so they are no explanation: what is found says where an
+explanation has to be sought, and keeps named effects from taking its place.
+
+With the drives u as they change from the start, of unit root mean square each, the error of a channel of size s is
+s (c u + ...): of a heading psi, sin(k psi) and cos(k psi). Its evidence is that of `search`, at a noise of its own.
+
+Sources: Kaplan and Hegarty, Understanding GPS/GNSS, 3rd ed., sections 8.4 and 10.2 (tracking loops, troposphere);
+IEEE Std 952-2020 (magnetic sensitivity of a gyro).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ins_eval.diagnosis import locate
+from ins_eval.diagnosis.case import Case
+from ins_eval.diagnosis.columns import Column
+from ins_eval.diagnosis.disturbance import ALONE, Suspect, with_quiet_sensors
+from ins_eval.diagnosis.error_model import ErrorModel
+from ins_eval.diagnosis.evidence import log_evidence_of, reduce
+from ins_eval.diagnosis.locate import Channel
+from ins_eval.diagnosis.noise import Fitted
+from ins_eval.diagnosis.search import ODDS, log_bayes_factor
+from ins_eval.diagnosis.whitening import Whitened
+from ins_eval.evaluate import PARKED
+
+MOTIONS = {
+    "gps": ("height", "turning"),
+    "accelerometer": ("heading", "twice the heading"),
+    "gyro": ("heading", "twice the heading"),
+}
+PROMISING = 4.0  # nats above the null, before the noise is fitted, up to which the fit is not worth the while
+
+
+@dataclass(frozen=True)
+class Form:
+    """An error of `channel` that follows a `motion`."""
+
+    channel: Channel
+    motion: str
+    columns: tuple[Column, ...]
+
+
+def following(case: Case, r: int, base: Fitted) -> Suspect | None:
+    """The most probable channel of recording `r` that follows its motion; None where nothing moves."""
+    if case.believed is None or case.kind in PARKED:
+        return None
+    tried = _forms(case)
+    known = slice(0, len(case.nuisances))
+    cost = float(np.log(len(tried) / ODDS)) + ALONE
+    columns = [column for one in tried for column in one.columns]
+    starts = []
+    for position in (base.position, with_quiet_sensors(case, base.position)):
+        whitened = case.whitened(columns, position, case.block)
+        left = reduce(whitened, known.stop)
+        here = log_evidence_of(whitened, known) - 0.5 * float(position @ position)
+        first = 0
+        for one in tried:
+            own = slice(first, first + len(one.columns))
+            starts.append((here + _evidence(left.normal[own, own], left.projection[own]), position, one))
+            first = own.stop
+    height, position, best = max(starts, key=lambda start: start[0])
+    if height - base.log_evidence < PROMISING:
+        return None
+
+    def gain(whitened: Whitened) -> float:
+        left = reduce(whitened, known.stop)
+        return log_evidence_of(whitened, known) + _evidence(left.normal, left.projection)
+
+    fitted = case.fitted(best.columns, position, gain)
+    gained = fitted.log_evidence - base.log_evidence - cost
+    edges_s = locate.edges(case.model)
+    windows = list(locate.windows(best.channel, edges_s, case.slow, case.model))
+    left = reduce(case.whitened(windows, fitted.position, case.block), known.stop)
+    found = locate.scan(left, [best.channel], edges_s)
+    if not found:
+        return None
+    sigma = float(np.sqrt(2.0 * max(gained, 0.0)))
+    return Suspect(r, found[0], gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted, best.motion)
+
+
+def _evidence(a: np.ndarray, b: np.ndarray) -> float:
+    return log_bayes_factor(a, b, np.zeros(b.size))[0]
+
+
+def _forms(case: Case) -> list[Form]:
+    """Every channel with every motion that it may follow."""
+    found = []
+    for channel in locate.channels(case.seen):
+        for motion in MOTIONS.get(channel.name.partition(".")[0], ()):
+            names = _slow(case, motion)
+            found.append(Form(channel, motion, tuple(channel.column(name) for name in names)))
+    return found
+
+
+def _slow(case: Case, motion: str) -> list[str]:
+    """The names of the slow factors of a motion."""
+    names, nodes_s = [], case.model.nodes_s
+    for k, values in enumerate(_drives(case.model, motion)):
+        changed = values - values[0]
+        scaled = changed / max(float(np.sqrt(np.mean(changed**2))), 1e-12)
+        names.append(case.slow.add(f"{motion} {k}", partial(np.interp, xp=nodes_s, fp=scaled), case.model))
+    return names
+
+
+def _drives(model: ErrorModel, motion: str) -> list[np.ndarray]:
+    """What an error follows, at the nodes."""
+    states = model.states
+    heading = np.unwrap(np.arctan2(states.mat_nb[:, 1, 0], states.mat_nb[:, 0, 0]))
+    if motion == "height":
+        return [states.height_m]
+    if motion == "turning":
+        return [np.gradient(heading, model.nodes_s)]
+    times = 2.0 if motion == "twice the heading" else 1.0
+    return [np.sin(times * heading), np.cos(times * heading)]
