@@ -92,9 +92,10 @@ class Stage:
         """What is believed of other recordings of the instrument: hypotheses, each with its coefficient.
 
         To be named, an effect must be sure, for it is one of many that could have been. Once one accelerometer is known
-        to have thermal errors that it was not calibrated for, others have them too: the thermal part of the best set is
-        sought again at the cost `LESSER`, its prior drawing each coefficient towards 0 as far as it is not sure. The
-        constant of an accelerometer whose bias has such an error was calibrated as if it had none, so it is free.
+        to have thermal errors that it was not calibrated for, others have them too: beside the effects of the best set
+        further thermal ones are sought at the cost `LESSER`, the prior drawing each coefficient towards 0 as far as it
+        is not sure. The constant of an accelerometer whose bias has such an error was calibrated as if it had none, so
+        it is free.
         """
         a, b, space = self.here.normal, self.here.projection, self.space
         names = [one.candidate.name for one in self.hypotheses]
@@ -102,13 +103,15 @@ class Stage:
             name == "temperature.lag" or (name.startswith("accelerometer.") and any(word in name for word in THERMAL))
             for name in names
         ])  # fmt: skip
-        m = [k for k in self.best.members if not thermal[k]]
-        if len(m) < len(self.best.members):
+        m = list(self.best.members)
+        if thermal[m].any():
+            further = thermal & ~np.isin(space.families, space.families[m])
             _, scales = log_bayes_factor(a[np.ix_(m, m)], b[m], space.centre[m])
-            across = np.linalg.solve(a[np.ix_(m, m)] + np.diag(scales**-2.0), a[m]) if m else a[m]
-            left, seen = a - a[:, m] @ across, b - across.T @ b[m]
-            found = search(left * np.outer(thermal, thermal), seen * thermal, space, 0.0, LESSER)
-            m += next(one.members for one in found if one.members)
+            across = np.linalg.solve(a[np.ix_(m, m)] + np.diag(scales**-2.0), a[m])
+            left, seen = a - a[:, m] @ across, b - a[:, m] @ space.centre[m]
+            seen = seen - across.T @ seen[m]
+            found = search(left * np.outer(further, further), seen * further, space, 0.0, LESSER)
+            m += found[0].members
         moved = {self.hypotheses[k].candidate.axis for k in m if names[k].startswith("accelerometer.bias_")}
         if any(names[k] == "temperature.lag" for k in m):
             moved |= set("xyz")

@@ -68,3 +68,11 @@ def test_without_a_thermal_effect_it_is_the_answer() -> None:
     found = stage(accelerometer_scale_x=SURE, accelerometer_bias_temperature_z=LIKELY)
     (mean,), _ = found.coefficients
     assert told(found) == {("accelerometer.scale", "x"): mean}
+
+
+def test_what_is_named_stays_where_others_fit_as_well() -> None:
+    """Two likely effects that together do what the sure one does stand beside it, not in its place."""
+    found = stage(accelerometer_bias_temperature_z=SURE, accelerometer_bias_temperature_x=LIKELY)
+    named, likely = (NAMES.index(("accelerometer.bias_temperature", axis)) for axis in "zx")
+    found.here.normal[named, likely] = found.here.normal[likely, named] = 0.9 * INFORMATION
+    assert {("accelerometer.bias_temperature", "z")} <= set(told(found))
