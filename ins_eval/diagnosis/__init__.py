@@ -8,6 +8,7 @@
     noise       levels and correlation of all noise, estimated with the answer, under one prior
     evidence    Bayes factors of columns, everything uncertain marginalised
     locate      which channel, when, and how sure after having looked everywhere
+    following   a channel that follows the motion and has no name
     answer      the verdict in the form `ins-diagnosis/1`
 
 The residual y is INS minus what was measured. Under a hypothesis with parameters p it is

@@ -99,16 +99,15 @@ class _Judge:
             _innovations(case, one.position) for case, one in zip(self.cases, self.null, strict=True)
         )
         self.progress("effects")
-        alone = [look(case, r, self.null[r]) for r, case in enumerate(self.cases) for look in (one_sensor, following)]
-        self.alone = sorted((one for one in alone if one is not None and one.sure), key=lambda one: one.gain)
         begin = self._with_earth(staged(self.cases, (), np.zeros(0), self.null, self.share))
+        self.alone = self._alone() if begin.cases is self.cases else []
         stage = self._searched(begin)
         # what is wrong has made the sensors look noisy, a slow error of a bench stands in for an effect
         quiet = [
             replace(one, position=with_quiet_sensors(case, one.position))
             for case, one in zip(self.cases, stage.fitted, strict=True)
         ]
-        for one in self.alone if begin.cases is self.cases else ():
+        for one in self.alone:
             quiet[one.recording] = one.fitted
         if any((one.position != found.position).any() for one, found in zip(quiet, stage.fitted, strict=True)):
             other = self._searched(self._at_noise(begin, quiet))
@@ -134,6 +133,11 @@ class _Judge:
         return self._located(stage if heard else None, suspects, gain, statistics)
 
     # 1 and 2
+
+    def _alone(self) -> list[Suspect]:
+        """Disturbances without a name that are sure, each at a noise of its own; the one that gains most is last."""
+        found = [look(case, r, self.null[r]) for r, case in enumerate(self.cases) for look in (one_sensor, following)]
+        return sorted((one for one in found if one is not None and one.sure), key=lambda one: one.gain)
 
     def _with_earth(self, stage: Stage) -> Stage:
         """Start from a term of the Earth that the belief leaves out where that alone mends the most.

@@ -101,7 +101,7 @@ class Diagnosis:
 
     @property
     def foretold(self) -> list[EffectBelief]:
-        """What is believed from now on: the effects, those of temperature sought again beside likely ones."""
+        """What is believed from now on: the effects, and beside those of temperature others that are likely."""
         if not self.effects:
             return []
         return [believed_effect(one, coefficient, self.cases) for one, coefficient in self.stage.foretold]

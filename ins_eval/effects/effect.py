@@ -31,6 +31,11 @@ class Parameter(NamedTuple):
     assumed: bool = False
     even: bool = False
 
+    @property
+    def words(self) -> str:
+        """The name in words, without the unit in which it ends."""
+        return (self.name.rpartition("_")[0] if self.unit else self.name).replace("_", " ")
+
     def grid(self, start_s: float, end_s: float) -> np.ndarray:
         """The values (count,) that are tried in a recording from `start_s` to `end_s`."""
         if self.low is None:

@@ -158,16 +158,16 @@ def _written(tree: Mapping) -> list[Block]:
     rows = []
     for one in tree["written"]:
         further = [
-            f"{parameter.name.rpartition('_')[0].replace('_', ' ')} {figures(one[parameter.name])} {parameter.unit}"
+            f"{parameter.words} {figures(one[parameter.name])} {parameter.unit}".strip()
             for parameter in VOCABULARY[one["name"]].parameters
             if parameter.name in one
         ]
         rows.append((effect_words(one), figures(one["value"]), one["unit"], ", ".join(further) or MISSING))
     note = (
         "For other recordings of the instrument. An effect is named above only if it is sure. Where one of temperature "
-        "is, further ones are likely: all of temperature are then sought again with those that are merely probable, "
-        "each drawn towards 0 as far as it is not sure, and others may stand here in the place of those named above. "
-        "The constant of an accelerometer whose bias moves with temperature is free."
+        "is, further ones are likely: those that are merely probable then stand here as well, each drawn towards 0 as "
+        "far as it is not sure, and all values are found together. The constant of an accelerometer whose bias moves "
+        "with temperature is free."
     )
     return table("Effects in the written belief", ("effect", "value", "unit", "further"), rows, note, align="lrll")
 

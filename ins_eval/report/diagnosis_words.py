@@ -56,9 +56,8 @@ def amount(one: Mapping) -> str:
         if parameter.name not in of:
             continue
         value, low, high = alike(of[parameter.name], of.get(f"{parameter.name}_interval95"))
-        name = parameter.name.rpartition("_")[0].replace("_", " ")
         interval = f" [{low}, {high}]" if low else ""
-        words.append(f"{name} {value} {parameter.unit}{interval}")
+        words.append(f"{parameter.words} {value} {parameter.unit}".strip() + interval)
     return ", ".join(words)
 
 

@@ -31,7 +31,7 @@ BEYOND = 2000.0  # nats of the oracle that no noise can hide
 SENSORS = ("accelerometer", "gyro")
 MOST = 0.8  # of the energy
 LIMITED = "limited"  # of these, what has no name is a constant of a sensor for a time
-FURTHER = ("time_constant_s", "branch_width_c", "at_s", "other_axis", "rate_filter_s", "driver", "form")
+FURTHER = ("time_constant_s", "branch_width_c", "branch_begin", "at_s", "other_axis", "rate_filter_s", "driver", "form")
 
 
 def wanted(truth: dict) -> bool:
@@ -117,7 +117,8 @@ def _hypothesis(truth: dict, effect: dict, cases: list):
         si = UG if sensor == "accelerometer" else DEG_PER_H
         candidate = Candidate(name, axis, effect["unit"], SIZES[sensor] / si, column)
         return Hypothesis(candidate, (column,))
-    return _columns(name, axis, effect, cases)
+    begin = {"branch_begin": effect["begin"]} if "begin" in effect else {}
+    return _columns(name, axis, effect | begin, cases)
 
 
 def _columns(name: str, axis: str | None, parameters: dict, cases: list):
