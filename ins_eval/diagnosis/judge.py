@@ -39,6 +39,7 @@ from ins_eval.diagnosis.locate import Channel
 from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.open_form import open_forms
 from ins_eval.diagnosis.refine import again, believed_effect, refine
+from ins_eval.diagnosis.rivals import WITHIN, rivals, with_experiments
 from ins_eval.diagnosis.search import LEAST_SHARE, LEAST_SHARE_ELSEWHERE, log_bayes_factor
 from ins_eval.diagnosis.stage import Stage, staged
 from ins_eval.diagnosis.study import fit_noise, marginal, wide
@@ -57,12 +58,9 @@ from ins_eval.diagnosis.verdict import (
     located,
 )
 from ins_eval.diagnosis.where import where
-from ins_eval.evaluate import PARKED
 from ins_eval.recording.belief import Belief
 from ins_eval.streams import Streams
 
-WITHIN, LISTED = 3.0, 4.6  # nats of the best: a rival, and what else is listed beside one, 1 % as probable
-ALIKE = 0.25  # nats of likelihood below which only priors tell two apart
 WORTH_REFITTING = 2.0  # log Bayes factor with the noise of the null
 # nats below which nothing counts: readings of hours in one place share slow errors that no model of noise holds
 LEAST_GAIN = {"chamber": 10.0}
@@ -218,7 +216,7 @@ class _Judge:
             return None
         if not self._holds(stage):
             return None
-        verdict = NOT_IDENTIFIABLE if any(one.below_best < WITHIN for one in self._rivals(stage)) else EXPLAINED
+        verdict = NOT_IDENTIFIABLE if any(one.below_best < WITHIN for one in rivals(stage)) else EXPLAINED
         shown = [self._shown(stage, k) for k in stage.best.members]
         return self._answer(verdict, self.beside, shown, stage, statistics=statistics)
 
@@ -362,92 +360,13 @@ class _Judge:
         own = of_family[stage.space.families[k]]
         return float(np.exp(own - logsumexp(np.append(of_family, stage.space.cost))))
 
-    def _rivals(self, stage: Stage) -> tuple[Rival, ...]:
-        out: dict[int, Rival] = {}
-        for k in stage.best.members:
-            of_family, members, of_any_size = stage.places(k)
-            own = int(stage.space.families[k])
-            log_sum = logsumexp(np.append(of_family, stage.space.cost))
-            below = of_family[own] - of_family
-            unexpected = of_any_size[own] - of_any_size  # where no size is expected of either
-            near = np.minimum(below, unexpected)
-            reach = LISTED if np.delete(below, own).min(initial=np.inf) < WITHIN else WITHIN
-            for family in np.argsort(of_family)[::-1]:
-                if family == own or not near[family] < reach:
-                    continue
-                one = Rival(
-                    of=stage.hypotheses[k],
-                    hypothesis=stage.hypotheses[members[family]],
-                    probability=float(np.exp(of_family[family] - log_sum)),
-                    below_best=float(below[family]),
-                    by_prior_only=bool(below[family] >= WITHIN or unexpected[family] < ALIKE),
-                )
-                if family not in out or out[family].below_best > one.below_best:
-                    out[int(family)] = one
-        ranked = sorted(out.values(), key=lambda one: one.below_best)
-        return (*ranked, *(one for k in stage.best.members for one in self._three_biases(stage, k)))
-
-    def _three_biases(self, stage: Stage, k: int) -> list[Rival]:
-        """For Earth rotation that only parked recordings show: three constant gyro biases do the same."""
-        one = stage.hypotheses[k]
-        parked = all(case.kind in PARKED for case in stage.cases)
-        if one.candidate.name != "earth.rotation" or not parked:
-            return []
-        biases = [j for j, other in enumerate(stage.hypotheses) if other.candidate.name == "gyro.bias"]
-        others = [j for j in stage.best.members if j != k]
-        a, b, centre = stage.here.normal, stage.here.projection, stage.space.centre
-
-        def height(members: list[int]) -> tuple[float, np.ndarray]:
-            return log_bayes_factor(a[np.ix_(members, members)], b[members], centre[members])
-
-        together = [*others, *biases]
-        gain, scales = height(together)
-        below = height([*others, k])[0] - gain
-        inner = a[np.ix_(together, together)] + np.diag(scales**-2.0)
-        mean = np.linalg.solve(inner, b[together] + centre[together] / scales**2)[len(others) :]
-        return [
-            Rival(
-                of=one,
-                hypothesis=stage.hypotheses[j],
-                probability=float(np.exp(min(0.0, -below))),
-                below_best=float(below),
-                by_prior_only=True,
-                beside=tuple(stage.hypotheses[i] for i in biases if i != j),
-                value=float(p * stage.hypotheses[j].candidate.nominal),
-            )
-            for j, p in zip(biases, mean, strict=True)
-        ]
-
-    def _with_experiments(self, stage: Stage, rivals: tuple[Rival, ...]) -> tuple[Rival, ...]:
-        """The same with the cheapest experiment that would tell each from the answer."""
-        m = list(stage.best.members)
-        if not rivals or (self.belief is None and all(case.believed is None for case in self.cases)):
-            return rivals
+    def _with_experiments(self, stage: Stage) -> tuple[Rival, ...]:
+        found = rivals(stage)
+        if not found or (self.belief is None and all(case.believed is None for case in self.cases)):
+            return found
         self.progress("experiments")
-        place = {stage.hypotheses[k]: i for i, k in enumerate(m)}
-        index = {one: k for k, one in enumerate(stage.hypotheses)}
-        chosen = [*m, *(index[one.hypothesis] for one in rivals)]
-        chosen += [index[one] for rival in rivals for one in rival.beside if index[one] not in chosen]
-        spot = {k: i for i, k in enumerate(chosen)}
-        catalogue = Catalogue(self.cases, [one.position for one in stage.fitted], self.belief)
-        found = catalogue.recommend(
-            [stage.hypotheses[k].candidate for k in chosen],
-            stage.here.normal[np.ix_(chosen, chosen)],
-            {i: stage.space.centre[k] or p for i, (k, p) in enumerate(zip(m, stage.coefficients[0], strict=True))},
-            [
-                [
-                    *(i for i in range(len(m)) if i != place[one.of]),
-                    *(spot[index[other]] for other in (one.hypothesis, *one.beside)),
-                ]
-                for one in rivals
-            ],
-            [one.by_prior_only for one in rivals],
-        )
-        return tuple(
-            one
-            if told is None
-            else replace(one, experiment=told.experiment, expected_log_bayes_factor=told.expected_log_bayes_factor)
-            for one, told in zip(rivals, found, strict=True)
+        return with_experiments(
+            stage, found, Catalogue(self.cases, [one.position for one in stage.fitted], self.belief)
         )
 
     def _shown(self, stage: Stage, k: int) -> Mismatch:
@@ -517,7 +436,7 @@ class _Judge:
         found = replace(
             found,
             effects=self._effects(stage),
-            rivals=self._with_experiments(stage, self._rivals(stage)),
+            rivals=self._with_experiments(stage),
             held_out=stage.held_out,
         )
         return replace(found, after=tuple(case.again(found.believed) for case in self.cases))

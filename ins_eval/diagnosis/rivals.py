@@ -1,0 +1,110 @@
+"""What else it could be: every family in the place of each effect of an answer, and what would tell them apart.
+
+A rival is what lies within `WITHIN` nats of the effect in whose place it stands, at the size that is expected of it or
+at any size. Where there is one, all that is 1 % as probable is listed too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from ins_eval.diagnosis.experiments import Catalogue
+from ins_eval.diagnosis.search import log_bayes_factor
+from ins_eval.diagnosis.stage import Stage
+from ins_eval.diagnosis.verdict import Rival
+from ins_eval.evaluate import PARKED
+
+WITHIN, LISTED = 3.0, 4.6  # nats of the best: a rival, and what else is listed beside one, 1 % as probable
+ALIKE = 0.25  # nats of likelihood below which only priors tell two apart
+
+
+def rivals(stage: Stage) -> tuple[Rival, ...]:
+    """Every family that could stand in the place of an effect of the best set, best first."""
+    out: dict[int, Rival] = {}
+    for k in stage.best.members:
+        of_family, members, of_any_size = stage.places(k)
+        own = int(stage.space.families[k])
+        log_sum = logsumexp(np.append(of_family, stage.space.cost))
+        below = of_family[own] - of_family
+        unexpected = of_any_size[own] - of_any_size  # where no size is expected of either
+        near = np.minimum(below, unexpected)
+        reach = LISTED if np.delete(below, own).min(initial=np.inf) < WITHIN else WITHIN
+        for family in np.argsort(of_family)[::-1]:
+            if family == own or not near[family] < reach:
+                continue
+            one = Rival(
+                of=stage.hypotheses[k],
+                hypothesis=stage.hypotheses[members[family]],
+                probability=float(np.exp(of_family[family] - log_sum)),
+                below_best=float(below[family]),
+                by_prior_only=bool(below[family] >= WITHIN or unexpected[family] < ALIKE),
+            )
+            if family not in out or out[family].below_best > one.below_best:
+                out[int(family)] = one
+    ranked = sorted(out.values(), key=lambda one: one.below_best)
+    return (*ranked, *(one for k in stage.best.members for one in _three_biases(stage, k)))
+
+
+def with_experiments(stage: Stage, found: Sequence[Rival], catalogue: Catalogue) -> tuple[Rival, ...]:
+    """The same with the cheapest experiment of the catalogue that would tell each from the answer."""
+    m = list(stage.best.members)
+    place = {stage.hypotheses[k]: i for i, k in enumerate(m)}
+    index = {one: k for k, one in enumerate(stage.hypotheses)}
+    chosen = [*m, *(index[one.hypothesis] for one in found)]
+    chosen += [index[one] for rival in found for one in rival.beside if index[one] not in chosen]
+    spot = {k: i for i, k in enumerate(chosen)}
+    told = catalogue.recommend(
+        [stage.hypotheses[k].candidate for k in chosen],
+        stage.here.normal[np.ix_(chosen, chosen)],
+        {i: stage.space.centre[k] or p for i, (k, p) in enumerate(zip(m, stage.coefficients[0], strict=True))},
+        [
+            [
+                *(i for i in range(len(m)) if i != place[one.of]),
+                *(spot[index[other]] for other in (one.hypothesis, *one.beside)),
+            ]
+            for one in found
+        ],
+        [one.by_prior_only for one in found],
+    )
+    return tuple(
+        one
+        if best is None
+        else replace(one, experiment=best.experiment, expected_log_bayes_factor=best.expected_log_bayes_factor)
+        for one, best in zip(found, told, strict=True)
+    )
+
+
+def _three_biases(stage: Stage, k: int) -> list[Rival]:
+    """For Earth rotation that only parked recordings show: three constant gyro biases do the same."""
+    one = stage.hypotheses[k]
+    parked = all(case.kind in PARKED for case in stage.cases)
+    if one.candidate.name != "earth.rotation" or not parked:
+        return []
+    biases = [j for j, other in enumerate(stage.hypotheses) if other.candidate.name == "gyro.bias"]
+    others = [j for j in stage.best.members if j != k]
+    a, b, centre = stage.here.normal, stage.here.projection, stage.space.centre
+
+    def height(members: list[int]) -> tuple[float, np.ndarray]:
+        return log_bayes_factor(a[np.ix_(members, members)], b[members], centre[members])
+
+    together = [*others, *biases]
+    gain, scales = height(together)
+    below = height([*others, k])[0] - gain
+    inner = a[np.ix_(together, together)] + np.diag(scales**-2.0)
+    mean = np.linalg.solve(inner, b[together] + centre[together] / scales**2)[len(others) :]
+    return [
+        Rival(
+            of=one,
+            hypothesis=stage.hypotheses[j],
+            probability=float(np.exp(min(0.0, -below))),
+            below_best=float(below),
+            by_prior_only=True,
+            beside=tuple(stage.hypotheses[i] for i in biases if i != j),
+            value=float(p * stage.hypotheses[j].candidate.nominal),
+        )
+        for j, p in zip(biases, mean, strict=True)
+    ]
