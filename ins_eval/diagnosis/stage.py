@@ -88,6 +88,15 @@ class Stage:
         return one_more(self.here.normal, self.here.projection, others, self.space)
 
     @cached_property
+    def thermal(self) -> np.ndarray:
+        """Which of the hypotheses (m,) are thermal effects of accelerometers."""
+        names = [one.candidate.name for one in self.hypotheses]
+        of_accelerometers = [
+            name.startswith("accelerometer.") and any(word in name for word in THERMAL) for name in names
+        ]
+        return np.array(of_accelerometers) | (np.array(names) == "temperature.lag")
+
+    @cached_property
     def foretold(self) -> list[tuple[Hypothesis, float]]:
         """What is believed of other recordings of the instrument: hypotheses, each with its coefficient.
 
@@ -98,11 +107,7 @@ class Stage:
         it is free.
         """
         a, b, space = self.here.normal, self.here.projection, self.space
-        names = [one.candidate.name for one in self.hypotheses]
-        thermal = np.array([
-            name == "temperature.lag" or (name.startswith("accelerometer.") and any(word in name for word in THERMAL))
-            for name in names
-        ])  # fmt: skip
+        names, thermal = [one.candidate.name for one in self.hypotheses], self.thermal
         m = list(self.best.members)
         if thermal[m].any():
             further = thermal & ~np.isin(space.families, space.families[m])

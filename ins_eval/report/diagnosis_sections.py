@@ -162,12 +162,13 @@ def _written(tree: Mapping) -> list[Block]:
             for parameter in VOCABULARY[one["name"]].parameters
             if parameter.name in one
         ]
+        further += [f"only in {one['recording']}"] if "recording" in one else []
         rows.append((effect_words(one), figures(one["value"]), one["unit"], ", ".join(further) or MISSING))
     note = (
         "For other recordings of the instrument. An effect is named above only if it is sure. Where one of temperature "
         "is, further ones are likely: those that are merely probable then stand here as well, each drawn towards 0 as "
         "far as it is not sure, and all values are found together. The constant of an accelerometer whose bias moves "
-        "with temperature is free."
+        "with temperature is free; one that is named and that only one switch-on has shown stays with that recording."
     )
     return table("Effects in the written belief", ("effect", "value", "unit", "further"), rows, note, align="lrll")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from ins_eval.diagnosis.library import Candidate
 from ins_eval.diagnosis.search import search
 from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.study import Hypothesis, Sums, space
+from ins_eval.diagnosis.verdict import EXPLAINED, Diagnosis, Effect
 
 INFORMATION = 100.0  # each coefficient is known to a tenth of its nominal size
 SURE, LIKELY, NOTHING = 3.0, 0.3, 0.05  # coefficients: 30, 3 and half a sigma
@@ -76,3 +79,23 @@ def test_what_is_named_stays_where_others_fit_as_well() -> None:
     named, likely = (NAMES.index(("accelerometer.bias_temperature", axis)) for axis in "zx")
     found.here.normal[named, likely] = found.here.normal[likely, named] = 0.9 * INFORMATION
     assert {("accelerometer.bias_temperature", "z")} <= set(told(found))
+
+
+@pytest.mark.parametrize(("recordings", "expected"), [(("first",), "first"), (("first", "second"), None)])
+def test_a_constant_of_one_switch_on_stays_with_it_where_temperature_moves_the_sensors(recordings, expected) -> None:
+    found = stage(accelerometer_bias_temperature_z=SURE, accelerometer_bias_y=SURE)
+    assert believed(found, recordings)["accelerometer.bias", "y"].recording == expected
+    assert believed(found, recordings)["accelerometer.bias", "z"].recording is None  # free, not named
+    cold = stage(accelerometer_scale_x=SURE, accelerometer_bias_y=SURE)
+    assert believed(cold, recordings)["accelerometer.bias", "y"].recording is None
+
+
+def believed(found: Stage, recordings) -> dict:
+    """Of the written belief of recordings with these names, by name and axis."""
+    named = tuple(Effect(found.hypotheses[k], 0.0, 0.0, 1.0, 0.0, 0.0) for k in found.best.members)
+    nothing = dict.fromkeys(("rivals", "mismatches", "null", "fitted", "innovations", "after"), ())
+    diagnosis = Diagnosis(
+        cases=tuple(SimpleNamespace(name=name) for name in recordings), verdict=EXPLAINED, effects=named,
+        remainder=None, statistics={}, held_out={}, stage=found, **nothing,
+    )  # fmt: skip
+    return {(one.name, one.axis): one for one in diagnosis.foretold}
