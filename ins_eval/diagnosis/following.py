@@ -2,14 +2,16 @@
 
 A receiver's height is wrong in proportion to height (troposphere, datum) and its velocity while it turns (its tracking
 loops lag); a sensor that feels the Earth's magnetic field errs with the sine of heading, or of twice the heading where
-iron around it is soft. The vocabulary has no such effects, so they are no explanation: what is found says where an
-explanation has to be sought, and keeps named effects from taking its place.
+iron around it is soft; an accelerometer that sticks errs with the side of its own input. The vocabulary has no such
+effects, so they are no explanation: what is found says where an explanation has to be sought, and keeps named effects
+from taking its place.
 
 With the drives u as they change from the start, of unit root mean square each, the error of a channel of size s is
-s (c u + ...): of a heading psi, sin(k psi) and cos(k psi). Its evidence is that of `search`, at a noise of its own.
+s (c u + ...): of a heading psi, sin(k psi) and cos(k psi); of a force f along the input axis, f / (|f| + `STICK`).
+Its evidence is that of `search`, at a noise of its own.
 
 Sources: Kaplan and Hegarty, Understanding GPS/GNSS, 3rd ed., sections 8.4 and 10.2 (tracking loops, troposphere);
-IEEE Std 952-2020 (magnetic sensitivity of a gyro).
+IEEE Std 952-2020 (magnetic sensitivity of a gyro), 836-2009 (dead band of an accelerometer).
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from ins_eval.diagnosis import locate
 from ins_eval.diagnosis.case import Case
 from ins_eval.diagnosis.columns import Column
 from ins_eval.diagnosis.disturbance import ALONE, Suspect, with_quiet_sensors
+from ins_eval.diagnosis.drives import source
 from ins_eval.diagnosis.error_model import ErrorModel
 from ins_eval.diagnosis.evidence import log_evidence_of, reduce
 from ins_eval.diagnosis.locate import Channel
@@ -30,12 +33,15 @@ from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.search import ODDS, log_bayes_factor
 from ins_eval.diagnosis.whitening import Whitened
 from ins_eval.evaluate import PARKED
+from ins_eval.units import STANDARD_GRAVITY
 
+SIDE = "the side of its own input"
 MOTIONS = {
     "gps": ("height", "turning"),
-    "accelerometer": ("heading", "twice the heading"),
+    "accelerometer": ("heading", "twice the heading", SIDE),
     "gyro": ("heading", "twice the heading"),
 }
+STICK = 0.02 * STANDARD_GRAVITY  # specific force within which what sticks turns from one side to the other
 PROMISING = 4.0  # nats above the null, before the noise is fitted, up to which the fit is not worth the while
 
 
@@ -95,28 +101,34 @@ def _forms(case: Case) -> list[Form]:
     found = []
     for channel in locate.channels(case.seen):
         for motion in MOTIONS.get(channel.name.partition(".")[0], ()):
-            names = _slow(case, motion)
+            names = _slow(case, channel, motion)
             found.append(Form(channel, motion, tuple(channel.column(name) for name in names)))
     return found
 
 
-def _slow(case: Case, motion: str) -> list[str]:
+def _slow(case: Case, channel: Channel, motion: str) -> list[str]:
     """The names of the slow factors of a motion."""
-    names, nodes_s = [], case.model.nodes_s
-    for k, values in enumerate(_drives(case.model, motion)):
+    names = []
+    for k, (time_s, values) in enumerate(_drives(case.model, channel, motion)):
         changed = values - values[0]
         scaled = changed / max(float(np.sqrt(np.mean(changed**2))), 1e-12)
-        names.append(case.slow.add(f"{motion} {k}", partial(np.interp, xp=nodes_s, fp=scaled), case.model))
+        key = f"{motion} {k}" + (f" {channel.axis}" if motion == SIDE else "")
+        names.append(case.slow.add(key, partial(np.interp, xp=time_s, fp=scaled), case.model))
     return names
 
 
-def _drives(model: ErrorModel, motion: str) -> list[np.ndarray]:
-    """What an error follows, at the nodes."""
+def _drives(model: ErrorModel, channel: Channel, motion: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """What an error follows: instants and values."""
+    if motion == SIDE:
+        axis = "xyz".index(channel.axis)
+        along, driven = (model.integrals[:, source("accelerometer", axis, what)] for what in ("1", "f"))
+        force = np.einsum("kj,kj->k", driven, along) / np.einsum("kj,kj->k", along, along)
+        return [(model.middle_s, force / (np.abs(force) + STICK))]
     states = model.states
     heading = np.unwrap(np.arctan2(states.mat_nb[:, 1, 0], states.mat_nb[:, 0, 0]))
     if motion == "height":
-        return [states.height_m]
+        return [(model.nodes_s, states.height_m)]
     if motion == "turning":
-        return [np.gradient(heading, model.nodes_s)]
+        return [(model.nodes_s, np.gradient(heading, model.nodes_s))]
     times = 2.0 if motion == "twice the heading" else 1.0
-    return [np.sin(times * heading), np.cos(times * heading)]
+    return [(model.nodes_s, of(times * heading)) for of in (np.sin, np.cos)]

@@ -24,6 +24,7 @@ from threadpoolctl import threadpool_limits
 from ins_eval.diagnosis import locate
 from ins_eval.diagnosis.case import Case
 from ins_eval.diagnosis.disturbance import (
+    ALONE,
     Suspect,
     intervals,
     largest_probability,
@@ -71,6 +72,7 @@ ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
 HARM = 5.0  # nats that effects may lose on data that were not used; noise alone costs about one each
 FORM = 1e-3  # of a value: one sigma of what its form and the sampling leave open, however long it is measured
 OPEN_MARGIN = 6.0  # nats by which a form without a name must beat the best with one
+MOST_OF_ONE = 4  # effects of one sensor that explain something
 
 
 def judge(
@@ -199,8 +201,12 @@ class _Judge:
         share = best.log_bayes_factor - exact
         models = [[], list(range(len(m)))]
         positions = [one.position for one in stage.fitted]
-        there = marginal(stage.cases, positions, stage.chosen(scaled=False), models, centre, stage.point[m])
-        alone = marginal(self.cases, [one.position for one in self.null], [], [[]], np.zeros(0))
+        chosen, point, quiet = stage.chosen(scaled=False), stage.point[m], [one.position for one in self.null]
+        there = marginal(stage.cases, positions, chosen, models, centre, point)
+        if all(a.model.nodes_s.size == b.model.nodes_s.size for a, b in zip(self.cases, stage.cases, strict=True)):
+            alone = marginal(self.cases, quiet, [], [[]], np.zeros(0))
+        else:  # a clock that is set right moves measurements past one another, and other means are compared
+            alone = marginal(stage.cases, quiet, chosen, [[]], centre, point)
         return float(there[1] - max(there[0], alone[0])) + share
 
     # 4, 5 and 6
@@ -212,7 +218,7 @@ class _Judge:
         statistics |= {"instead": self.instead.gain, "beside": self.beside.gain, "posterior": posterior}
         if self.beside.mismatch is not None or self.instead.gain > posterior + self._open_margin(stage):
             return None
-        if any(one.gain > statistics["largest_log_bayes_factor"] + OPEN_MARGIN for one in self.alone):
+        if self._outdone(stage, statistics["largest_log_bayes_factor"]):
             return None
         if not self._holds(stage):
             return None
@@ -247,20 +253,35 @@ class _Judge:
         harms = stage.held_out["harm_nats"] > HARM
         if harms and surest is None and instead.gain < OPEN_MARGIN:
             return self._answer(NO_MISMATCH, Remainder(None, 0.0, beside.significance_sigma), statistics=statistics)
-        if harms or self._only_described(stage, gain, surest) or instead.gain > stage.best.log_posterior + lead:
+        described = self._outdone(stage, gain) or self._only_described(stage, gain, surest)
+        if harms or described or instead.gain > stage.best.log_posterior + lead:
             remainder = replace(instead, mismatch=(place or [instead.mismatch])[0])
             return self._answer(UNEXPLAINED, remainder, place or shown, stage, named=False, statistics=statistics)
         return self._answer(PARTLY, beside, shown, stage, statistics=statistics)
 
+    def _outdone(self, stage: Stage, gain: float) -> bool:
+        """Whether a sure disturbance without a name gains more than the effects.
+
+        A form that follows the motion is held against them as another law would be: what keeps it from being heard
+        where nothing is wrong no longer counts.
+        """
+        own = gain - stage.space.cost * len(stage.best.members)
+        return any(
+            one.gain > gain + OPEN_MARGIN or (one.follows and one.gain + ALONE > own + OPEN_MARGIN)
+            for one in self.alone
+        )
+
     def _open_margin(self, stage: Stage) -> float:
         """Nats by which a form without a name must beat the effects: less for each that shares its sensor with another.
 
-        One sensor has one fault more often than two; in a chamber it is the laws of one that are sought.
+        One sensor has one fault more often than two, and with more than `MOST_OF_ONE` it is described, not explained;
+        in a chamber it is the laws of one that are sought.
         """
         if any(case.believed is None for case in self.cases):
             return OPEN_MARGIN
         sensors = Counter(one for one in _channels(stage) if one.startswith(("accelerometer.", "gyro.")))
-        return OPEN_MARGIN * (2 - max(sensors.values(), default=1))
+        most = max(sensors.values(), default=1)
+        return OPEN_MARGIN * (2 - most) if most <= MOST_OF_ONE else -np.inf
 
     def _only_described(self, stage: Stage, gain: float, surest: Suspect | None) -> bool:
         """Whether the effects follow the shape of something else.

@@ -92,12 +92,23 @@ def _navigated(
     effects = [believed_effect(one, float(p), original) for one, p in zip(model, point, strict=True) if p != 0.0]
     cases = tuple(case.again(effects) for case in original)
     if noise is not None:
-        # a clock that is set right moves the first or last measurement out of the recording
-        same = [one.white.shape == case.noise.white.shape for case, one in zip(cases, noise, strict=True)]
         cases = tuple(
-            replace(case, noise=one) if kept else case for case, one, kept in zip(cases, noise, same, strict=True)
+            replace(case, noise=_same_white(case, before, one))
+            for case, before, one in zip(cases, original, noise, strict=True)
         )
     return cases, tuple(again(one, cases) for one in model)
+
+
+def _same_white(case: Case, before: Case, noise: NoiseModel) -> NoiseModel:
+    """The `noise` of `before` for the nodes of `case`: a clock that is set right moves measurements along."""
+    if case.noise.white.shape == noise.white.shape:
+        return noise
+    typical = []
+    for one, white in ((before, noise.white), (case, case.noise.white)):
+        known = np.where(np.isfinite(one.seen.residual), white, np.nan)
+        typical.append([np.nanmedian(column) if np.isfinite(column).any() else 1.0 for column in known.T])
+    level = np.divide(*typical)
+    return replace(case.noise, priors=noise.priors, down=noise.down, white=case.noise.white * level)
 
 
 def again(one: Hypothesis, cases: Sequence[Case], parameters: dict | None = None) -> Hypothesis:
