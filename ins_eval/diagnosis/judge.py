@@ -43,7 +43,7 @@ from ins_eval.diagnosis.refine import again, believed_effect, refine
 from ins_eval.diagnosis.rivals import WITHIN, rivals, with_experiments
 from ins_eval.diagnosis.search import LEAST_SHARE, LEAST_SHARE_ELSEWHERE, log_bayes_factor
 from ins_eval.diagnosis.stage import Stage, staged
-from ins_eval.diagnosis.study import fit_noise, marginal, wide
+from ins_eval.diagnosis.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.diagnosis.verdict import (
     EXPLAINED,
     NO_MISMATCH,
@@ -59,6 +59,7 @@ from ins_eval.diagnosis.verdict import (
     located,
 )
 from ins_eval.diagnosis.where import where
+from ins_eval.effects.parts import SENSORS
 from ins_eval.recording.belief import Belief
 from ins_eval.streams import Streams
 
@@ -112,25 +113,60 @@ class _Judge:
         if any((one.position != found.position).any() for one, found in zip(quiet, stage.fitted, strict=True)):
             other = self._searched(self._at_noise(begin, quiet))
             stage = max(stage, other, key=lambda one: one.height)
-        gain = self._gain(stage)
+        gain, heard = self._heard(stage)
+        suspects: list[Suspect] = []
+        if not heard:
+            self.progress("intervals")
+            suspects = self._suspects()
+            surest = max((one for one in suspects if one.sure), key=lambda one: one.gain, default=None)
+            if surest is not None and (stepped := self._stepped(surest)) is not None and stepped.height > stage.height:
+                stage = stepped
+                gain, heard = self._heard(stage)
         statistics: dict[str, float | str] = {
             "largest_log_bayes_factor": gain,
             "largest_effect": stage.name(),
             "cost_of_an_effect": stage.space.cost,
         }
-        least = max(LEAST_GAIN.get(case.kind, 0.0) for case in self.cases)
-        heard = gain > max(least, stage.space.cost * len(stage.best.members))
         if heard:
             self.progress("what is left")
             explained = self._explained(stage, statistics)
             if explained is not None:
                 return explained
-        self.progress("intervals")
-        suspects = list(self.alone)
-        for r, case in enumerate(self.cases):
-            suspects += intervals(case, r, self.null[r], self.rng)
+        suspects = suspects or self._suspects()
         statistics["smallest_probability"] = min((one.probability for one in suspects), default=1.0)
         return self._located(stage if heard else None, suspects, gain, statistics)
+
+    def _heard(self, stage: Stage) -> tuple[float, bool]:
+        """What the best set gains on the null, and whether that is enough to say that something is wrong."""
+        gain = self._gain(stage)
+        least = max(LEAST_GAIN.get(case.kind, 0.0) for case in self.cases)
+        return gain, gain > max(least, stage.space.cost * len(stage.best.members))
+
+    def _suspects(self) -> list[Suspect]:
+        """Disturbances without a name, at the noise of the null or their own."""
+        found = list(self.alone)
+        for r, case in enumerate(self.cases):
+            found += intervals(case, r, self.null[r], self.rng)
+        return found
+
+    def _stepped(self, suspect: Suspect) -> Stage | None:
+        """A sensor that is off from an instant to the end has jumped then: at rest that instant is known to seconds.
+
+        None for what is off between two instants, or is no sensor.
+        """
+        interval, r = suspect.interval, suspect.recording
+        sensor, _, axis = interval.channel.name.partition(".")
+        case = self.cases[r]
+        if sensor not in SENSORS or case.believed is None or interval.end_s < case.model.nodes_s[-1]:
+            return None
+        exact = locate.refined(case, interval, suspect.fitted.position)
+        step = case.member(f"{sensor}.bias_step", axis, {"at_s": exact.begin_s})
+        columns = tuple(step.column if k == r else None for k in range(len(self.cases)))
+        fitted = list(self.null)
+        fitted[r] = suspect.fitted
+        refined = refine(self.cases, [Hypothesis(step, columns)], fitted)
+        stage = staged(refined.cases, refined.model, refined.point, refined.fitted, self.share)
+        return replace(stage, refined=refined).own_first(1, np.inf)
 
     # 1 and 2
 

@@ -13,11 +13,12 @@ from ins_eval.diagnosis.verdict import UNEXPLAINED
 from ins_eval.earth import radii
 from ins_eval.random_processes import gauss_markov
 from ins_eval.recording import Recording
-from ins_eval.units import DEG_PER_SQRT_H, UG
+from ins_eval.units import DEG_PER_SQRT_H, STANDARD_GRAVITY, UG
 
 POSITION_M, VELOCITY_MPS, SLOW_MPS, SLOW_S = 2.5, 0.05, 0.015, 60.0
 WALK_UG, ANGLE_WALK = 40.0, 0.002
 HEIGHT_SHARE = 0.004
+STICKING_UG, STICKING_G = 400.0, 0.03
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +72,18 @@ def test_a_disturbance_of_one_axis_is_located(noisy) -> None:
     assert min(one.begin_s for one in found) == pytest.approx(begin_s, abs=200.0)
     assert found[0].end_s == pytest.approx(end_s, abs=200.0)
     assert "level flight" in found[0].where
+
+
+def test_an_accelerometer_that_sticks_is_told_from_the_laws_of_its_model(noisy) -> None:
+    imu = noisy.imu
+    rate_hz = 1.0 / float(np.median(np.diff(imu.time_s)))
+    felt_g = imu.accelerometer[:, 0] * rate_hz / STANDARD_GRAVITY
+    force = imu.accelerometer.copy()
+    force[:, 0] -= STICKING_UG * UG * felt_g / (np.abs(felt_g) + STICKING_G) / rate_hz
+    found = judge([cases.prepare(replace(noisy, imu=replace(imu, accelerometer=force)))])
+    assert (found.verdict, found.effects) == (UNEXPLAINED, ())
+    assert found.mismatches[0].channel == "accelerometer.x"
+    assert "it follows the side of its own input" in found.mismatches[0].where
 
 
 def test_a_height_that_is_wrong_in_proportion_to_height_is_no_effect_of_the_instrument(noisy) -> None:

@@ -10,12 +10,14 @@ from scipy.integrate import solve_ivp
 
 from ins_eval.diagnosis.case import Case, prepare
 from ins_eval.diagnosis.columns import Column
+from ins_eval.diagnosis.judge import judge
 from ins_eval.diagnosis.library import Candidate
 from ins_eval.diagnosis.refine import Refined, believed_effect, refine
 from ins_eval.diagnosis.study import Hypothesis, fit_noise, sums
 
 SIGMAS = 4.0  # within which a value must come back
 STEP_S, STEP_UG = 1500.0, 200.0
+SMALL_UG, BETWEEN_S, BESIDE_S = 15.0, 1360.0, 15.0
 NODES = 2.0  # s, two seconds of zero velocity: within which a step must come back
 SECONDS_OF_WEEK = 300000.0
 TAU_S, CREEP = 2000.0, 5.0  # s, ug/degC
@@ -36,6 +38,16 @@ def estimate(found: Refined) -> tuple[float, float]:
     here = sums(found.cases, [one.position for one in found.fitted], found.model, found.point)
     nominal = found.model[0].candidate.nominal
     return nominal * float(here.projection[0] / here.normal[0, 0]), nominal / float(np.sqrt(here.normal[0, 0]))
+
+
+def test_a_small_jump_at_rest_is_found_between_the_instants_that_are_tried(recording_at_rest) -> None:
+    """A minute beside its instant it fits worse than nothing, so that no instant of the grid is promising."""
+    recording = recording_at_rest(3600.0, 2, lambda t: SMALL_UG * (t > BETWEEN_S))
+    (effect,) = judge([prepare(recording)]).effects
+    candidate = effect.hypothesis.candidate
+    assert (candidate.name, candidate.axis) == ("accelerometer.bias_step", "z")
+    assert candidate.parameters["at_s"] == pytest.approx(BETWEEN_S, abs=BESIDE_S)
+    assert effect.value == pytest.approx(SMALL_UG, abs=SIGMAS * effect.sigma)
 
 
 @pytest.mark.parametrize("start_s", [0.0, SECONDS_OF_WEEK])
