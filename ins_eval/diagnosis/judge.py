@@ -317,7 +317,8 @@ class _Judge:
             return OPEN_MARGIN
         sensors = Counter(one for one in _channels(stage) if one.startswith(("accelerometer.", "gyro.")))
         most = max(sensors.values(), default=1)
-        return OPEN_MARGIN * (2 - most) if most <= MOST_OF_ONE else -np.inf
+        left_open = FORM * max(stage.best.log_posterior, 0.0)  # of what the linear sums say of a large effect
+        return OPEN_MARGIN * (2 - most) + left_open if most <= MOST_OF_ONE else -np.inf
 
     def _only_described(self, stage: Stage, gain: float, surest: Suspect | None) -> bool:
         """Whether the effects follow the shape of something else.
