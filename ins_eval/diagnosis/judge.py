@@ -114,7 +114,7 @@ class _Judge:
             other = self._searched(self._at_noise(begin, quiet))
             stage = max(stage, other, key=lambda one: one.height)
         gain, heard = self._heard(stage)
-        suspects: list[Suspect] = []
+        suspects = None
         if not heard:
             self.progress("intervals")
             suspects = self._suspects()
@@ -132,7 +132,7 @@ class _Judge:
             explained = self._explained(stage, statistics)
             if explained is not None:
                 return explained
-        suspects = suspects or self._suspects()
+        suspects = self._suspects() if suspects is None else suspects
         statistics["smallest_probability"] = min((one.probability for one in suspects), default=1.0)
         return self._located(stage if heard else None, suspects, gain, statistics)
 
