@@ -38,6 +38,11 @@ def source(sensor: str, axis: int, multiplier: str) -> int:
     return (3 + axis) * _PER_AXIS + RATE_MULTIPLIERS.index(multiplier)
 
 
+def strength(drive: np.ndarray, constant: np.ndarray) -> np.ndarray:
+    """The size (epochs,) of a drive (epochs, 3) in that of a `constant` unit error of one sensor, along that error."""
+    return np.einsum("kj,kj->k", drive, constant) / np.einsum("kj,kj->k", constant, constant)
+
+
 def integrate(believed: Believed, solution: Solution, nodes_s: np.ndarray, calm: bool = True) -> np.ndarray:
     """Integrals (nodes - 1, SOURCES, 3) over the epochs between `nodes_s`, in n; a sample across a node is split.
 

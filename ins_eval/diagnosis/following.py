@@ -10,8 +10,8 @@ With the drives u as they change from the start, of unit root mean square each, 
 s (c u + ...): of a heading psi, sin(k psi) and cos(k psi); of a force f along the input axis, f / (|f| + `STICK`).
 Its evidence is that of `search`, at a noise of its own.
 
-Sources: Kaplan and Hegarty, Understanding GPS/GNSS, 3rd ed., sections 8.4 and 10.2 (tracking loops, troposphere);
-IEEE Std 952-2020 (magnetic sensitivity of a gyro), 836-2009 (dead band of an accelerometer).
+Sources: Kaplan and Hegarty, Understanding GPS/GNSS (tracking loops, troposphere); IEEE Std 952 (magnetic sensitivity
+of a gyro); IEEE Std 528 (dead band).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ins_eval.diagnosis import locate
 from ins_eval.diagnosis.case import Case
 from ins_eval.diagnosis.columns import Column
 from ins_eval.diagnosis.disturbance import ALONE, Suspect, with_quiet_sensors
-from ins_eval.diagnosis.drives import source
+from ins_eval.diagnosis.drives import source, strength
 from ins_eval.diagnosis.error_model import ErrorModel
 from ins_eval.diagnosis.evidence import log_evidence_of, reduce
 from ins_eval.diagnosis.locate import Channel
@@ -121,8 +121,8 @@ def _drives(model: ErrorModel, channel: Channel, motion: str) -> list[tuple[np.n
     """What an error follows: instants and values."""
     if motion == SIDE:
         axis = "xyz".index(channel.axis)
-        along, driven = (model.integrals[:, source("accelerometer", axis, what)] for what in ("1", "f"))
-        force = np.einsum("kj,kj->k", driven, along) / np.einsum("kj,kj->k", along, along)
+        constant, driven = (model.integrals[:, source("accelerometer", axis, what)] for what in ("1", "f"))
+        force = strength(driven, constant)
         return [(model.middle_s, force / (np.abs(force) + STICK))]
     states = model.states
     heading = np.unwrap(np.arctan2(states.mat_nb[:, 1, 0], states.mat_nb[:, 0, 0]))

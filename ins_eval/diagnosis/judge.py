@@ -315,7 +315,7 @@ class _Judge:
         """
         if any(case.believed is None for case in self.cases):
             return OPEN_MARGIN
-        sensors = Counter(one for one in _channels(stage) if one.startswith(("accelerometer.", "gyro.")))
+        sensors = Counter(one for one in _channels(stage) if one.startswith(SENSORS))
         most = max(sensors.values(), default=1)
         left_open = FORM * max(stage.best.log_posterior, 0.0)  # of what the linear sums say of a large effect
         return OPEN_MARGIN * (2 - most) + left_open if most <= MOST_OF_ONE else -np.inf

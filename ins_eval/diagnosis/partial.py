@@ -27,9 +27,9 @@ from ins_eval.diagnosis.library import Candidate
 from ins_eval.diagnosis.open_form import open_form
 from ins_eval.diagnosis.study import Hypothesis
 from ins_eval.diagnosis.verdict import Diagnosis, Effect, Mismatch, channel_of
+from ins_eval.effects.parts import SENSORS
 from ins_eval.units import ARCSEC, DEG_PER_H, HOUR, UG
 
-SENSORS = ("accelerometer", "gyro")
 UNITS = {  # of a disturbance, and its SI value
     "accelerometer": ("ug", UG),
     "gyro": ("deg/h", DEG_PER_H),
@@ -207,7 +207,7 @@ def disturbances(case: Case, column: Column) -> tuple[np.ndarray, np.ndarray]:
         sign = 1.0 if sensor == SENSORS[0] else -1.0
         for axis in range(3):
             along = whole.sources[:, drives.source(sensor, axis, "1")]
-            part = np.einsum("kj,kj->k", whole.sources[:, source], along) / np.einsum("kj,kj->k", along, along)
+            part = drives.strength(whole.sources[:, source], along)
             driven[:, 3 * SENSORS.index(sensor) + axis] += sign * weight * whole.slow_epochs[slow] * part
     measured = np.zeros((case.model.nodes_s.size, 9))
     for (c, source, slow), weight in zip(whole.observation_terms, whole.observation_weights, strict=True):
