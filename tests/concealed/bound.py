@@ -7,6 +7,7 @@ energy of the truth t the answer f would remove from another recording like this
 
     1 - (t - f)' A (t - f) / t' A t,   A the information of the recording about all coefficients.
 
+What has no name is drawn again, and what it does to its channel taken for a column of nominal size.
 ``ANSWERS/bound.json`` keeps both for each case in which the oracle sees something and noise could hide it.
 """
 
@@ -17,38 +18,44 @@ import json
 import multiprocessing
 import sys
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
 from ins_eval.units import DEG_PER_H, UG
+from tests.challenge.instruments import Departures
+from tests.challenge.oracle import nominal
 from tests.challenge.score import CLEAR, SEEN, quantiles, rate, read
-from tests.concealed import run
+from tests.concealed import again, run
 
 FILE = "bound.json"
 BEYOND = 2000.0  # nats of the oracle that no noise can hide
-SENSORS = ("accelerometer", "gyro")
 MOST = 0.8  # of the energy
-LIMITED = "limited"  # of these, what has no name is a constant of a sensor for a time
+DRIVEN = {  # what a departure of a sensor adds: sensor, multiplier, SI value of its unit
+    "accel_ug": ("accelerometer", "1", UG), "accel_ppm": ("accelerometer", "f", 1e-6),
+    "gyro_deg_per_h": ("gyro", "1", DEG_PER_H),
+}  # fmt: skip
+MEASURED = {"gps_position": 0, "gps_velocity": 3}  # first of the channels of a departure of a receiver
 FURTHER = ("time_constant_s", "branch_width_c", "branch_begin", "at_s", "other_axis", "rate_filter_s", "driver", "form")
 
 
 def wanted(truth: dict) -> bool:
-    """Effects whose form is known here and that the oracle sees, not so large that noise does not matter."""
+    """Effects that the oracle sees, not so large that noise does not matter."""
     d = (truth["oracle"] or {}).get("log_bayes_factor")
-    known = not truth["outside"] or (truth["kind"] == LIMITED and truth["channel"].startswith(SENSORS))
-    return bool(truth["effects"]) and known and d is not None and SEEN <= d < BEYOND
+    return bool(truth["effects"]) and d is not None and SEEN <= d < BEYOND
 
 
-def reached(truth: dict, answer: dict, folders: list[Path]) -> dict[str, float | None]:
+def reached(truth: dict, answer: dict, folders: list[Path], manifest: dict) -> dict[str, float | None]:
     """Log Bayes factor of the true effects of a case, in nats, and the share of their energy that the answer removes.
 
-    The share is None where nothing is named, or what is hidden has no name.
+    `manifest` is what the maker keeps of how cases were drawn. The share is None where nothing is named, or what is
+    hidden has no name; then `answer_below` is by how many nats what is named stays below the truth, its very form
+    known: where that is little, no tool could refuse the answer.
     """
     from ins_eval.diagnosis.case import prepare
     from ins_eval.diagnosis.chamber import prepare_chamber
-    from ins_eval.diagnosis.disturbance import with_quiet_sensors
     from ins_eval.diagnosis.study import fit_noise, marginal
     from ins_eval.recording import form
     from ins_eval.recording.form.description import CHAMBER, open_folder
@@ -59,27 +66,37 @@ def reached(truth: dict, answer: dict, folders: list[Path]) -> dict[str, float |
         else prepare(form.read(folder), folder)
         for folder in folders
     ]
-    model = [one for effect in truth["effects"] if (one := _hypothesis(truth, effect, cases)) is not None]
-    wide = [
-        one.scaled(max(1.0, abs(effect["value"] / one.candidate.nominal)))
-        for one, effect in zip(model, truth["effects"], strict=False)
-    ]
+    if truth["outside"]:
+        model = [_nameless(truth, manifest, cases[0])]
+    else:
+        model = [one for effect in truth["effects"] if (one := _hypothesis(effect, cases)) is not None]
+    truths = list(zip(model, truth["effects"], strict=False))
+    named = [one for effect in answer.get("effects", ()) if (one := _answered(effect, cases)) is not None]
     null = fit_noise(cases, [], [None] * len(cases))
+    alone = float(marginal(cases, [one.position for one in null], [], [[]], np.zeros(0))[0])
+    there, without, beside = _heights(cases, truths, null)
+    known = {"log_bayes_factor": beside - max(without, alone), "removed": None, "answer_below": None}
+    if named and truth["outside"]:
+        known["answer_below"] = beside - _heights(cases, named, null)[2]
+    elif named:
+        known["removed"] = _removed(cases, there, truths, named)
+    return known
+
+
+def _heights(cases: list, effects: list, null: list) -> tuple[list, float, float]:
+    """Noise fitted beside effects, and log Z there without and with them, the noise integrated out."""
+    from ins_eval.diagnosis.disturbance import with_quiet_sensors
+    from ins_eval.diagnosis.study import fit_noise, marginal
+
+    model = [one for one, _ in effects]
+    wide = [one.scaled(max(1.0, abs(effect["value"] / one.candidate.nominal))) for one, effect in effects]
     loud = [one.position for one in null]
     quiet = [with_quiet_sensors(case, position) for case, position in zip(cases, loud, strict=True)]
     starts = [fit_noise(cases, wide, start) for start in (loud, quiet)]
     there = max(starts, key=lambda fitted: sum(one.log_evidence for one in fitted))
     centre = np.array([one.candidate.centre for one in model])
-    models = [[], list(range(len(model)))]
-    beside = marginal(cases, [one.position for one in there], model, models, centre)
-    alone = marginal(cases, [one.position for one in null], [], [[]], np.zeros(0))
-    named = [one for effect in answer.get("effects", ()) if (one := _answered(effect, cases)) is not None]
-    return {
-        "log_bayes_factor": float(beside[1] - max(beside[0], alone[0])),
-        "removed": _removed(cases, there, list(zip(model, truth["effects"], strict=False)), named)
-        if named and not truth["outside"]
-        else None,
-    }
+    without, beside = marginal(cases, [one.position for one in there], model, [[], list(range(len(model)))], centre)
+    return there, float(without), float(beside)
 
 
 def _removed(cases: list, noise: list, truth: list, named: list) -> float:
@@ -102,23 +119,45 @@ def _answered(effect: dict, cases: list):
     return None if one is None else (one, parameters)
 
 
-def _hypothesis(truth: dict, effect: dict, cases: list):
-    """An effect as columns of the recordings, or None where none of them could show it."""
+def _nameless(truth: dict, manifest: dict, case):
+    """An effect without a name as a column, drawn again as the maker drew it."""
+    from ins_eval.diagnosis.columns import Column, Drive, Measured
     from ins_eval.diagnosis.library import Candidate
-    from ins_eval.diagnosis.locate import SIZES, Channel
     from ins_eval.diagnosis.study import Hypothesis
 
-    name, axis = effect["name"], effect["axis"]
-    if truth["outside"]:
-        (case,) = cases
-        sensor = truth["channel"].partition(".")[0]
-        window = case.slow.add_window(*truth["interval_s"], case.model)
-        column = Channel(truth["channel"], axis, SIZES[sensor]).column(window)
-        si = UG if sensor == "accelerometer" else DEG_PER_H
-        candidate = Candidate(name, axis, effect["unit"], SIZES[sensor] / si, column)
-        return Hypothesis(candidate, (column,))
+    drawn = again.drawn(truth, manifest)
+    (effect,), (recording,) = drawn.hidden, drawn.made
+    felt, departures = recording.felt, Departures()
+    effect_there = nominal(effect)
+    effect_there(felt, departures)
+    start_s, nodes_s = recording.shift_s, case.model.nodes_s
+    terms: list[Drive | Measured] = []
+
+    def slow(name: str, time_s: np.ndarray, values: np.ndarray) -> str:
+        return case.slow.add(name, partial(np.interp, xp=time_s + start_s, fp=values), case.model)
+
+    for name, (sensor, multiplier, si) in DRIVEN.items():
+        values = np.zeros((felt.time_s.size, 3)) + getattr(departures, name)
+        terms += [
+            Drive(sensor, axis, multiplier, si, slow(f"{name} {axis}", felt.time_s, values[:, axis]))
+            for axis in np.flatnonzero(values.any(axis=0))
+        ]
+    for name, first in MEASURED.items():
+        if (function := getattr(departures, name)) is not None:
+            values = function(felt, nodes_s - start_s)
+            terms += [
+                Measured(f"channel_{first + axis}", 1.0, slow(f"{name} {axis}", nodes_s - start_s, values[:, axis]))
+                for axis in np.flatnonzero(values.any(axis=0))
+            ]
+    record = truth["effects"][0]
+    column = Column(record["name"], tuple(terms))
+    return Hypothesis(Candidate(record["name"], record["axis"], record["unit"], effect_there.value, column), (column,))
+
+
+def _hypothesis(effect: dict, cases: list):
+    """An effect as columns of the recordings, or None where none of them could show it."""
     begin = {"branch_begin": effect["begin"]} if "begin" in effect else {}
-    return _columns(name, axis, effect | begin, cases)
+    return _columns(effect["name"], effect["axis"], effect | begin, cases)
 
 
 def _columns(name: str, axis: str | None, parameters: dict, cases: list):
@@ -173,9 +212,10 @@ def main(arguments: list[str] | None = None) -> int:
         for name, one in truths.items()
     }
     answers = read(chosen.answers)
+    manifest = json.loads((chosen.folder / "truth" / "manifest.json").read_text())
     with ProcessPoolExecutor(chosen.workers, mp_context=multiprocessing.get_context("spawn")) as pool:
         jobs = {
-            pool.submit(reached, one, answers[name], folders[name]): name
+            pool.submit(reached, one, answers[name], folders[name], manifest): name
             for name, one in truths.items()
             if name in answers
         }
