@@ -27,19 +27,14 @@ from ins_eval.diagnosis.disturbance import (
     ALONE,
     Suspect,
     intervals,
-    largest_probability,
-    of_windows,
     one_sensor,
     with_quiet_sensors,
-    within_statement,
 )
-from ins_eval.diagnosis.evidence import Reduced, reduce
 from ins_eval.diagnosis.experiments import Catalogue
 from ins_eval.diagnosis.following import following
-from ins_eval.diagnosis.locate import Channel
 from ins_eval.diagnosis.noise import Fitted
-from ins_eval.diagnosis.open_form import open_forms
 from ins_eval.diagnosis.refine import again, believed_effect, refine
+from ins_eval.diagnosis.remainders import remainders
 from ins_eval.diagnosis.rivals import WITHIN, rivals, with_experiments
 from ins_eval.diagnosis.search import LEAST_SHARE, LEAST_SHARE_ELSEWHERE, log_bayes_factor
 from ins_eval.diagnosis.stage import Stage, staged
@@ -59,6 +54,7 @@ from ins_eval.diagnosis.verdict import (
     located,
 )
 from ins_eval.diagnosis.where import where
+from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
 from ins_eval.recording.belief import Belief
 from ins_eval.streams import Streams
@@ -72,7 +68,7 @@ LARGE = 30.0  # log Bayes factor from which a term of the Earth is tried by navi
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
 HARM = 5.0  # nats that effects may lose on data that were not used; noise alone costs about one each
 FORM = 1e-3  # of a value: one sigma of what its form and the sampling leave open, however long it is measured
-OPEN_MARGIN = 6.0  # nats by which a form without a name must beat the best with one
+OPEN_MARGIN = 6.0  # nats by which a sure form without a name must lead, and what a further effect of a sensor is worth
 MOST_OF_ONE = 4  # effects of one sensor that explain something
 
 
@@ -249,7 +245,7 @@ class _Judge:
 
     def _explained(self, stage: Stage, statistics: dict[str, float | str]) -> Diagnosis | None:
         """The answer where the effects found are enough, else None."""
-        self.instead, self.beside = self._remainders(stage)
+        self.instead, self.beside = remainders(stage, self.share, self.rng)
         posterior = stage.best.log_posterior
         statistics |= {"instead": self.instead.gain, "beside": self.beside.gain, "posterior": posterior}
         if self.beside.mismatch is not None or self.instead.gain > posterior + self._open_margin(stage):
@@ -272,7 +268,10 @@ class _Judge:
         if surest is not None:
             case = self.cases[surest.recording]
             exact = locate.refined(case, surest.interval, surest.fitted.position)
-            place = [located(case, surest.recording, exact, surest.sigma, surest.follows)]
+            follows = surest.follows
+            if stage is not None and self.instead.of == (surest.recording, exact.channel.name):
+                follows = follows or self.instead.follows
+            place = [located(case, surest.recording, exact, surest.sigma, follows)]
         if stage is None:
             if surest is None:
                 sigma = max((one.sigma for one in suspects), default=0.0)
@@ -291,8 +290,9 @@ class _Judge:
             return self._answer(NO_MISMATCH, Remainder(None, 0.0, beside.significance_sigma), statistics=statistics)
         described = self._outdone(stage, gain) or self._only_described(stage, gain, surest)
         if harms or described or instead.gain > stage.best.log_posterior + lead:
-            remainder = replace(instead, mismatch=(place or [instead.mismatch])[0])
-            return self._answer(UNEXPLAINED, remainder, place or shown, stage, named=False, statistics=statistics)
+            place = place or ([instead.mismatch] if instead.mismatch else shown)
+            remainder = replace(instead, mismatch=place[0])
+            return self._answer(UNEXPLAINED, remainder, place, stage, named=False, statistics=statistics)
         return self._answer(PARTLY, beside, shown, stage, statistics=statistics)
 
     def _outdone(self, stage: Stage, gain: float) -> bool:
@@ -308,17 +308,21 @@ class _Judge:
         )
 
     def _open_margin(self, stage: Stage) -> float:
-        """Nats by which a form without a name must beat the effects: less for each that shares its sensor with another.
+        """Nats by which a form without a name may lead the effects; where it is less than 0 they must lead it.
 
-        One sensor has one fault more often than two, and with more than `MOST_OF_ONE` it is described, not explained;
-        in a chamber it is the laws of one that are sought.
+        One sensor has one fault more often than two, so they must for each that shares its sensor with another, and
+        with more than `MOST_OF_ONE` it is described, not explained. What is composed of a column is a description, and
+        leads it as an explanation leads its rivals. In a chamber it is the laws of one sensor that are sought.
         """
         if any(case.believed is None for case in self.cases):
             return OPEN_MARGIN
         sensors = Counter(one for one in _channels(stage) if one.startswith(SENSORS))
         most = max(sensors.values(), default=1)
+        if most > MOST_OF_ONE:
+            return -np.inf
         left_open = FORM * max(stage.best.log_posterior, 0.0)  # of what the linear sums say of a large effect
-        return OPEN_MARGIN * (2 - most) + left_open if most <= MOST_OF_ONE else -np.inf
+        composed = any(stage.hypotheses[k].candidate.name == COMPOSED for k in stage.best.members)
+        return left_open - OPEN_MARGIN * (most - 1) - WITHIN * composed
 
     def _only_described(self, stage: Stage, gain: float, surest: Suspect | None) -> bool:
         """Whether the effects follow the shape of something else.
@@ -343,47 +347,9 @@ class _Judge:
     def _holds(stage: Stage) -> bool:
         """Whether the effects do no harm on data that did not suggest them; what is composed of a column must help."""
         fit = stage.held_out
-        if all(stage.hypotheses[k].candidate.name != "composed" for k in stage.best.members):
+        if all(stage.hypotheses[k].candidate.name != COMPOSED for k in stage.best.members):
             return fit["harm_nats"] < HARM
         return fit["after"] < min(fit["before"], fit["placebo"])
-
-    def _remainders(self, stage: Stage) -> tuple[Remainder, Remainder]:
-        """What an unnamed disturbance gains instead of the effects, and what it gains beside them."""
-        instead, beside = [], []
-        m = list(stage.best.members)
-        chosen, mean = stage.chosen(), stage.coefficients[0]
-        for r, case in enumerate(stage.cases):
-            own = [i for i, one in enumerate(chosen) if one.columns[r] is not None]
-            scale = np.array([max(1.0, abs(float(mean[i]))) for i in own])
-            point = stage.point[[m[i] for i in own]] / scale
-            columns = [chosen[i].columns[r] for i in own]
-            over, edges_s, whitened = of_windows(case, stage.fitted[r].position, columns)
-            nuisances, n = len(case.nuisances), len(columns)
-            left = reduce(whitened, nuisances)
-            put_back = Reduced(left.normal[n:, n:], left.projection[n:] + left.normal[n:, :n] @ point)
-            instead.append(self._remainder(r, stage, over, edges_s, put_back, False))
-            beside.append(self._remainder(r, stage, over, edges_s, reduce(whitened, nuisances + n), True))
-        return tuple(max(ones, key=lambda one: one.gain) for ones in (instead, beside))
-
-    def _remainder(
-        self, r: int, stage: Stage, over: list[Channel], edges_s: np.ndarray, reduced: Reduced, beside: bool
-    ) -> Remainder:
-        case = stage.cases[r]
-        trials = locate.significance(reduced, edges_s.size - 1, self.rng)
-        # a channel is one more family, and costs what an effect costs
-        gain = max(one.log_bayes_factor for one in open_forms(reduced, len(over))) - stage.space.cost
-        intervals_found = locate.scan(reduced, over, edges_s)
-        interval = next((one for one in intervals_found if not within_statement(case, one)), None)
-        if interval is None:
-            return Remainder(None, gain, 0.0)
-        sigma = trials.sigma(interval.t2)
-        mismatch = None
-        rough = not stage.space.exact[list(stage.best.members)].any()
-        least = self.share * max(stage.best.log_bayes_factor, 0.0) if beside and rough else 0.0
-        sure = trials.probability(interval.t2) <= largest_probability(interval)
-        if not beside or (sure and 0.5 * interval.t2 > least) or gain > least:
-            mismatch = located(case, r, interval, sigma)
-        return Remainder(mismatch, gain, sigma)
 
     def _effects(self, stage: Stage) -> tuple[Effect, ...]:
         m = list(stage.best.members)

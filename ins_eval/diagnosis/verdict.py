@@ -63,11 +63,20 @@ class Rival:
 
 @dataclass(frozen=True, eq=False)
 class Remainder:
-    """What is left beside an explanation: the channel of a recording that would gain most from a disturbance."""
+    """What is left beside an explanation: the channel of a recording that would gain most from a disturbance.
+
+    `follows` is what the disturbance follows, where that is not time.
+    """
 
     mismatch: Mismatch | None
     gain: float
     significance_sigma: float
+    follows: str = ""
+
+    @property
+    def of(self) -> tuple[int, str] | None:
+        """Recording and channel."""
+        return None if self.mismatch is None else (self.mismatch.recording, self.mismatch.channel)
 
 
 @dataclass(frozen=True, eq=False)

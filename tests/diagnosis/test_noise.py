@@ -18,6 +18,7 @@ from ins_eval.units import DEG_PER_SQRT_H, STANDARD_GRAVITY, UG
 POSITION_M, VELOCITY_MPS, SLOW_MPS, SLOW_S = 2.5, 0.05, 0.015, 60.0
 WALK_UG, ANGLE_WALK = 40.0, 0.002
 HEIGHT_SHARE = 0.004
+WAVE_UG, WAVE_C, COOLED_C = 60.0, 25.0, 20.0
 STICKING_UG, STICKING_G = 400.0, 0.03
 
 
@@ -95,3 +96,17 @@ def test_a_height_that_is_wrong_in_proportion_to_height_is_no_effect_of_the_inst
     assert (found.verdict, found.effects) == (UNEXPLAINED, ())
     assert found.mismatches[0].channel == "gps.position"
     assert "it follows height" in found.mismatches[0].where
+
+
+def test_a_bias_that_waves_with_temperature_is_a_curve_without_a_name(noisy) -> None:
+    """Less than a wave is nearly a parabola, and as such would be named."""
+    imu = noisy.imu
+    rate_hz = 1.0 / float(np.median(np.diff(imu.time_s)))
+    reading_c = 10.0 - COOLED_C * np.sin(np.pi * imu.time_s / imu.time_s[-1])
+    force = imu.accelerometer.copy()
+    force[:, 0] += WAVE_UG * UG * np.sin(2.0 * np.pi * reading_c / WAVE_C) / rate_hz
+    waving = replace(imu, accelerometer=force, temperature_c=reading_c)
+    found = judge([cases.prepare(replace(noisy, imu=waving))])
+    assert (found.verdict, found.effects) == (UNEXPLAINED, ())
+    assert found.mismatches[0].channel == "accelerometer.x"
+    assert "it follows a curve of its temperature" in found.mismatches[0].where

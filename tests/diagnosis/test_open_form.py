@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
+from ins_eval.diagnosis import case as cases
 from ins_eval.diagnosis.evidence import SCALES
-from ins_eval.diagnosis.open_form import TIMES, open_form
+from ins_eval.diagnosis.locate import SIZES
+from ins_eval.diagnosis.open_form import KNOTS, TIMES, open_form, over_temperature
+from ins_eval.units import UG
 
 WINDOWS, ROWS = 12, 60
 JITTER = 1e-5  # of the root of the covariance
+COOLED_C = 20.0
 
 
 @pytest.fixture(scope="module")
@@ -64,3 +70,24 @@ def test_noise_alone_is_no_disturbance() -> None:
         gains.append(open_form(0, rows.T @ rows, rows.T @ rng.standard_normal(ROWS)).log_bayes_factor)
     assert np.median(gains) < 0.0
     assert np.sum(np.array(gains) > np.log(100.0)) <= 8  # binomial (200, 0.01): exceeded once in 10,000
+
+
+def test_a_straight_line_is_a_curve_over_temperature(flight) -> None:
+    """The column of a bias of v (T - T0) is the sum of the columns of the knots, each times v (T_k - T0)."""
+    imu = flight.imu
+    reading_c = -COOLED_C * np.sin(np.pi * imu.time_s / imu.time_s[-1])
+    case = cases.prepare(replace(flight, imu=replace(imu, temperature_c=reading_c)))
+    line = next(one for one in case.candidates if (one.name, one.axis) == ("accelerometer.bias_temperature", "y"))
+    curve = next(columns for channel, columns in over_temperature(case).items() if channel.name == "accelerometer.y")
+    seen = case.temperature
+    knots_c = np.linspace(seen.smooth_c[:, 1].min(), seen.smooth_c[:, 1].max(), KNOTS)
+    a = case.whitened([line.column, *curve], np.zeros(len(case.noise.free)), case.block).normal
+    first = len(case.nuisances)
+    values = line.nominal * UG * (knots_c - seen.reference_c) / SIZES["accelerometer"]
+    np.testing.assert_allclose(a[:, first + 1 :] @ values, a[:, first], rtol=1e-6, atol=1e-6 * a[first, first])
+
+
+def test_without_a_temperature_that_moves_there_is_no_curve(flight) -> None:
+    steady = np.full(flight.imu.time_s.size, 20.0)
+    assert over_temperature(cases.prepare(flight)) == {}
+    assert over_temperature(cases.prepare(replace(flight, imu=replace(flight.imu, temperature_c=steady)))) == {}

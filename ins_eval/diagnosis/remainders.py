@@ -1,0 +1,102 @@
+"""Is an explanation enough? What a disturbance without a name gains instead of the effects, and what beside them.
+
+Instead, the whole error is left to one channel that changes slowly with time or along a curve of its temperature
+(`open_form`): where that gains more than laws do, they only describe something else. Beside, the effects are taken off
+at their best, and any interval of any channel is looked at for what they leave.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ins_eval.diagnosis import locate
+from ins_eval.diagnosis.columns import Column
+from ins_eval.diagnosis.disturbance import largest_probability, of_windows, within_statement
+from ins_eval.diagnosis.evidence import Reduced, reduce
+from ins_eval.diagnosis.open_form import open_forms, over_temperature
+from ins_eval.diagnosis.stage import Stage
+from ins_eval.diagnosis.verdict import Remainder, located
+from ins_eval.diagnosis.whitening import Whitened
+
+CURVE = "a curve of its temperature"
+
+
+def remainders(stage: Stage, share: float, rng: np.random.Generator) -> tuple[Remainder, Remainder]:
+    """Instead of the effects of a stage, and beside them: what gains most in any recording.
+
+    A mismatch beside effects whose form is a law must bring at least `share` of what they do.
+    """
+    instead, beside = [], []
+    m = list(stage.best.members)
+    chosen, mean = stage.chosen(), stage.coefficients[0]
+    rough = not stage.space.exact[m].any()
+    least = share * max(stage.best.log_bayes_factor, 0.0) if rough else 0.0
+    for r, case in enumerate(stage.cases):
+        own = [i for i, one in enumerate(chosen) if one.columns[r] is not None]
+        scale = np.array([max(1.0, abs(float(mean[i]))) for i in own])
+        point = stage.point[[m[i] for i in own]] / scale
+        columns = [chosen[i].columns[r] for i in own]
+        over, edges_s, whitened = of_windows(case, stage.fitted[r].position, columns)
+        nuisances = len(case.nuisances)
+        put_back = _put_back(whitened, nuisances, point)
+        instead.append(_remainder(r, stage, over, edges_s, put_back, None, rng))
+        instead += _curved(r, stage, columns, point, locate.scan(put_back, over, edges_s))
+        left = reduce(whitened, nuisances + len(columns))
+        beside.append(_remainder(r, stage, over, edges_s, left, least, rng))
+    return tuple(max(ones, key=lambda one: one.gain) for ones in (instead, beside))
+
+
+def _put_back(whitened: Whitened, nuisances: int, point: np.ndarray) -> Reduced:
+    """What is left of the columns behind those of the effects, with what these took off, at `point`, added again."""
+    left, n = reduce(whitened, nuisances), point.size
+    return Reduced(left.normal[n:, n:], left.projection[n:] + left.normal[n:, :n] @ point)
+
+
+def _remainder(
+    r: int,
+    stage: Stage,
+    over: list[locate.Channel],
+    edges_s: np.ndarray,
+    reduced: Reduced,
+    least: float | None,
+    rng: np.random.Generator,
+) -> Remainder:
+    """What changes slowly with time; `least` nats that a mismatch must bring, None where one is shown anyway."""
+    case = stage.cases[r]
+    trials = locate.significance(reduced, edges_s.size - 1, rng)
+    # a channel is one more family, and costs what an effect costs
+    gain = max(one.log_bayes_factor for one in open_forms(reduced, len(over))) - stage.space.cost
+    found = locate.scan(reduced, over, edges_s)
+    interval = next((one for one in found if not within_statement(case, one)), None)
+    if interval is None:
+        return Remainder(None, gain, 0.0)
+    sigma = trials.sigma(interval.t2)
+    sure = trials.probability(interval.t2) <= largest_probability(interval)
+    if least is None or (sure and 0.5 * interval.t2 > least) or gain > least:
+        return Remainder(located(case, r, interval, sigma), gain, sigma)
+    return Remainder(None, gain, sigma)
+
+
+def _curved(
+    r: int, stage: Stage, columns: Sequence[Column], point: np.ndarray, found: Sequence[locate.Interval]
+) -> list[Remainder]:
+    """The sensor whose error is best a curve of its temperature, where there is a temperature that moves.
+
+    `columns` of the effects took off their part at `point`; `found` is the best interval of each channel.
+    """
+    case = stage.cases[r]
+    curves = over_temperature(case)
+    if not curves:
+        return []
+    knots = [column for one in curves.values() for column in one]
+    whitened = case.whitened([*columns, *knots], stage.fitted[r].position, case.block)
+    forms = open_forms(_put_back(whitened, len(case.nuisances), point), len(curves))
+    best = max(forms, key=lambda one: one.log_bayes_factor)
+    gain = best.log_bayes_factor - stage.space.cost
+    sigma = float(np.sqrt(2.0 * max(gain, 0.0)))
+    channel = list(curves)[best.channel]
+    return [
+        Remainder(located(case, r, one, sigma, CURVE), gain, sigma, CURVE) for one in found if one.channel == channel
+    ]
