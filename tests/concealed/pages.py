@@ -82,11 +82,22 @@ def _outside(result: dict) -> list[Block]:
     header = ("form", "cases", "D ≥ 8", "detected", "right", "confidently wrong")
     note = "Detected and right: of those with D of at least 8. Confidently wrong: of all."
     wrong = [one for one in result["records"] if not one["null"] and not one["inside"] and one["wrong"]]
+    other = [one for one in here if (one["d"] or 0.0) >= SEEN and one["named"] and not one["right"]]
+    below = [
+        (*row, number(one.get("answer below"), 1))
+        for one in sorted(other, key=lambda one: -(one["d"] or 0.0))
+        for row in _case_rows([one])
+    ]
+    told = (
+        "Below: by how many nats what was named stays below the truth, the noise estimated beside either. The truth is "
+        "known there to its very form, so that what is below by a few nats only, no tool could refuse."
+    )
     return [
         *targets.table(result, "outside"),
         Picture("outside", "What was said first of effects that are not in the vocabulary."),
         *_rates("By size", result["outside"], note="A disturbance that lasts for a time is counted by itself."),
         *table("Each form", header, rows, note),
+        *table("Another name was given, D of at least 8", (*CASES, "below"), below, told, align=CASES_ALIGN + "r"),
         *table("Confidently wrong", CASES, _case_rows(wrong), align=CASES_ALIGN),
     ]
 

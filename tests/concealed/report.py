@@ -32,7 +32,11 @@ def result_of(folder: Path, answers: Path) -> dict:
     could = json.loads(limits.read_text()) if limits.exists() else {}
     truths = bound.estimated(truths, could)
     given = {name: one for name, one in given.items() if name in runs}
-    records = [judged(one, given.get(name), runs.get(name, {}).get("seconds")) for name, one in truths.items()]
+    records = [
+        judged(one, given.get(name), runs.get(name, {}).get("seconds"))
+        | {"answer below": could.get(name, {}).get("answer_below")}
+        for name, one in truths.items()
+    ]
     result = summary(records) | {"energy": bound.removed(records, could)}
     known = answers / navigation.FILE
     result["navigation"] = navigation.gains(records, json.loads(known.read_text()) if known.exists() else {})
