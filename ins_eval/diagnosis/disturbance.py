@@ -21,6 +21,7 @@ from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.open_form import open_form, open_forms
 from ins_eval.diagnosis.search import ODDS
 from ins_eval.diagnosis.whitening import Whitened
+from ins_eval.effects.parts import SENSORS
 
 REMARKABLE = 0.5  # probability of an interval's ratio with the noise of the null, up to which it is refitted
 # of an interval as remarkable as this, where nothing is wrong; what measures has slow errors and steps of its own
@@ -64,7 +65,7 @@ def of_windows(
     """Channels, edges and the sums of nuisances, `chosen` columns and all windows, or only those of the `sensors`."""
     over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
     if sensors:
-        over = [one for one in over if one.name.partition(".")[0] in ("accelerometer", "gyro")]
+        over = [one for one in over if one.name.startswith(SENSORS)]
     windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]
     return over, edges_s, case.whitened([*chosen, *windows], position, case.block)
 

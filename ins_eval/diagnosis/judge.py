@@ -268,9 +268,9 @@ class _Judge:
         if surest is not None:
             case = self.cases[surest.recording]
             exact = locate.refined(case, surest.interval, surest.fitted.position)
-            follows = surest.follows
-            if stage is not None and self.instead.of == (surest.recording, exact.channel.name):
-                follows = follows or self.instead.follows
+            follows, instead = surest.follows, None if stage is None else self.instead.mismatch
+            if instead and (instead.recording, instead.channel) == (surest.recording, exact.channel.name):
+                follows = follows or instead.follows
             place = [located(case, surest.recording, exact, surest.sigma, follows)]
         if stage is None:
             if surest is None:
@@ -289,8 +289,9 @@ class _Judge:
         if harms and surest is None and instead.gain < OPEN_MARGIN:
             return self._answer(NO_MISMATCH, Remainder(None, 0.0, beside.significance_sigma), statistics=statistics)
         described = self._outdone(stage, gain) or self._only_described(stage, gain, surest)
-        if harms or described or instead.gain > stage.best.log_posterior + lead:
-            place = place or ([instead.mismatch] if instead.mismatch else shown)
+        outgained = instead.gain > stage.best.log_posterior + lead
+        if harms or described or outgained:
+            place = place or ([instead.mismatch] if outgained and instead.mismatch else shown)
             remainder = replace(instead, mismatch=place[0])
             return self._answer(UNEXPLAINED, remainder, place, stage, named=False, statistics=statistics)
         return self._answer(PARTLY, beside, shown, stage, statistics=statistics)
@@ -308,11 +309,12 @@ class _Judge:
         )
 
     def _open_margin(self, stage: Stage) -> float:
-        """Nats by which a form without a name may lead the effects; where it is less than 0 they must lead it.
+        """Nats by which a form without a name may at most lead the effects; below 0, by which it must stay behind them.
 
-        One sensor has one fault more often than two, so they must for each that shares its sensor with another, and
-        with more than `MOST_OF_ONE` it is described, not explained. What is composed of a column is a description, and
-        leads it as an explanation leads its rivals. In a chamber it is the laws of one sensor that are sought.
+        0 for effects of different sensors, and `FORM` of what they gain, which linear sums leave open of a large one.
+        `OPEN_MARGIN` less for each that shares its sensor with another, since one sensor has one fault more often than
+        two; more than `MOST_OF_ONE` describe it and explain nothing. `WITHIN` less where one is composed of a column,
+        which is a description as well. In a chamber, where the laws of one sensor are sought, `OPEN_MARGIN`.
         """
         if any(case.believed is None for case in self.cases):
             return OPEN_MARGIN
@@ -320,7 +322,7 @@ class _Judge:
         most = max(sensors.values(), default=1)
         if most > MOST_OF_ONE:
             return -np.inf
-        left_open = FORM * max(stage.best.log_posterior, 0.0)  # of what the linear sums say of a large effect
+        left_open = FORM * max(stage.best.log_posterior, 0.0)
         composed = any(stage.hypotheses[k].candidate.name == COMPOSED for k in stage.best.members)
         return left_open - OPEN_MARGIN * (most - 1) - WITHIN * composed
 

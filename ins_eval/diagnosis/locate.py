@@ -26,6 +26,7 @@ from ins_eval.diagnosis.columns import Column, Drive, Measured, Slow
 from ins_eval.diagnosis.error_model import ErrorModel
 from ins_eval.diagnosis.evidence import Reduced, reduce
 from ins_eval.diagnosis.observations import Observations
+from ins_eval.effects.parts import SENSORS
 from ins_eval.units import ARCSEC, DEG_PER_H, UG
 
 WINDOWS = 64
@@ -98,7 +99,7 @@ def channels(seen: Observations, axis: str = "x") -> list[Channel]:
     """All channels of this recording; `axis` is that of the accelerometer in a chamber."""
     if seen.sources[0].name == "chamber":
         return [Channel(f"accelerometer.{axis}", axis, SIZES["accelerometer"], 0)]
-    out = [Channel(f"{sensor}.{axis}", axis, SIZES[sensor]) for sensor in ("accelerometer", "gyro") for axis in "xyz"]
+    out = [Channel(f"{sensor}.{axis}", axis, SIZES[sensor]) for sensor in SENSORS for axis in "xyz"]
     if seen.sources[0].name == "standstill":
         return out
     measured = np.isfinite(seen.residual).any(axis=0)

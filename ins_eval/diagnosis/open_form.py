@@ -5,9 +5,10 @@ the channel's size, tau over `TIMES`:
 
     log B = b'L (I + L'AL)^-1 L'b / 2 - log|I + L'AL| / 2,   K = LL'
 
-and the mean over s and tau. Of a sensor it may also be a curve over its own temperature, whatever the shape, straight
-between `KNOTS` knots, and then knots stand for windows. A named effect that is right spends one number where this
-spends many, and so is the more probable; where nothing that has a name fits, this is.
+and the mean over s and tau. Of a sensor it may also be a curve over its own temperature, straight between `KNOTS`
+knots from its lowest to its highest, and then knots stand for windows: what waves within three knots is none. A named
+effect that is right spends one number where this spends many, and so is the more probable; where nothing that has a
+name fits, this is.
 
 Sources: Alvarez, Luengo and Lawrence, IEEE Trans. Pattern Anal. 35 (2013) 2693 (latent forces); Kennedy and O'Hagan,
 J. R. Stat. Soc. B 63 (2001) 425 (a discrepancy as a Gaussian process).
@@ -27,7 +28,7 @@ from ins_eval.diagnosis.columns import Column
 from ins_eval.diagnosis.evidence import SCALES, Reduced
 from ins_eval.effects.parts import SENSORS
 
-TIMES = (2.0, 8.0, 32.0)  # correlation time, in windows
+TIMES = (2.0, 8.0, 32.0)  # correlation time, in windows or knots
 KNOTS = 12  # of a curve over temperature
 LEAST_RANGE_C = 0.5  # of a temperature that has a curve over it
 

@@ -1,8 +1,8 @@
 """Is an explanation enough? What a disturbance without a name gains instead of the effects, and what beside them.
 
-Instead, the whole error is left to one channel that changes slowly with time or along a curve of its temperature
-(`open_form`): where that gains more than laws do, they only describe something else. Beside, the effects are taken off
-at their best, and any interval of any channel is looked at for what they leave.
+Instead, the whole error is left to one channel of one recording, which changes slowly with time or along a curve of its
+temperature (`open_form`): where that gains more than laws do, they only describe something else. Beside, the effects
+are taken off at their best, and any interval of any channel is looked at for what they leave.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from ins_eval.diagnosis.columns import Column
 from ins_eval.diagnosis.disturbance import largest_probability, of_windows, within_statement
 from ins_eval.diagnosis.evidence import Reduced, reduce
 from ins_eval.diagnosis.open_form import open_forms, over_temperature
+from ins_eval.diagnosis.rivals import WITHIN
 from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.verdict import Remainder, located
 from ins_eval.diagnosis.whitening import Whitened
@@ -41,8 +42,8 @@ def remainders(stage: Stage, share: float, rng: np.random.Generator) -> tuple[Re
         over, edges_s, whitened = of_windows(case, stage.fitted[r].position, columns)
         nuisances = len(case.nuisances)
         put_back = _put_back(whitened, nuisances, point)
-        instead.append(_remainder(r, stage, over, edges_s, put_back, None, rng))
-        instead += _curved(r, stage, columns, point, locate.scan(put_back, over, edges_s))
+        in_time = _remainder(r, stage, over, edges_s, put_back, None, rng)
+        instead += [in_time, *_curved(r, stage, columns, point, locate.scan(put_back, over, edges_s), in_time.gain)]
         left = reduce(whitened, nuisances + len(columns))
         beside.append(_remainder(r, stage, over, edges_s, left, least, rng))
     return tuple(max(ones, key=lambda one: one.gain) for ones in (instead, beside))
@@ -80,11 +81,18 @@ def _remainder(
 
 
 def _curved(
-    r: int, stage: Stage, columns: Sequence[Column], point: np.ndarray, found: Sequence[locate.Interval]
+    r: int,
+    stage: Stage,
+    columns: Sequence[Column],
+    point: np.ndarray,
+    found: Sequence[locate.Interval],
+    in_time: float,
 ) -> list[Remainder]:
     """The sensor whose error is best a curve of its temperature, where there is a temperature that moves.
 
-    `columns` of the effects took off their part at `point`; `found` is the best interval of each channel.
+    `columns` of the effects took off their part at `point`; `found` is the best interval of each channel. A
+    temperature that only rises or falls is another clock, so it is said to follow it only where that gains `WITHIN`
+    more than the form `in_time`.
     """
     case = stage.cases[r]
     curves = over_temperature(case)
@@ -97,6 +105,5 @@ def _curved(
     gain = best.log_bayes_factor - stage.space.cost
     sigma = float(np.sqrt(2.0 * max(gain, 0.0)))
     channel = list(curves)[best.channel]
-    return [
-        Remainder(located(case, r, one, sigma, CURVE), gain, sigma, CURVE) for one in found if one.channel == channel
-    ]
+    follows = CURVE if gain > WITHIN + max(in_time, 0.0) else ""
+    return [Remainder(located(case, r, one, sigma, follows), gain, sigma) for one in found if one.channel == channel]

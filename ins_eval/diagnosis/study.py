@@ -20,6 +20,7 @@ from ins_eval.diagnosis.library import Candidate
 from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.search import Space, log_bayes_factor
 from ins_eval.diagnosis.whitening import Whitened
+from ins_eval.effects.composed import NAME as COMPOSED
 
 # geometry, clocks and the equations themselves: their form is exact
 EXACT = ("earth.", "alignment.", "gps.", "reference.")
@@ -76,7 +77,7 @@ def space(hypotheses: Sequence[Hypothesis], handicap: float) -> Space:
     return Space(
         families=families,
         centre=np.array([one.candidate.centre for one in hypotheses]),
-        handicap=np.array([handicap * (one.candidate.name == "composed") for one in hypotheses]),
+        handicap=np.array([handicap * (one.candidate.name == COMPOSED) for one in hypotheses]),
         exact=np.array([one.candidate.name.startswith(EXACT) for one in hypotheses]),
     )
 

@@ -13,6 +13,8 @@ from ins_eval.diagnosis.refine import believed_effect
 from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.study import Hypothesis
 from ins_eval.diagnosis.where import where
+from ins_eval.effects.composed import NAME as COMPOSED
+from ins_eval.effects.parts import SENSORS
 from ins_eval.recording.belief import EffectBelief
 
 NO_MISMATCH, EXPLAINED, NOT_IDENTIFIABLE = "no mismatch", "explained", "not identifiable"
@@ -31,6 +33,7 @@ class Mismatch:
     end_s: float
     where: str
     significance_sigma: float
+    follows: str = ""  # what it follows, where that is known and not time
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,20 +66,11 @@ class Rival:
 
 @dataclass(frozen=True, eq=False)
 class Remainder:
-    """What is left beside an explanation: the channel of a recording that would gain most from a disturbance.
-
-    `follows` is what the disturbance follows, where that is not time.
-    """
+    """The channel that gains most from a disturbance without a name, beside an explanation or instead of it."""
 
     mismatch: Mismatch | None
     gain: float
     significance_sigma: float
-    follows: str = ""
-
-    @property
-    def of(self) -> tuple[int, str] | None:
-        """Recording and channel."""
-        return None if self.mismatch is None else (self.mismatch.recording, self.mismatch.channel)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +125,7 @@ class Diagnosis:
 
 
 def located(case: Case, r: int, interval: Interval, sigma: float, follows: str = "") -> Mismatch:
-    """An interval of recording `r` as a mismatch, which may follow a motion."""
+    """An interval of recording `r` as a mismatch, which may follow a motion or the temperature."""
     place = where(case.model, case.temperature, interval.begin_s, interval.end_s)
     return Mismatch(
         recording=r,
@@ -141,15 +135,16 @@ def located(case: Case, r: int, interval: Interval, sigma: float, follows: str =
         end_s=interval.end_s,
         where=", ".join(word for word in (place, follows and f"it follows {follows}") if word),
         significance_sigma=sigma,
+        follows=follows,
     )
 
 
 def channel_of(name: str, axis: str | None, parameters: dict) -> str:
     """The channel in which an effect of this name lives."""
     sensor = name.partition(".")[0]
-    if name == "composed":
+    if name == COMPOSED:
         return f"{str(parameters['form']).partition(' ')[0]}.{axis}"
-    if sensor in ("accelerometer", "gyro"):
+    if sensor in SENSORS:
         return f"{sensor}.{axis}"
     if sensor in ("alignment", "earth"):
         return "navigation"

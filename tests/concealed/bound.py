@@ -8,7 +8,8 @@ energy of the truth t the answer f would remove from another recording like this
     1 - (t - f)' A (t - f) / t' A t,   A the information of the recording about all coefficients.
 
 What has no name is drawn again, and what it does to its channel taken for a column of nominal size.
-``ANSWERS/bound.json`` keeps both for each case in which the oracle sees something and noise could hide it.
+And by how many nats what an answer names stays below a truth that has no name. ``ANSWERS/bound.json`` keeps this for
+each case in which the oracle sees something and noise could hide it, and the package that answered.
 """
 
 from __future__ import annotations
@@ -51,8 +52,9 @@ def reached(truth: dict, answer: dict, folders: list[Path], manifest: dict) -> d
     """Log Bayes factor of the true effects of a case, in nats, and the share of their energy that the answer removes.
 
     `manifest` is what the maker keeps of how cases were drawn. The share is None where nothing is named, or what is
-    hidden has no name; then `answer_below` is by how many nats what is named stays below the truth, its very form
-    known: where that is little, no tool could refuse the answer.
+    hidden has no name; then `answer_below` is by how many nats what is named stays below the truth, whose very form is
+    known: where that is little, the recording hardly tells the two apart. What it costs to have looked for a name
+    is in neither.
     """
     from ins_eval.diagnosis.case import prepare
     from ins_eval.diagnosis.chamber import prepare_chamber
@@ -67,18 +69,18 @@ def reached(truth: dict, answer: dict, folders: list[Path], manifest: dict) -> d
         for folder in folders
     ]
     if truth["outside"]:
-        model = [_nameless(truth, manifest, cases[0])]
+        truths = [(_nameless(truth, manifest, cases[0]), truth["effects"][0])]
     else:
-        model = [one for effect in truth["effects"] if (one := _hypothesis(effect, cases)) is not None]
-    truths = list(zip(model, truth["effects"], strict=False))
-    named = [one for effect in answer.get("effects", ()) if (one := _answered(effect, cases)) is not None]
+        truths = [(one, effect) for effect in truth["effects"] if (one := _hypothesis(effect, cases)) is not None]
+    told = answer.get("effects", ())
+    named = [one for effect in told if (one := _answered(effect, cases)) is not None]
     null = fit_noise(cases, [], [None] * len(cases))
     alone = float(marginal(cases, [one.position for one in null], [], [[]], np.zeros(0))[0])
     there, without, beside = _heights(cases, truths, null)
     known = {"log_bayes_factor": beside - max(without, alone), "removed": None, "answer_below": None}
-    if named and truth["outside"]:
+    if truth["outside"] and named and len(named) == len(told):
         known["answer_below"] = beside - _heights(cases, named, null)[2]
-    elif named:
+    elif named and not truth["outside"]:
         known["removed"] = _removed(cases, there, truths, named)
     return known
 
@@ -128,8 +130,8 @@ def _nameless(truth: dict, manifest: dict, case):
     drawn = again.drawn(truth, manifest)
     (effect,), (recording,) = drawn.hidden, drawn.made
     felt, departures = recording.felt, Departures()
-    effect_there = nominal(effect)
-    effect_there(felt, departures)
+    at_nominal = nominal(effect)
+    at_nominal(felt, departures)
     start_s, nodes_s = recording.shift_s, case.model.nodes_s
     terms: list[Drive | Measured] = []
 
@@ -151,7 +153,7 @@ def _nameless(truth: dict, manifest: dict, case):
             ]
     record = truth["effects"][0]
     column = Column(record["name"], tuple(terms))
-    return Hypothesis(Candidate(record["name"], record["axis"], record["unit"], effect_there.value, column), (column,))
+    return Hypothesis(Candidate(record["name"], record["axis"], record["unit"], at_nominal.value, column), (column,))
 
 
 def _hypothesis(effect: dict, cases: list):
@@ -165,6 +167,8 @@ def _columns(name: str, axis: str | None, parameters: dict, cases: list):
     from ins_eval.diagnosis.study import Hypothesis
 
     further = {key: parameters[key] for key in FURTHER if key in parameters}
+    if name == "temperature.lag":
+        further["lag_s"] = parameters["value"]
     made = [
         case.member(name, axis, further)
         if any((one.name, one.axis) == (name, axis) for one in case.candidates)
@@ -205,7 +209,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--workers", type=int, default=2)
     chosen = parser.parse_args(arguments)
     place = chosen.answers / FILE
-    known = json.loads(place.read_text()) if place.exists() else {}
+    package = run.package_hash()
+    kept = json.loads(place.read_text()) if place.exists() else {}
+    known = {name: one for name, one in kept.items() if one.get("package") == package}
     truths = {name: one for name, one in read(chosen.folder / "truth").items() if wanted(one) and name not in known}
     folders = {
         name: [chosen.folder / "recordings" / each["path"] for each in one["recordings"]]
@@ -220,7 +226,7 @@ def main(arguments: list[str] | None = None) -> int:
             if name in answers
         }
         for job in tqdm(as_completed(jobs), "bounds", len(jobs), file=sys.stderr):
-            known[jobs[job]] = job.result()
+            known[jobs[job]] = job.result() | {"package": package}
             run.write(place, json.dumps(known, indent=1, sort_keys=True) + "\n")
     print(f"{len(known)} cases with the noise to be estimated")
     return 0

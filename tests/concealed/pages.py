@@ -90,7 +90,7 @@ def _outside(result: dict) -> list[Block]:
     ]
     told = (
         "Below: by how many nats what was named stays below the truth, the noise estimated beside either. The truth is "
-        "known there to its very form, so that what is below by a few nats only, no tool could refuse."
+        "known there to its very form: where it is a few nats only, the recording hardly tells the two apart."
     )
     return [
         *targets.table(result, "outside"),

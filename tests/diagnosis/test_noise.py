@@ -99,7 +99,7 @@ def test_a_height_that_is_wrong_in_proportion_to_height_is_no_effect_of_the_inst
 
 
 def test_a_bias_that_waves_with_temperature_is_a_curve_without_a_name(noisy) -> None:
-    """Less than a wave is nearly a parabola, and as such would be named."""
+    """Four fifths of a wave: with no curve to hold against it a parabola is named."""
     imu = noisy.imu
     rate_hz = 1.0 / float(np.median(np.diff(imu.time_s)))
     reading_c = 10.0 - COOLED_C * np.sin(np.pi * imu.time_s / imu.time_s[-1])

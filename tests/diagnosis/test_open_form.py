@@ -12,12 +12,13 @@ from scipy.stats import multivariate_normal
 from ins_eval.diagnosis import case as cases
 from ins_eval.diagnosis.evidence import SCALES
 from ins_eval.diagnosis.locate import SIZES
-from ins_eval.diagnosis.open_form import KNOTS, TIMES, open_form, over_temperature
-from ins_eval.units import UG
+from ins_eval.diagnosis.open_form import KNOTS, LEAST_RANGE_C, TIMES, open_form, over_temperature
+from ins_eval.units import DEG_PER_H, UG
 
 WINDOWS, ROWS = 12, 60
 JITTER = 1e-5  # of the root of the covariance
-COOLED_C = 20.0
+SI = {"accelerometer": UG, "gyro": DEG_PER_H}
+COOLED_C = np.array([20.0, -8.0, 13.0])  # of the three thermometers
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +28,14 @@ def seen() -> tuple[np.ndarray, np.ndarray]:
     rows = rng.standard_normal((ROWS, WINDOWS))
     wave = 2.0 * np.sin(2.0 * np.pi * np.arange(WINDOWS) / WINDOWS)
     return rows, rows @ wave + rng.standard_normal(ROWS)
+
+
+@pytest.fixture(scope="module")
+def warm(flight) -> cases.Case:
+    """A flight with a thermometer for each axis."""
+    imu = flight.imu
+    wave = np.sin(np.pi * imu.time_s[:, None] / imu.time_s[-1] * np.array([1.0, 1.5, 2.0]))
+    return cases.prepare(replace(flight, imu=replace(imu, temperature_c=-COOLED_C * wave)))
 
 
 def covariances() -> list[np.ndarray]:
@@ -72,22 +81,25 @@ def test_noise_alone_is_no_disturbance() -> None:
     assert np.sum(np.array(gains) > np.log(100.0)) <= 8  # binomial (200, 0.01): exceeded once in 10,000
 
 
-def test_a_straight_line_is_a_curve_over_temperature(flight) -> None:
+@pytest.mark.parametrize(("sensor", "axis"), [("accelerometer", "y"), ("gyro", "z")])
+def test_a_straight_line_is_a_curve_over_the_temperature_of_its_sensor(warm, sensor, axis) -> None:
     """The column of a bias of v (T - T0) is the sum of the columns of the knots, each times v (T_k - T0)."""
-    imu = flight.imu
-    reading_c = -COOLED_C * np.sin(np.pi * imu.time_s / imu.time_s[-1])
-    case = cases.prepare(replace(flight, imu=replace(imu, temperature_c=reading_c)))
-    line = next(one for one in case.candidates if (one.name, one.axis) == ("accelerometer.bias_temperature", "y"))
-    curve = next(columns for channel, columns in over_temperature(case).items() if channel.name == "accelerometer.y")
-    seen = case.temperature
-    knots_c = np.linspace(seen.smooth_c[:, 1].min(), seen.smooth_c[:, 1].max(), KNOTS)
-    a = case.whitened([line.column, *curve], np.zeros(len(case.noise.free)), case.block).normal
-    first = len(case.nuisances)
-    values = line.nominal * UG * (knots_c - seen.reference_c) / SIZES["accelerometer"]
+    line = next(one for one in warm.candidates if (one.name, one.axis) == (f"{sensor}.bias_temperature", axis))
+    curve = next(of for channel, of in over_temperature(warm).items() if channel.name == f"{sensor}.{axis}")
+    smooth_c = warm.temperature.smooth_c[:, "xyz".index(axis)]
+    knots_c = np.linspace(smooth_c.min(), smooth_c.max(), KNOTS)
+    a = warm.whitened([line.column, *curve], np.zeros(len(warm.noise.free)), warm.block).normal
+    first = len(warm.nuisances)
+    values = line.nominal * SI[sensor] * (knots_c - warm.temperature.reference_c) / SIZES[sensor]
     np.testing.assert_allclose(a[:, first + 1 :] @ values, a[:, first], rtol=1e-6, atol=1e-6 * a[first, first])
 
 
-def test_without_a_temperature_that_moves_there_is_no_curve(flight) -> None:
-    steady = np.full(flight.imu.time_s.size, 20.0)
+@pytest.mark.parametrize(("share", "count"), [(0.9, 0), (1.1, 6)])
+def test_a_temperature_that_hardly_moves_has_no_curve(flight, share, count) -> None:
+    imu = flight.imu
+    reading_c = np.linspace(20.0, 20.0 + share * LEAST_RANGE_C, imu.time_s.size)
+    assert len(over_temperature(cases.prepare(replace(flight, imu=replace(imu, temperature_c=reading_c))))) == count
+
+
+def test_without_a_temperature_there_is_no_curve(flight) -> None:
     assert over_temperature(cases.prepare(flight)) == {}
-    assert over_temperature(cases.prepare(replace(flight, imu=replace(flight.imu, temperature_c=steady)))) == {}
