@@ -30,7 +30,9 @@ OTHERWISE = 0.003
 STATED = 2.0  # stated sigmas: a slow error of a receiver's position that is smaller is no mismatch
 SUSPECTS = 2  # intervals of a recording that are refitted
 ALONE = 10.0  # nats by which one sensor that wanders more than the others must beat all that wander alike
-LOUD, QUIET = -1.0, -2.0  # prior sigmas of a wander that something else may feign, and of one that is not
+LOUD, QUIET = -1.0, -2.0  # prior sigmas of a level that something else may feign, and of one that it does not
+OF_SENSORS = ("accelerometer_wander", "gyro_wander")
+OF_RECEIVERS = ("slow_position", "slow_velocity", "slow_attitude")
 HOPELESS = 1.0  # nats below the null, before the noise is fitted, from which the fit is not worth the while
 
 
@@ -71,14 +73,24 @@ def of_windows(
 
 
 def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator) -> list[Suspect]:
-    """The most remarkable intervals of a recording, each at its own noise."""
-    over, edges_s, whitened = of_windows(case, base.position)
-    reduced = reduce(whitened, len(case.nuisances))
-    trials = locate.significance(reduced, edges_s.size - 1, rng)
-    found = [one for one in locate.scan(reduced, over, edges_s) if not within_statement(case, one)]
-    return [
-        _refitted(case, r, base, one, trials) for one in found[:SUSPECTS] if trials.probability(one.t2) < REMARKABLE
-    ]
+    """The most remarkable intervals of a recording, each at its own noise.
+
+    A receiver that is off for a time may pass for one with slow errors, so they are sought with quiet receivers too.
+    What a window then leaves at the edges of so large an error would again, so these are made exact first.
+    """
+    quiet = _with_quiet(case, base.position, OF_RECEIVERS)
+    starts = [base.position] if (quiet == base.position).all() else [base.position, quiet]
+    suspects = []
+    for position in starts:
+        over, edges_s, whitened = of_windows(case, position)
+        reduced = reduce(whitened, len(case.nuisances))
+        trials = locate.significance(reduced, edges_s.size - 1, rng)
+        found = [one for one in locate.scan(reduced, over, edges_s) if not within_statement(case, one)]
+        for one in found[:SUSPECTS]:
+            if trials.probability(one.t2) < REMARKABLE:
+                exact = one if position is base.position else locate.refined(case, one, position)
+                suspects.append(_refitted(case, r, base, exact, trials, position))
+    return suspects
 
 
 def within_statement(case: Case, interval: Interval) -> bool:
@@ -89,14 +101,14 @@ def within_statement(case: Case, interval: Interval) -> bool:
     return abs(interval.size) * interval.channel.size < STATED * stated
 
 
-def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Significance) -> Suspect:
+def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Significance, start: np.ndarray) -> Suspect:
     known = slice(0, len(case.nuisances))
 
     def gain(whitened: Whitened) -> float:
         left = reduce(whitened, known.stop)
         return log_evidence_of(whitened, known) + 0.5 * float(left.projection[0] ** 2 / max(left.normal[0, 0], 1e-12))
 
-    fitted = case.fitted([interval.column(case.slow, case.model)], base.position, gain)
+    fitted = case.fitted([interval.column(case.slow, case.model)], start, gain)
     there = log_evidence_of(fitted.whitened, known) - 0.5 * float(fitted.position @ fitted.position)
     # the null is tried with the suspect's noise too: a better search is no gain
     ratio = max(0.0, 2.0 * (fitted.log_evidence - max(base.log_evidence, there)))
@@ -139,8 +151,10 @@ def with_quiet_sensors(case: Case, position: np.ndarray) -> np.ndarray:
     """The noise at `position` with sensors that wander little; that of a chamber as it is believed."""
     if case.believed is None:
         return np.zeros_like(position)
-    out = position.copy()
-    for k, name in enumerate(case.noise.free):
-        if name in ("accelerometer_wander", "gyro_wander"):
-            out[k] = QUIET if out[k] > LOUD else out[k]
-    return out
+    return _with_quiet(case, position, OF_SENSORS)
+
+
+def _with_quiet(case: Case, position: np.ndarray, levels: Sequence[str]) -> np.ndarray:
+    """The noise at `position` with those `levels` quiet that are loud."""
+    loud = np.isin(case.noise.free, levels) & (position > LOUD)
+    return np.where(loud, QUIET, position)
