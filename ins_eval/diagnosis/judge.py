@@ -56,6 +56,7 @@ from ins_eval.diagnosis.verdict import (
 from ins_eval.diagnosis.where import where
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
+from ins_eval.evaluate import PARKED
 from ins_eval.recording.belief import Belief
 from ins_eval.streams import Streams
 
@@ -148,14 +149,22 @@ class _Judge:
     def _stepped(self, suspect: Suspect) -> Stage | None:
         """A sensor that is off from an instant to the end has jumped then: at rest that instant is known to seconds.
 
-        None for what is off between two instants, or is no sensor.
+        There an accelerometer that jumps feels what it would if a gyro were off for a moment and tilted it, so every
+        sensor is tried. None for what is off between two instants otherwise, or is no sensor.
         """
         interval, r = suspect.interval, suspect.recording
-        sensor, _, axis = interval.channel.name.partition(".")
         case = self.cases[r]
-        if sensor not in SENSORS or case.believed is None or interval.end_s < case.model.nodes_s[-1]:
+        if not interval.channel.name.startswith(SENSORS) or case.believed is None:
             return None
-        exact = locate.refined(case, interval, suspect.fitted.position)
+        last_s, window_s, tried = float(case.model.nodes_s[-1]), np.diff(locate.edges(case.model))[0], [interval]
+        if interval.end_s < last_s:
+            sensors = [one for one in locate.channels(case.seen) if one.name.startswith(SENSORS)]
+            tried = [replace(interval, channel=one, end_s=last_s) for one in sensors if case.kind in PARKED]
+        found = [locate.refined(case, one, suspect.fitted.position) for one in tried]
+        exact = max((one for one in found if one.end_s > last_s - window_s), key=lambda one: one.t2, default=None)
+        if exact is None:
+            return None
+        sensor, _, axis = exact.channel.name.partition(".")
         step = case.member(f"{sensor}.bias_step", axis, {"at_s": exact.begin_s})
         columns = tuple(step.column if k == r else None for k in range(len(self.cases)))
         fitted = list(self.null)

@@ -99,7 +99,7 @@ def _curved(
     if not curves:
         return []
     knots = [column for one in curves.values() for column in one]
-    whitened = case.whitened([*columns, *knots], stage.fitted[r].position, case.block)
+    whitened = case.whitened([*columns, *knots], stage.fitted[r].position)  # as the effects, not on means
     forms = open_forms(_put_back(whitened, len(case.nuisances), point), len(curves))
     best = max(forms, key=lambda one: one.log_bayes_factor)
     gain = best.log_bayes_factor - stage.space.cost

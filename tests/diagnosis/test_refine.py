@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,10 +15,11 @@ from ins_eval.diagnosis.judge import judge
 from ins_eval.diagnosis.library import Candidate
 from ins_eval.diagnosis.refine import Refined, believed_effect, refine
 from ins_eval.diagnosis.study import Hypothesis, fit_noise, sums
+from ins_eval.units import UG
 
 SIGMAS = 4.0  # within which a value must come back
 STEP_S, STEP_UG = 1500.0, 200.0
-SMALL_UG, BETWEEN_S, BESIDE_S = 15.0, 1360.0, 15.0
+SMALL_UG, LEVEL_UG, BETWEEN_S, BESIDE_S = 15.0, 100.0, 1360.0, 15.0
 NODES = 2.0  # s, two seconds of zero velocity: within which a step must come back
 SECONDS_OF_WEEK = 300000.0
 TAU_S, CREEP = 2000.0, 5.0  # s, ug/degC
@@ -48,6 +50,20 @@ def test_a_small_jump_at_rest_is_found_between_the_instants_that_are_tried(recor
     assert (candidate.name, candidate.axis) == ("accelerometer.bias_step", "z")
     assert candidate.parameters["at_s"] == pytest.approx(BETWEEN_S, abs=BESIDE_S)
     assert effect.value == pytest.approx(SMALL_UG, abs=SIGMAS * effect.sigma)
+
+
+def test_a_jump_of_a_level_accelerometer_is_no_turn_of_a_gyro(recording_at_rest) -> None:
+    """A gyro that is off for a moment tilts the solution, and the tilt is felt as the jump is."""
+    recording = recording_at_rest(3600.0, 2, lambda t: np.zeros_like(t))
+    imu = recording.imu
+    rate_hz = 1.0 / float(np.median(np.diff(imu.time_s)))
+    force = imu.accelerometer.copy()
+    force[imu.time_s > BETWEEN_S, 0] += LEVEL_UG * UG / rate_hz
+    (effect,) = judge([prepare(replace(recording, imu=replace(imu, accelerometer=force)))]).effects
+    candidate = effect.hypothesis.candidate
+    assert (candidate.name, candidate.axis) == ("accelerometer.bias_step", "x")
+    assert candidate.parameters["at_s"] == pytest.approx(BETWEEN_S, abs=BESIDE_S)
+    assert effect.value == pytest.approx(LEVEL_UG, abs=SIGMAS * effect.sigma)
 
 
 @pytest.mark.parametrize("start_s", [0.0, SECONDS_OF_WEEK])
