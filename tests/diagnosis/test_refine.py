@@ -22,6 +22,7 @@ STEP_S, STEP_UG = 1500.0, 200.0
 SMALL_UG, LEVEL_UG, BETWEEN_S, BESIDE_S = 15.0, 100.0, 1360.0, 15.0
 NODES = 2.0  # s, two seconds of zero velocity: within which a step must come back
 SECONDS_OF_WEEK = 300000.0
+LARGE, OF_LARGE = 30.0, 0.01  # ug/degC, or ppm/degC
 TAU_S, CREEP = 2000.0, 5.0  # s, ug/degC
 OF_TAU = 0.06  # relative
 
@@ -89,6 +90,15 @@ def creep_ug(t: np.ndarray) -> np.ndarray:
     begin = float(temperature(0.0))
     made = solve_ivp(lambda s, y: (temperature(s) - y) / TAU_S, (0.0, t[-1]), [begin], t_eval=t, rtol=1e-8)
     return CREEP * (made.y[0] - begin)
+
+
+def test_a_large_effect_is_no_curve_without_a_name(recording_at_rest) -> None:
+    """Nothing of it is left over, so a curve over temperature, which holds it as well, only has more to pay."""
+    recording = recording_at_rest(7200.0, 1, lambda t: LARGE * (temperature(t) - 22.0), temperature)
+    (effect,) = judge([prepare(recording)]).effects
+    candidate = effect.hypothesis.candidate
+    assert (candidate.name.rpartition("_")[2], candidate.axis) == ("temperature", "z")  # at 1 g of bias and scale alike
+    assert abs(effect.value) == pytest.approx(LARGE, rel=OF_LARGE)  # z feels -1 g
 
 
 @pytest.fixture(scope="module")
