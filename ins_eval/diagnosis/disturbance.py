@@ -75,10 +75,10 @@ def of_windows(
 def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator) -> list[Suspect]:
     """The most remarkable intervals of a recording, each at its own noise.
 
-    A receiver that is off for a time may pass for one with slow errors, so they are sought with quiet receivers too.
-    What a window then leaves at the edges of so large an error would again, so these are made exact first.
+    What is off for a time may pass for slow noise, so they are sought where that is quiet too; what a window leaves at
+    the edges of so large an error would pass for it again, so these are made exact first.
     """
-    quiet = _with_quiet(case, base.position, OF_RECEIVERS)
+    quiet = _with_quiet(case, base.position, (*OF_SENSORS, *OF_RECEIVERS))
     starts = [base.position] if (quiet == base.position).all() else [base.position, quiet]
     suspects = []
     for position in starts:
