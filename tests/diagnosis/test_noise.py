@@ -18,6 +18,7 @@ from ins_eval.units import DEG_PER_SQRT_H, STANDARD_GRAVITY, UG
 POSITION_M, VELOCITY_MPS, SLOW_MPS, SLOW_S = 2.5, 0.05, 0.015, 60.0
 WALK_UG, ANGLE_WALK = 40.0, 0.002
 HEIGHT_SHARE = 0.004
+OFF_S, OFF_MPS, EDGE_S = (3950.0, 4440.0), 3.0, 20.0
 WAVE_UG, WAVE_C, COOLED_C = 60.0, 25.0, 20.0
 STICKING_UG, STICKING_G = 400.0, 0.03
 
@@ -110,3 +111,16 @@ def test_a_bias_that_waves_with_temperature_is_a_curve_without_a_name(noisy) -> 
     assert (found.verdict, found.effects) == (UNEXPLAINED, ())
     assert found.mismatches[0].channel == "accelerometer.x"
     assert "it follows a curve of its temperature" in found.mismatches[0].where
+
+
+def test_a_receiver_that_is_off_for_a_time_does_not_pass_for_one_with_slow_errors(noisy) -> None:
+    """So large that noise fitted without it takes it over: nothing is remarkable then."""
+    begin_s, end_s = OFF_S
+    fixes = noisy.gps
+    velocity = fixes.velocity_n.copy()
+    velocity[(fixes.time_s > begin_s) & (fixes.time_s <= end_s), 1] += OFF_MPS
+    found = judge([cases.prepare(replace(noisy, gps=replace(fixes, velocity_n=velocity)))])
+    assert (found.verdict, found.effects) == (UNEXPLAINED, ())
+    (one,) = found.mismatches
+    assert (one.channel, one.axis) == ("gps.velocity", "E")
+    assert (one.begin_s, one.end_s) == pytest.approx(OFF_S, abs=EDGE_S)
