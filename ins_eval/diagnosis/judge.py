@@ -147,21 +147,10 @@ class _Judge:
         return found
 
     def _stepped(self, suspect: Suspect) -> Stage | None:
-        """A sensor that is off from an instant to the end has jumped then: at rest that instant is known to seconds.
-
-        There an accelerometer that jumps feels what it would if a gyro were off for a moment and tilted it, so every
-        sensor is tried. None for what is off between two instants otherwise, or is no sensor.
-        """
-        interval, r = suspect.interval, suspect.recording
+        """The stage at which a sensor has jumped that was off from an instant to the end; None for what has not."""
+        r = suspect.recording
         case = self.cases[r]
-        if not interval.channel.name.startswith(SENSORS) or case.believed is None:
-            return None
-        last_s, window_s, tried = float(case.model.nodes_s[-1]), np.diff(locate.edges(case.model))[0], [interval]
-        if interval.end_s < last_s:
-            sensors = [one for one in locate.channels(case.seen) if one.name.startswith(SENSORS)]
-            tried = [replace(interval, channel=one, end_s=last_s) for one in sensors if case.kind in PARKED]
-        found = [locate.refined(case, one, suspect.fitted.position) for one in tried]
-        exact = max((one for one in found if one.end_s > last_s - window_s), key=lambda one: one.t2, default=None)
+        exact = None if case.believed is None else _jump(case, suspect)
         if exact is None:
             return None
         sensor, _, axis = exact.channel.name.partition(".")
@@ -475,6 +464,24 @@ class _Judge:
             held_out=stage.held_out,
         )
         return replace(found, after=tuple(case.again(found.believed) for case in self.cases))
+
+
+def _jump(case: Case, suspect: Suspect) -> locate.Interval | None:
+    """Where a sensor is off to the end of a recording: at rest the instant from which it is so is known to seconds.
+
+    There an accelerometer that jumps feels what it would if a gyro were off for a moment and tilted it, so every sensor
+    is tried. None for what is off between two instants otherwise, or is no sensor.
+    """
+    interval, last_s = suspect.interval, float(case.model.nodes_s[-1])
+    if not interval.channel.name.startswith(SENSORS):
+        return None
+    tried = [interval]
+    if interval.end_s < last_s:
+        sensors = [one for one in locate.channels(case.seen) if one.name.startswith(SENSORS)]
+        tried = [replace(interval, channel=one, end_s=last_s) for one in sensors if case.kind in PARKED]
+    found = [locate.refined(case, one, suspect.fitted.position) for one in tried]
+    window_s = np.diff(locate.edges(case.model))[0]
+    return max((one for one in found if one.end_s > last_s - window_s), key=lambda one: one.t2, default=None)
 
 
 def _channels(stage: Stage) -> list[str]:
