@@ -50,7 +50,7 @@ def coarse(fine: Assembled, block: int) -> Assembled:
     return replace(
         fine,
         transition=transition,
-        half=np.broadcast_to(np.eye(9), transition.shape),
+        half=np.tile(np.eye(9), (blocks, 1, 1)),
         coupling=coupling,
         interval_s=np.diff(np.append(0.0, time_s[middle])),
         sources=sources,

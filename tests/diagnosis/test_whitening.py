@@ -8,7 +8,7 @@ import pytest
 from ins_eval.diagnosis import case as cases
 from ins_eval.diagnosis.coarse import coarse, coarse_noise
 from ins_eval.diagnosis.columns import Assembled
-from ins_eval.diagnosis.whitening import NoiseLevels, whiten
+from ins_eval.diagnosis.whitening import NoiseLevels, _advance, whiten
 
 NODES, EPOCHS = 30, 29
 ROUNDING = 1e-7
@@ -126,3 +126,11 @@ def test_means_over_blocks_keep_what_is_slow(flight) -> None:
     single = whiten(fine, levels).normal.diagonal()
     means = whiten(coarse(fine, 5), coarse_noise(levels, 5)).normal.diagonal()
     np.testing.assert_allclose(means, single, rtol=0.03)
+
+
+def test_the_kernel_is_compiled_once(problem) -> None:
+    """Another layout of one array costs a new user a second compilation, as long as the diagnosis of a flight."""
+    assembled, levels = problem
+    for block in (1, 5):
+        whiten(coarse(assembled, block), coarse_noise(levels, block))
+    assert len(_advance.signatures) == 1
