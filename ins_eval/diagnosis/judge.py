@@ -36,7 +36,7 @@ from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.refine import again, believed_effect, refine
 from ins_eval.diagnosis.remainders import remainders
 from ins_eval.diagnosis.rivals import WITHIN, rivals, with_experiments
-from ins_eval.diagnosis.search import LEAST_SHARE, LEAST_SHARE_ELSEWHERE, log_bayes_factor
+from ins_eval.diagnosis.search import LEAST_SHARE, LEAST_SHARE_ELSEWHERE
 from ins_eval.diagnosis.stage import Stage, staged
 from ins_eval.diagnosis.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.diagnosis.verdict import (
@@ -69,8 +69,8 @@ LARGE = 30.0  # log Bayes factor from which a term of the Earth is tried by navi
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
 HARM = 5.0  # nats that effects may lose on data that were not used; noise alone costs about one each
 FORM = 1e-3  # of a value: one sigma of what its form and the sampling leave open, however long it is measured
-OPEN_MARGIN = 6.0  # nats by which a sure form without a name must lead, and what a further effect of a sensor is worth
-MOST_OF_ONE = 4  # effects of one sensor that explain something
+OPEN_MARGIN = 6.0  # nats by which a sure form without a name must lead, and what a further law of a sensor is worth
+MOST_OF_ONE = 3  # laws of one sensor that explain something
 
 
 def judge(
@@ -222,13 +222,12 @@ class _Judge:
 
     def _gain(self, stage: Stage) -> float:
         """log Bayes factor of the best set against the null, the noise integrated out of both."""
-        best, here = stage.best, stage.here
+        best = stage.best
         if best.log_bayes_factor < WORTH_REFITTING:
             return best.log_bayes_factor
         m = list(best.members)
         centre = stage.space.centre[m]
-        exact, _ = log_bayes_factor(here.normal[np.ix_(m, m)], here.projection[m], centre)
-        share = best.log_bayes_factor - exact
+        share = best.log_bayes_factor - stage.gain(m)
         models = [[], list(range(len(m)))]
         positions = [one.position for one in stage.fitted]
         chosen, point, quiet = stage.chosen(scaled=False), stage.point[m], [one.position for one in self.null]
@@ -310,14 +309,15 @@ class _Judge:
         """Nats by which a form without a name may at most lead the effects; below 0, by which it must stay behind them.
 
         0 for effects of different sensors, and `FORM` of what they gain, which linear sums leave open of a large one.
-        `OPEN_MARGIN` less for each that shares its sensor with another, since one sensor has one fault more often than
-        two; more than `MOST_OF_ONE` describe it and explain nothing. `WITHIN` less where one is composed of a column,
-        which is a description as well. In a chamber, where the laws of one sensor are sought, `OPEN_MARGIN`.
+        `OPEN_MARGIN` less for each law of a sensor beside its first, since one sensor has one fault more often than
+        two; more than `MOST_OF_ONE` describe it and explain nothing. A constant is no law: what has no name has it too.
+        `WITHIN` less where one is composed of a column, which is a description as well. In a chamber, where the laws of
+        one sensor are sought, `OPEN_MARGIN`.
         """
         if any(case.believed is None for case in self.cases):
             return OPEN_MARGIN
-        sensors = Counter(one for one in _channels(stage) if one.startswith(SENSORS))
-        most = max(sensors.values(), default=1)
+        laws = Counter(one for one in _channels(stage, lawful=True) if one.startswith(SENSORS))
+        most = max(laws.values(), default=1)
         if most > MOST_OF_ONE:
             return -np.inf
         left_open = FORM * max(stage.best.log_posterior, 0.0)
@@ -328,8 +328,9 @@ class _Judge:
         """Whether the effects follow the shape of something else.
 
         A disturbance that gains more has suggested the effects of other sensors, one that gains far more those of its
-        own. And what follows a law explains nothing where a mismatch is left in its very channel; but a bench always
-        leaves one, and beside geometry, which is exact, the least error of a law is left.
+        own. And what follows a law explains nothing where a mismatch is left in its very channel, unless effects of
+        others explain most; but a bench always leaves one, and beside geometry, which is exact, the least error of a
+        law is left.
         """
         channels = _channels(stage)
         if surest is not None:
@@ -340,8 +341,10 @@ class _Judge:
         geometry = stage.space.exact[list(stage.best.members)].any()
         if left is None or geometry or self.cases[left.recording].believed is None:
             return False
-        lawful = [stage.hypotheses[k].candidate.lawful for k in stage.best.members]
-        return any(law and channel == left.channel for law, channel in zip(lawful, channels, strict=True))
+        if left.channel not in _channels(stage, lawful=True):
+            return False
+        others = [k for k, channel in zip(stage.best.members, channels, strict=True) if channel != left.channel]
+        return stage.gain(others) < 0.5 * stage.gain(stage.best.members)
 
     @staticmethod
     def _holds(stage: Stage) -> bool:
@@ -352,18 +355,15 @@ class _Judge:
         return fit["after"] < min(fit["before"], fit["placebo"])
 
     def _effects(self, stage: Stage) -> tuple[Effect, ...]:
-        m = list(stage.best.members)
-        here, centre = stage.here, stage.space.centre[m]
-        a, b = here.normal[np.ix_(m, m)], here.projection[m]
-        whole, _ = log_bayes_factor(a, b, centre)
+        m = stage.best.members
+        whole = stage.gain(m)
         mean, covariance = stage.coefficients
         known = stage.refined
         bent = {} if known is None else {one.key: x for one, x in zip(known.model, known.bent, strict=True)}
         spread = {} if known is None else {one.key: x for one, x in zip(known.model, known.spread, strict=True)}
         out = []
         for i, k in enumerate(m):
-            others = [j for j in range(len(m)) if j != i]
-            gain = whole - log_bayes_factor(a[np.ix_(others, others)], b[others], centre[others])[0]
+            gain = whole - stage.gain([j for j in m if j != k])
             one = stage.hypotheses[k]
             variance = covariance[i, i] + bent.get(one.key, 0.0) + (FORM * mean[i]) ** 2
             out.append(
@@ -484,10 +484,10 @@ def _jump(case: Case, suspect: Suspect) -> locate.Interval | None:
     return max((one for one in found if one.end_s > last_s - window_s), key=lambda one: one.t2, default=None)
 
 
-def _channels(stage: Stage) -> list[str]:
-    """Where each effect of the best set lives."""
+def _channels(stage: Stage, lawful: bool = False) -> list[str]:
+    """Where each effect of the best set lives, or each that follows a law."""
     ones = [stage.hypotheses[k].candidate for k in stage.best.members]
-    return [channel_of(one.name, one.axis, one.parameters) for one in ones]
+    return [channel_of(one.name, one.axis, one.parameters) for one in ones if one.lawful or not lawful]
 
 
 def _innovations(case: Case, position: np.ndarray) -> np.ndarray:

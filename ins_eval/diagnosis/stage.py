@@ -82,6 +82,11 @@ class Stage:
         """log posterior of the best set, up to what is common to all stages."""
         return self.here.log_null + self.best.log_posterior
 
+    def gain(self, members: Sequence[int]) -> float:
+        """log Bayes factor of these hypotheses together."""
+        m = list(members)
+        return log_bayes_factor(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m])[0]
+
     def places(self, k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """log B of every family in the place of member `k`, its best member, and log B where it may have any size."""
         others = [j for j in self.best.members if j != k]
