@@ -167,11 +167,9 @@ def one_more(
     return of_family, best, of_any_size
 
 
-def search(
-    a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHARE_ELSEWHERE, cost: float | None = None
-) -> list[Explanation]:
-    """All sets that were looked at, most probable first, the null among them; `cost` of each effect in nats."""
-    cost = space.cost if cost is None else cost
+def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHARE_ELSEWHERE) -> list[Explanation]:
+    """All sets that were looked at, most probable first, the null among them."""
+    cost = space.cost
     found: dict[frozenset[int], Explanation] = {frozenset(): NULL}
     level = [NULL]
     first = 0.0

@@ -14,10 +14,12 @@ from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.refine import Refined
 from ins_eval.diagnosis.search import Explanation, Space, log_bayes_factor, one_more, search
 from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
+from ins_eval.effects.composed import NAME as COMPOSED
 
 HANDICAP = 3.0  # nats of what is composed of a recorded column
-LESSER = 1.0  # nats that an effect costs which is believed of an instrument of which its kind is known
+TOLD = 0.3  # sigmas of its prior from which on a mean is believed of other recordings
 THERMAL = ("temperature", "creep", "hysteresis")  # in the name of an effect of an accelerometer
+CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +50,12 @@ class Stage:
 
     @cached_property
     def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the best set, (k,), and their covariance."""
+        """Of the best set, (k,), and their covariance, at the scales of the prior that are best."""
         m = list(self.best.members)
-        return _coefficients(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m])
+        a, b, centre = self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m]
+        _, scales = log_bayes_factor(a, b, centre)
+        covariance = np.linalg.inv(a + np.diag(scales**-2.0))
+        return covariance @ (b + centre / scales**2), covariance
 
     def chosen(self, scaled: bool = True) -> list[Hypothesis]:
         """The effects of the best set, each with a prior as wide as what was found."""
@@ -105,30 +110,50 @@ class Stage:
     def foretold(self) -> list[tuple[Hypothesis, float]]:
         """What is believed of other recordings of the instrument: hypotheses, each with its coefficient.
 
-        To be named, an effect must be sure, for it is one of many that could have been. Once one accelerometer is known
-        to have thermal errors that it was not calibrated for, others have them too: beside the effects of the best set
-        further thermal ones are sought at the cost `LESSER`, the prior drawing each coefficient towards 0 as far as it
-        is not sure. The constant of an accelerometer whose bias has such an error was calibrated as if it had none, so
-        it is free.
+        To be named, an effect must be sure, for it is one of many that could have been. But once one accelerometer is
+        known to have thermal errors that it was not calibrated for, others are to be expected, and of the next flight
+        the mean over all that could be is believed: everything is free at once with a prior of its nominal size, only
+        thermal effects of the best set with one as wide as what was found, so that gyros, start and receiver take their
+        part of what was seen. Written are the best set and, where the mean is at least `TOLD` sigmas of its prior,
+        thermal effects of accelerometers and their constants, which were calibrated as if there were none.
         """
-        a, b, space = self.here.normal, self.here.projection, self.space
-        names, thermal = [one.candidate.name for one in self.hypotheses], self.thermal
-        m = list(self.best.members)
-        if thermal[m].any():
-            further = thermal & ~np.isin(space.families, space.families[m])
-            _, scales = log_bayes_factor(a[np.ix_(m, m)], b[m], space.centre[m])
-            across = np.linalg.solve(a[np.ix_(m, m)] + np.diag(scales**-2.0), a[m])
-            left, seen = a - a[:, m] @ across, b - a[:, m] @ space.centre[m]
-            seen = seen - across.T @ seen[m]
-            found = search(left * np.outer(further, further), seen * further, space, 0.0, LESSER)
-            m += found[0].members
-        moved = {self.hypotheses[k].candidate.axis for k in m if names[k].startswith("accelerometer.bias_")}
-        if any(names[k] == "temperature.lag" for k in m):
-            moved |= set("xyz")
-        constants = [k for k, name in enumerate(names) if name == "accelerometer.bias" and k not in m]
-        m += [k for k in constants if self.hypotheses[k].candidate.axis in moved]
-        mean, _ = _coefficients(a[np.ix_(m, m)], b[m], space.centre[m])
-        return [(self.hypotheses[k], float(p)) for k, p in zip(m, mean, strict=True)]
+        members = list(self.best.members)
+        found, _ = self.coefficients
+        if not self.thermal[members].any():
+            return [(self.hypotheses[k], float(p)) for k, p in zip(members, found, strict=True)]
+        sigma = np.ones(len(self.hypotheses))
+        wide = self.thermal[members] & (self.space.centre[members] == 0.0)
+        sigma[members] = np.where(wide, np.maximum(1.0, np.abs(found)), 1.0)
+        m = np.array([*members, *np.flatnonzero(self._free)])
+        mean, _ = self._mean(m, sigma)
+        # of what differs in a time or a width only the member with the largest part
+        instead = self._alternatives[m]
+        m = m[[max(np.flatnonzero(instead == one), key=lambda i: abs(mean[i])) for one in dict.fromkeys(instead)]]
+        mean, prior = self._mean(m, sigma)
+        constant = np.array([one.candidate.name in CONSTANTS for one in self.hypotheses])
+        written = (self.thermal | constant)[m] & (np.abs(mean) >= TOLD * prior) | np.isin(m, members)
+        return [(self.hypotheses[k], float(p)) for k, p in zip(m[written], mean[written], strict=True)]
+
+    @property
+    def _free(self) -> np.ndarray:
+        """Which hypotheses may take a part beside the best set: no jump, no description, nothing that is fixed."""
+        ones = [one.candidate for one in self.hypotheses]
+        fixed = [one.centre != 0.0 or one.name == COMPOSED or "at_s" in one.parameters for one in ones]
+        return ~np.array(fixed) & ~np.isin(self.space.families, self.space.families[list(self.best.members)])
+
+    @property
+    def _alternatives(self) -> np.ndarray:
+        """A number for each hypothesis: that of its family, of which one is right, or its own where it is local."""
+        local = [one.candidate.local for one in self.hypotheses]
+        return np.where(local, -1 - np.arange(len(local)), self.space.families)
+
+    def _mean(self, m: np.ndarray, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficients (k,) of the hypotheses `m` together, and the sigmas of their priors, shared by alternatives."""
+        instead, centre = self._alternatives[m], self.space.centre[m]
+        prior = sigma[m] / np.sqrt([np.count_nonzero(instead == one) for one in instead])
+        precision = np.diag(prior**-2.0)
+        a, b = self.here.normal[np.ix_(m, m)], self.here.projection[m]
+        return np.linalg.solve(a + precision, b + precision @ centre), prior
 
     @cached_property
     def held_out(self) -> dict[str, float | str]:
@@ -136,13 +161,6 @@ class Stage:
         m = list(self.best.members)
         positions = [one.position for one in self.fitted]
         return held_out(self.cases, self.chosen(scaled=False), self.point[m], positions)
-
-
-def _coefficients(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of a set (k,) and their covariance, at the scales of the prior that are best."""
-    _, scales = log_bayes_factor(a, b, centre)
-    covariance = np.linalg.inv(a + np.diag(scales**-2.0))
-    return covariance @ (b + centre / scales**2), covariance
 
 
 def staged(

@@ -19,7 +19,6 @@ from ins_eval.recording.belief import EffectBelief
 
 NO_MISMATCH, EXPLAINED, NOT_IDENTIFIABLE = "no mismatch", "explained", "not identifiable"
 PARTLY, UNEXPLAINED = "partly explained", "unexplained"
-CONSTANTS = ("accelerometer.bias", "gyro.bias")  # which each switch-on draws anew
 
 
 @dataclass(frozen=True)
@@ -105,23 +104,10 @@ class Diagnosis:
 
     @property
     def foretold(self) -> list[EffectBelief]:
-        """What is believed from now on: the effects, and beside those of temperature others that are likely.
-
-        Where temperature moves the accelerometers, a constant that a single switch-on has shown may be of that
-        switch-on, or of its temperatures, and is believed of that recording only.
-        """
+        """What is believed of the instrument's next recordings: see `Stage.foretold`."""
         if not self.effects:
             return []
-        stage = self.stage
-        single = len(self.cases) == 1 and bool(stage.thermal[list(stage.best.members)].any())
-        named = {one.hypothesis.key for one in self.effects if one.hypothesis.candidate.name in CONSTANTS}
-        found = []
-        for one, coefficient in stage.foretold:
-            believed = believed_effect(one, coefficient, self.cases)
-            if single and one.key in named:
-                believed = believed.model_copy(update={"recording": self.cases[0].name})
-            found.append(believed)
-        return found
+        return [believed_effect(one, coefficient, self.cases) for one, coefficient in self.stage.foretold]
 
 
 def located(case: Case, r: int, interval: Interval, sigma: float, follows: str = "") -> Mismatch:

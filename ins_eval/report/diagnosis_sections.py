@@ -166,9 +166,9 @@ def _written(tree: Mapping) -> list[Block]:
         rows.append((effect_words(one), figures(one["value"]), one["unit"], ", ".join(further) or MISSING))
     note = (
         "For other recordings of the instrument. An effect is named above only if it is sure. Where one of temperature "
-        "is, further ones are likely: those that are merely probable then stand here as well, each drawn towards 0 as "
-        "far as it is not sure, and all values are found together. The constant of an accelerometer whose bias moves "
-        "with temperature is free; one that is named and that only one switch-on has shown stays with that recording."
+        "is, others are to be expected: then the values here are means over everything that could be there, each drawn "
+        "towards 0 as far as it is not sure. Thermal effects of accelerometers and their constants that are told that "
+        "way stand here beside those that are named."
     )
     return table("Effects in the written belief", ("effect", "value", "unit", "further"), rows, note, align="lrll")
 
