@@ -1,4 +1,4 @@
-"""Paper A told backwards: `python -m tests.diagnosis.told_backwards [--count 12] [--seed 11] [--chamber]`.
+"""Paper A told backwards: `python -m tests.diagnosis.told_backwards [--count 36] [--seed 14] [--workers 2]`.
 
 An instrument with all the thermal physics of its accelerometers is believed `simple`, straight lines through the
 chamber's points. `diagnose` gets one flight of it (with ``--chamber`` the three chamber recordings as well) and writes
@@ -19,9 +19,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import multiprocessing
+import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +44,7 @@ from ins_eval.streams import Streams
 from ins_eval.tables import parse, read_toml
 from ins_eval.units import STANDARD_GRAVITY, UG
 
-PROFILE, SEED = "climb-cruise-landing", 11
+PROFILE, SEED, COUNT = "climb-cruise-landing", 14, 36
 RATE_HZ, LATER_RATE_HZ = 20.0, 10.0
 FLIGHTS = 4  # after the one that is diagnosed
 HEADING_DEG, GROUND_C, COLDEST_C = 200.0, 14.0, -6.0  # of the other day: the first has 60 degrees, 8 and -11 degC
@@ -50,6 +54,7 @@ STATISTICS = {
     "velocity_rms_mps": metrics.root_mean_square,
     "radial_error_rate_nmi_per_h": metrics.root_mean_square,
 }
+RESAMPLES, INTERVAL = 2000, (2.5, 97.5)
 Errors = dict[str, float]
 
 
@@ -171,34 +176,51 @@ def compared(found: Sequence[Told], seed: int = SEED) -> metrics.Comparison:
     return metrics.paired_bootstrap(arms, STATISTICS, pairs, Streams(seed).at("told backwards", "bootstrap").rng())
 
 
-def shares(comparison: metrics.Comparison) -> dict[str, float]:
-    """Of what the hysteresis compensation gains on `simple`, the share that `told` gains, by measure."""
-    gains = {
-        arm: {measure: 1.0 - comparison.ratios[f"{arm}/simple"][measure].ratio for measure in STATISTICS}
-        for arm in ("told", "hysteresis")
-    }
-    return {measure: gains["told"][measure] / gains["hysteresis"][measure] for measure in STATISTICS}
+def shares(found: Sequence[Told], seed: int = SEED) -> dict[str, tuple[float, float, float]]:
+    """Of what the hysteresis compensation gains on `simple`, the share that `told` gains, by measure.
+
+    Each with its 95 % interval, a bootstrap over instruments.
+    """
+    rng = Streams(seed).at("told backwards", "shares").rng()
+    drawn = [np.arange(len(found)), *rng.integers(0, len(found), (RESAMPLES, len(found)))]
+    out = {}
+    for measure, of in STATISTICS.items():
+        arms = (np.array([one.errors[arm][measure] for one in found]) for arm in ("simple", "told", "hysteresis"))
+        simple, told, hysteresis = (np.array([of(arm[rows]) for rows in drawn]) for arm in arms)
+        share = (simple - told) / (simple - hysteresis)
+        out[measure] = (float(share[0]), *(float(x) for x in np.percentile(share[1:], INTERVAL)))
+    return out
+
+
+def population(seed: int, count: int, workers: int, chamber: bool = False) -> Iterator[Told]:
+    """The first `count` instruments of a seed, in their order."""
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        yield from pool.map(_one, repeat(seed), range(count), repeat(chamber))
+
+
+def _one(seed: int, index: int, chamber: bool) -> Told:
+    with tempfile.TemporaryDirectory() as folder:
+        return Backwards(Path(folder), seed).told(index, chamber)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.told_backwards", description=__doc__)
-    parser.add_argument("--count", type=int, default=12, help="instruments (12)")
+    parser.add_argument("--count", type=int, default=COUNT, help=f"instruments ({COUNT})")
     parser.add_argument("--seed", type=int, default=SEED, help=f"of the population ({SEED})")
+    parser.add_argument("--workers", type=int, default=2, help="instruments at a time (2)")
     parser.add_argument("--chamber", action="store_true", help="diagnose flight and chamber together")
     told = parser.parse_args(arguments)
     found = []
-    with tempfile.TemporaryDirectory() as folder:
-        backwards = Backwards(Path(folder), told.seed)
-        for index in range(told.count):
-            found.append(one := backwards.told(index, told.chamber))
-            rms = {arm: f"{e['velocity_rms_mps']:.2f}" for arm, e in one.errors.items()}
-            print(f"{index}: {one.answer['verdict']}: {', '.join(one.named) or 'nothing'}; m/s {rms}", flush=True)
-    comparison = compared(found, told.seed)
-    for pair, ratios in comparison.ratios.items():
+    for one in population(told.seed, told.count, told.workers, told.chamber):
+        rms = {arm: f"{e['velocity_rms_mps']:.2f}" for arm, e in one.errors.items()}
+        print(f"{len(found)}: {one.answer['verdict']}: {', '.join(one.named) or 'nothing'}; m/s {rms}", flush=True)
+        found.append(one)
+    for pair, ratios in compared(found, told.seed).ratios.items():
         for measure, ratio in ratios.items():
             print(f"{pair:28s} {measure:28s} {ratio.ratio:.3f} [{ratio.low:.3f}, {ratio.high:.3f}]")
-    for measure, share in shares(comparison).items():
-        print(f"share of the hysteresis compensation's gain, {measure}: {share:.2f}")
+    for measure, (share, low, high) in shares(found, told.seed).items():
+        print(f"share of the hysteresis compensation's gain, {measure}: {share:.2f} [{low:.2f}, {high:.2f}]")
     return 0
 
 
