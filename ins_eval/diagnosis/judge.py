@@ -69,8 +69,9 @@ LARGE = 30.0  # log Bayes factor from which a term of the Earth is tried by navi
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
 HARM = 5.0  # nats that effects may lose on data that were not used; noise alone costs about one each
 FORM = 1e-3  # of a value: one sigma of what its form and the sampling leave open, however long it is measured
-OPEN_MARGIN = 6.0  # nats by which a sure form without a name must lead, and what a further law of a sensor is worth
-MOST_OF_ONE = 3  # laws of one sensor that explain something
+OPEN_MARGIN = 6.0  # nats by which a sure form without a name must lead, and what a further effect of a sensor is worth
+MOST_OF_ONE = 4  # effects of one sensor, but for constants, that explain something
+CONSTANTS = ("accelerometer.bias", "accelerometer.scale", "gyro.bias")
 
 
 def judge(
@@ -279,9 +280,9 @@ class _Judge:
         beside, instead = self.beside, self.instead
         if surest is not None and surest.gain > gain:
             shown = place + shown
-        enough = beside.mismatch is None
-        # beside a disturbance without a name, the effects must still be worth what they cost
-        lead = self._open_margin(stage) if enough else max(beside.gain, 0.0) - stage.space.cost
+        lead = self._open_margin(stage)
+        if beside.mismatch is not None:  # with it they do better; they must still be worth what they cost
+            lead += max(beside.gain, 0.0) - stage.space.cost
         harms = stage.held_out["harm_nats"] > HARM
         if harms and surest is None and instead.gain < OPEN_MARGIN:
             return self._answer(NO_MISMATCH, Remainder(None, 0.0, beside.significance_sigma), statistics=statistics)
@@ -309,15 +310,16 @@ class _Judge:
         """Nats by which a form without a name may at most lead the effects; below 0, by which it must stay behind them.
 
         0 for effects of different sensors, and `FORM` of what they gain, which linear sums leave open of a large one.
-        `OPEN_MARGIN` less for each law of a sensor beside its first, since one sensor has one fault more often than
-        two; more than `MOST_OF_ONE` describe it and explain nothing. A constant is no law: what has no name has it too.
+        `OPEN_MARGIN` less for each that shares its sensor with another, since one sensor has one fault more often than
+        two; more than `MOST_OF_ONE` describe it and explain nothing. Constants do not count: what has no name has them.
         `WITHIN` less where one is composed of a column, which is a description as well. In a chamber, where the laws of
         one sensor are sought, `OPEN_MARGIN`.
         """
         if any(case.believed is None for case in self.cases):
             return OPEN_MARGIN
-        laws = Counter(one for one in _channels(stage, lawful=True) if one.startswith(SENSORS))
-        most = max(laws.values(), default=1)
+        moved = [k for k in stage.best.members if stage.hypotheses[k].candidate.name not in CONSTANTS]
+        sensors = Counter(one for one in _channels(stage, moved) if one.startswith(SENSORS))
+        most = max(sensors.values(), default=1)
         if most > MOST_OF_ONE:
             return -np.inf
         left_open = FORM * max(stage.best.log_posterior, 0.0)
@@ -332,19 +334,20 @@ class _Judge:
         others explain most; but a bench always leaves one, and beside geometry, which is exact, the least error of a
         law is left.
         """
-        channels = _channels(stage)
+        members = stage.best.members
+        channels = _channels(stage, members)
         if surest is not None:
             elsewhere = surest.interval.channel.name not in channels
             if surest.gain > gain + (0.0 if elsewhere else OPEN_MARGIN):
                 return True
         left = self.beside.mismatch
-        geometry = stage.space.exact[list(stage.best.members)].any()
+        geometry = stage.space.exact[list(members)].any()
         if left is None or geometry or self.cases[left.recording].believed is None:
             return False
-        if left.channel not in _channels(stage, lawful=True):
+        if left.channel not in _channels(stage, [k for k in members if stage.hypotheses[k].candidate.lawful]):
             return False
-        others = [k for k, channel in zip(stage.best.members, channels, strict=True) if channel != left.channel]
-        return stage.gain(others) < 0.5 * stage.gain(stage.best.members)
+        others = [k for k, channel in zip(members, channels, strict=True) if channel != left.channel]
+        return stage.gain(others) < 0.5 * stage.gain(members)
 
     @staticmethod
     def _holds(stage: Stage) -> bool:
@@ -484,10 +487,10 @@ def _jump(case: Case, suspect: Suspect) -> locate.Interval | None:
     return max((one for one in found if one.end_s > last_s - window_s), key=lambda one: one.t2, default=None)
 
 
-def _channels(stage: Stage, lawful: bool = False) -> list[str]:
-    """Where each effect of the best set lives, or each that follows a law."""
-    ones = [stage.hypotheses[k].candidate for k in stage.best.members]
-    return [channel_of(one.name, one.axis, one.parameters) for one in ones if one.lawful or not lawful]
+def _channels(stage: Stage, members: Sequence[int]) -> list[str]:
+    """Where each of these hypotheses lives."""
+    ones = [stage.hypotheses[k].candidate for k in members]
+    return [channel_of(one.name, one.axis, one.parameters) for one in ones]
 
 
 def _innovations(case: Case, position: np.ndarray) -> np.ndarray:

@@ -17,7 +17,8 @@ from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
 from ins_eval.effects.composed import NAME as COMPOSED
 
 HANDICAP = 3.0  # nats of what is composed of a recorded column
-TOLD = 0.3  # sigmas of its prior from which on a mean is believed of other recordings
+TOLD = 0.3  # nominal sizes from which on a mean is believed of other recordings
+WITHIN_PRIOR = 3.0  # sigmas of the prior within which an effect that is sure must lie
 THERMAL = ("temperature", "creep", "hysteresis")  # in the name of an effect of an accelerometer
 CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
 
@@ -111,27 +112,26 @@ class Stage:
         """What is believed of other recordings of the instrument: hypotheses, each with its coefficient.
 
         To be named, an effect must be sure, for it is one of many that could have been. But once one accelerometer is
-        known to have thermal errors that it was not calibrated for, others are to be expected, and of the next flight
-        the mean over all that could be is believed: everything is free at once with a prior of its nominal size, only
-        thermal effects of the best set with one as wide as what was found, so that gyros, start and receiver take their
-        part of what was seen. Written are the best set and, where the mean is at least `TOLD` sigmas of its prior,
-        thermal effects of accelerometers and their constants, which were calibrated as if there were none.
+        known to have thermal errors that it was not calibrated for, others are to be expected, and the best forecast is
+        a mean: all effects of sensors, start and receiver are free at once with priors of their nominal size, those of
+        the best set wide enough that what was found lies within `WITHIN_PRIOR` sigmas. So each takes its part of what
+        was seen. Of what differs in a time or a width the one with the largest part is kept. Written are the best set
+        and, where the mean is at least `TOLD` nominal sizes, thermal effects of accelerometers and their constants,
+        which were calibrated as if there were none.
         """
         members = list(self.best.members)
         found, _ = self.coefficients
         if not self.thermal[members].any():
             return [(self.hypotheses[k], float(p)) for k, p in zip(members, found, strict=True)]
         sigma = np.ones(len(self.hypotheses))
-        wide = self.thermal[members] & (self.space.centre[members] == 0.0)
-        sigma[members] = np.where(wide, np.maximum(1.0, np.abs(found)), 1.0)
+        fixed = self.space.centre[members] != 0.0
+        sigma[members] = np.where(fixed, 1.0, np.maximum(1.0, np.abs(found) / WITHIN_PRIOR))
         m = np.array([*members, *np.flatnonzero(self._free)])
-        mean, _ = self._mean(m, sigma)
-        # of what differs in a time or a width only the member with the largest part
-        instead = self._alternatives[m]
+        mean, instead = self._mean(m, sigma), self._alternatives[m]
         m = m[[max(np.flatnonzero(instead == one), key=lambda i: abs(mean[i])) for one in dict.fromkeys(instead)]]
-        mean, prior = self._mean(m, sigma)
+        mean = self._mean(m, sigma)
         constant = np.array([one.candidate.name in CONSTANTS for one in self.hypotheses])
-        written = (self.thermal | constant)[m] & (np.abs(mean) >= TOLD * prior) | np.isin(m, members)
+        written = (self.thermal | constant)[m] & (np.abs(mean) >= TOLD) | np.isin(m, members)
         return [(self.hypotheses[k], float(p)) for k, p in zip(m[written], mean[written], strict=True)]
 
     @property
@@ -139,7 +139,7 @@ class Stage:
         """Which hypotheses may take a part beside the best set: no jump, no description, nothing that is fixed."""
         ones = [one.candidate for one in self.hypotheses]
         fixed = [one.centre != 0.0 or one.name == COMPOSED or "at_s" in one.parameters for one in ones]
-        return ~np.array(fixed) & ~np.isin(self.space.families, self.space.families[list(self.best.members)])
+        return ~np.array(fixed) & ~np.isin(self._alternatives, self._alternatives[list(self.best.members)])
 
     @property
     def _alternatives(self) -> np.ndarray:
@@ -147,13 +147,11 @@ class Stage:
         local = [one.candidate.local for one in self.hypotheses]
         return np.where(local, -1 - np.arange(len(local)), self.space.families)
 
-    def _mean(self, m: np.ndarray, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Coefficients (k,) of the hypotheses `m` together, and the sigmas of their priors, shared by alternatives."""
-        instead, centre = self._alternatives[m], self.space.centre[m]
-        prior = sigma[m] / np.sqrt([np.count_nonzero(instead == one) for one in instead])
-        precision = np.diag(prior**-2.0)
+    def _mean(self, m: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+        """Coefficients (k,) of the hypotheses `m` together, with `sigma` (hypotheses,) of their priors."""
         a, b = self.here.normal[np.ix_(m, m)], self.here.projection[m]
-        return np.linalg.solve(a + precision, b + precision @ centre), prior
+        precision = np.diag(sigma[m] ** -2.0)
+        return np.linalg.solve(a + precision, b + precision @ self.space.centre[m])
 
     @cached_property
     def held_out(self) -> dict[str, float | str]:

@@ -165,10 +165,10 @@ def _written(tree: Mapping) -> list[Block]:
         further += [f"only in {one['recording']}"] if "recording" in one else []
         rows.append((effect_words(one), figures(one["value"]), one["unit"], ", ".join(further) or MISSING))
     note = (
-        "For other recordings of the instrument. An effect is named above only if it is sure. Where one of temperature "
-        "is, others are to be expected: then the values here are means over everything that could be there, each drawn "
-        "towards 0 as far as it is not sure. Thermal effects of accelerometers and their constants that are told that "
-        "way stand here beside those that are named."
+        "For other recordings of the instrument. An effect is named above only if it is sure. Where a thermal one of "
+        "an accelerometer is, others are to be expected: then the values here are means with every effect of sensors, "
+        "start and receiver free at once, each drawn towards 0 as far as it is not sure, and thermal effects of "
+        "accelerometers and their constants that are only likely stand beside those that are named."
     )
     return table("Effects in the written belief", ("effect", "value", "unit", "further"), rows, note, align="lrll")
 

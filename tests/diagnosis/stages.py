@@ -15,6 +15,7 @@ from ins_eval.diagnosis.study import Hypothesis, Sums, space
 INFORMATION = 16.0  # each coefficient is known to a quarter of its nominal size
 NOTHING = 0.05  # coefficient of what is not there: 0.2 sigma
 ALIKE = 0.9  # correlation of two columns
+CENTRE = {"temperature.lag": 1.0}  # what physics fixes a coefficient to
 Effect = tuple[str, str | None, dict[str, float | str]]  # name, axis, further parameters
 
 
@@ -24,7 +25,9 @@ def stage(effects: Sequence[Effect], seen: dict[int, float], alike: tuple[int, i
     Of the two effects `alike` the columns have the correlation `ALIKE`.
     """
     hypotheses = tuple(
-        Hypothesis(Candidate(name, axis, "ug", 1.0, Column("", ()), parameters), (Column("", ()),))
+        Hypothesis(
+            Candidate(name, axis, "ug", 1.0, Column("", ()), parameters, CENTRE.get(name, 0.0)), (Column("", ()),)
+        )
         for name, axis, parameters in effects
     )
     normal = INFORMATION * np.eye(len(effects))

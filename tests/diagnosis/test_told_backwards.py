@@ -47,14 +47,10 @@ def test_thermal_physics_is_named_from_one_flight(found: list[Told]):
 
 def test_later_flights_gain_half_of_what_the_chamber_gains(found: list[Told]):
     comparison = compared(found)
-    for measure, (share, low, _) in shares(found).items():
-        assert comparison.ratios["hysteresis/simple"][measure].ratio < 1.0, measure
+    for measure, (share, *_) in shares(found).items():
+        assert comparison.ratios["hysteresis/simple"][measure].high < 1.0, measure
+        assert comparison.ratios["told/simple"][measure].high < 1.0, measure
         assert share >= LEAST_SHARE, measure
-        assert low > 0.0, measure
-
-
-def test_radial_error_gains_beyond_chance(found: list[Told]):
-    assert compared(found).ratios["told/simple"]["radial_error_rate_nmi_per_h"].high < 1.0
 
 
 def test_nothing_beats_the_oracle(found: list[Told]):

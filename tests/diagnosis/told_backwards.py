@@ -179,17 +179,23 @@ def compared(found: Sequence[Told], seed: int = SEED) -> metrics.Comparison:
 def shares(found: Sequence[Told], seed: int = SEED) -> dict[str, tuple[float, float, float]]:
     """Of what the hysteresis compensation gains on `simple`, the share that `told` gains, by measure.
 
-    Each with its 95 % interval, a bootstrap over instruments.
+    Each with its 95 % interval, a bootstrap over instruments; it means something where the hysteresis compensation
+    gains beyond chance.
     """
     rng = Streams(seed).at("told backwards", "shares").rng()
     drawn = [np.arange(len(found)), *rng.integers(0, len(found), (RESAMPLES, len(found)))]
     out = {}
-    for measure, of in STATISTICS.items():
-        arms = (np.array([one.errors[arm][measure] for one in found]) for arm in ("simple", "told", "hysteresis"))
-        simple, told, hysteresis = (np.array([of(arm[rows]) for rows in drawn]) for arm in arms)
+    for measure in STATISTICS:
+        simple, told, hysteresis = (_pooled(found, arm, measure, drawn) for arm in ("simple", "told", "hysteresis"))
         share = (simple - told) / (simple - hysteresis)
         out[measure] = (float(share[0]), *(float(x) for x in np.percentile(share[1:], INTERVAL)))
     return out
+
+
+def _pooled(found: Sequence[Told], arm: str, measure: str, drawn: Sequence[np.ndarray]) -> np.ndarray:
+    """A measure over all instruments, for each set of their numbers that was drawn."""
+    errors = np.array([one.errors[arm][measure] for one in found])
+    return np.array([STATISTICS[measure](errors[rows]) for rows in drawn])
 
 
 def population(seed: int, count: int, workers: int, chamber: bool = False) -> Iterator[Told]:
