@@ -155,7 +155,8 @@ def one_more(
         right = log_ndtr(np.sign(c) * (cb[k] + c) / np.sqrt(precision)) - log_ndtr(abs(c))
         single[k] = log_bayes_factors(precision - 1.0, cb[k], c) + right
     single = single - space.handicap
-    likeliest = 0.5 * cb**2 / np.maximum(ca, 1e-300) - space.handicap
+    likeliest = 0.5 * cb**2 / np.maximum(ca, 1e-300)
+    likeliest = np.where(space.centre * cb < 0.0, 0.0, likeliest) - space.handicap
     order, first = space.order, space.first
     counts = np.diff(np.append(first, order.size))
     of_family = np.logaddexp.reduceat(single[order], first) - np.log(counts)
@@ -178,9 +179,9 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHAR
         for state in level:
             of_family, best, _ = one_more(a, b, state.members, space)
             for family in np.argsort(of_family)[::-1][:WIDTH]:
-                if not np.isfinite(of_family[family]):
-                    continue
                 members = (*state.members, int(best[family]))
+                if not np.isfinite(of_family[family]) or not _possible(a, b, members, space.centre):
+                    continue
                 gain = state.log_bayes_factor + float(of_family[family])
                 one = Explanation(members, gain, gain - cost * len(members))
                 key = frozenset(members)
@@ -196,6 +197,17 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHAR
             break  # two more effects at the cost of one is as far as it may go down before it goes up
     ranked = sorted(found.values(), key=lambda one: -_judged(one, first, share, space))
     return ranked
+
+
+def _possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], centre: np.ndarray) -> bool:
+    """Whether each effect of a set that has its size from physics has its sign as well, whatever the others are."""
+    m = list(members)
+    c = centre[m]
+    if not c.any():
+        return True
+    precision = np.diag(np.where(c == 0.0, SCALES[-1] ** -2.0, 1.0))
+    mean = np.linalg.solve(a[np.ix_(m, m)] + precision, b[m] + c)
+    return bool((mean * c >= 0.0).all())
 
 
 def _judged(one: Explanation, first: float, share: float, space: Space) -> float:

@@ -121,7 +121,8 @@ def test_a_family_has_the_mean_over_its_members(regression, chosen) -> None:
         assert of_family[family] == pytest.approx(logsumexp(gains) - np.log(members.size), abs=ROUNDING)
         assert best[family] == members[int(np.argmax(gains))]
         a, b = conditional(x.T @ x, x.T @ y, chosen, space.centre)
-        highest = 0.5 * b[members] ** 2 / a[members] - space.handicap[members]
+        possible = b[members] * space.centre[members] >= 0.0  # else nothing is likelier than that it is not there
+        highest = np.where(possible, 0.5 * b[members] ** 2 / a[members], 0.0) - space.handicap[members]
         assert of_any_size[family] == pytest.approx(logsumexp(highest) - np.log(members.size))
 
 
@@ -154,6 +155,18 @@ def test_the_beam_finds_a_pair_that_forward_selection_misses() -> None:
     assert set(ranked[0].members) == {0, 1}
     with_decoy = max(explicit(y, x[:, [decoy, k]], np.zeros(2))[0] for k in (0, 1))
     assert explicit(y, x[:, [0, 1]], np.zeros(2))[0] > with_decoy + 10.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_has_its_sign_from_physics_is_in_no_set_against_it(sign: float) -> None:
+    """Two columns that are nearly one, of which the first is expected: alone it fits, with the other it would turn."""
+    rng = np.random.default_rng(6)
+    q = np.linalg.qr(rng.standard_normal((60, 3)))[0]
+    x = 40.0 * np.column_stack([q[:, 0], 0.95 * q[:, 0] + np.sqrt(1.0 - 0.95**2) * q[:, 1], q[:, 2]])
+    y = x @ [sign * 2.0, 3.0, 0.0] + rng.standard_normal(60)
+    sets = {frozenset(one.members) for one in search(x.T @ x, x.T @ y, of(range(3), centre=[2.0, 0.0, 0.0]))}
+    assert {frozenset({0}), frozenset({1})} <= sets
+    assert (frozenset({0, 1}) in sets) == (sign > 0.0)
 
 
 def test_what_a_set_gains_is_what_the_density_says() -> None:
