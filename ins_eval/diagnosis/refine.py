@@ -31,6 +31,8 @@ FAR = 4.5  # nats below the best at which the interval of a time or width is loo
 WIDER = 1.6
 FURTHER, STEEP = 4, 1.0  # more zooms where the best stands more than so many nats above its neighbours
 Q95 = 1.96
+LAG = "temperature.lag"  # the one effect whose further parameter is its value
+EXACT = 0.03  # of the prior with which a lag is searched for: a placed one has the size for which its column is made
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +121,12 @@ def again(one: Hypothesis, cases: Sequence[Case], parameters: dict | None = None
         None if had is None else case.member(old.name, old.axis, chosen)
         for had, case in zip(one.columns, cases, strict=True)
     ]
-    return Hypothesis(next(c for c in made if c is not None), tuple(None if c is None else c.column for c in made))
+    found = Hypothesis(next(c for c in made if c is not None), tuple(None if c is None else c.column for c in made))
+    if old.name != LAG:
+        return found
+    candidate = found.candidate
+    exact = replace(candidate, nominal=EXACT * candidate.nominal, centre=candidate.centre / EXACT)
+    return replace(found.scaled(EXACT), candidate=exact)
 
 
 def believed_effect(one: Hypothesis, coefficient: float, cases: Sequence[Case]) -> EffectBelief:
@@ -132,7 +139,7 @@ def believed_effect(one: Hypothesis, coefficient: float, cases: Sequence[Case]) 
         local = next(case.name for case, column in zip(cases, one.columns, strict=True) if column is not None)
     if candidate.name.startswith("earth."):
         value = 1.0
-    if candidate.name == "temperature.lag":
+    if candidate.name == LAG:
         value = max(value, 0.0)
     return EffectBelief(name=candidate.name, axis=candidate.axis, value=value, recording=local, **known)
 
@@ -274,5 +281,6 @@ def _try(cases, model, k, name, values, back, fitted, navigated, point, tried, m
         m = [*range(own), own + j]
         a, b = normal[np.ix_(m, m)], projection[m]
         tried[x], scales = log_bayes_factor(a, b, centre[m])
-        means[x] = float(np.linalg.solve(a + np.diag(scales**-2.0), b + centre[m] / scales**2)[-1])
+        mean = float(np.linalg.solve(a + np.diag(scales**-2.0), b + centre[m] / scales**2)[-1])
+        means[x] = mean * variants[j].candidate.nominal / model[k].candidate.nominal
         made[x] = variants[j]

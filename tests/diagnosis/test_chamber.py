@@ -8,26 +8,33 @@ import pytest
 from ins_eval.diagnosis.chamber import prepare_chamber
 from ins_eval.diagnosis.columns import assemble
 from ins_eval.diagnosis.judge import judge
+from ins_eval.diagnosis.refine import refine
+from ins_eval.diagnosis.study import Hypothesis, fit_noise
 from ins_eval.diagnosis.verdict import NO_MISMATCH
 from ins_eval.recording import ChamberReadings
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EffectBelief, ScaleBelief
 from ins_eval.thermal import filtered_rate, lagged
 from ins_eval.units import STANDARD_GRAVITY, UG
 
-GAMMA, MU, EPSILON, K0_UG, OMEGA = 320000.0, -30.0, 60.0, 800.0, 5.0  # pulse/(g s), degC, degC/min, ug
+GAMMA, MU, EPSILON, K0_UG, OMEGA = 320000.0, -30.0, 60.0, 800.0, 50.0  # pulse/(g s), degC, degC/min, ug
 NOISE = 1.0  # pulse/s
 REFERENCE_C = 22.0
 VALUE, ROUNDING_UG = 0.03, 1e-3  # relative, of what noise leaves of the rate term; and of arithmetic
+LAG_S, LAG, OWN_COLUMN = 130.0, 0.1, 0.01  # a lag, and relative, of what noise leaves of it and of its column
 
 
-def measured(epsilon: float) -> ChamberReadings:
-    """Four positions, each through 20 -> 60 -> 20 degC at 0.4 degC/min, by eqs (11) and (4) with tilts of its own."""
+def measured(epsilon: float, lag_s: float = 0.0) -> ChamberReadings:
+    """Four positions, each through 20 -> 60 -> 20 degC at 0.4 degC/min, by eqs (11) and (4) with tilts of its own.
+
+    The elements follow the thermometer with a lag, and what is believed of them with it; other rate terms do not.
+    """
     rng = np.random.default_rng(2)
     time_s = np.arange(0.0, 13200.0, 30.0)
     temperature = 20.0 + 0.4 / 60.0 * np.clip(np.minimum(time_s - 600.0, 12600.0 - time_s), 0.0, None)
-    rate = filtered_rate(time_s, temperature)
-    scale = GAMMA + MU * (temperature - REFERENCE_C) + epsilon * rate
-    bias = 1e-6 * (K0_UG + OMEGA * (temperature - REFERENCE_C))
+    inside = lagged(time_s, temperature, lag_s) if lag_s else temperature
+    scale = GAMMA + MU * (inside - REFERENCE_C) + EPSILON * filtered_rate(time_s, inside)
+    scale += (epsilon - EPSILON) * filtered_rate(time_s, temperature)
+    bias = 1e-6 * (K0_UG + OMEGA * (inside - REFERENCE_C))
     runs = []
     for force in (1.0, 0.0, -1.0, 0.0):
         tilt = 3e-4 * rng.standard_normal()
@@ -62,6 +69,24 @@ def test_a_rate_term_that_was_left_out_is_named(belief) -> None:
     assert (found.name, found.axis) == ("accelerometer.scale_temperature_rate", "y")
     assert diagnosis.effects[0].value == pytest.approx(EPSILON / GAMMA * 1e6, rel=VALUE)
     assert diagnosis.mismatches[0].channel == "accelerometer.y"
+
+
+def test_a_lag_beside_a_rate_term_is_the_lag_for_which_its_column_is_made(belief) -> None:
+    """The scale factor follows a lag as it does the rate, so that only the bias tells how late it is."""
+    case = prepare_chamber(measured(2.0 * EPSILON, LAG_S), belief, "chamber")
+    members = [
+        case.member("temperature.lag", None, {"lag_s": 2.0 * LAG_S}),
+        case.member("accelerometer.scale_temperature_rate", "y", {}),
+    ]
+    model = [Hypothesis(one, (one.column,)) for one in members]
+    found = refine([case], model, fit_noise([case], [one.scaled(4.0) for one in model], [None]))
+    lag, rate = (p * one.candidate.nominal for p, one in zip(found.point, found.model, strict=True))
+    assert lag == pytest.approx(found.model[0].candidate.parameters["lag_s"], rel=OWN_COLUMN)
+    assert lag == pytest.approx(LAG_S, rel=LAG)
+    assert rate == pytest.approx(EPSILON / GAMMA * 1e6, rel=VALUE)
+    low, high = found.spread[0]["lag_s"]
+    assert low < LAG_S < high
+    assert high - low < LAG * LAG_S
 
 
 def test_only_what_the_chamber_can_show_is_a_candidate(belief) -> None:
