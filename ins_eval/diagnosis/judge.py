@@ -196,7 +196,11 @@ class _Judge:
         return staged(stage.cases, stage.hypotheses[:m], stage.point[:m], fitted, self.share)
 
     def _searched(self, stage: Stage) -> Stage:
-        """The search again at the noise under what it found, and once more around it, until it stays."""
+        """The search again at the noise under what it found, and once more around it, until it stays.
+
+        Where it goes to and fro between two sets, that with which it has been highest.
+        """
+        own: list[Stage] = []
         for turn in range(ROUNDS):
             best = stage.best
             if best.log_bayes_factor < WORTH_REFITTING:
@@ -210,14 +214,14 @@ class _Judge:
             refined = refine(self.cases, stage.chosen(scaled=False), stage.fitted)
             stage = staged(refined.cases, refined.model, refined.point, refined.fitted, self.share)
             stage = replace(stage, refined=refined)
+            own.append(stage.own_first(len(refined.model), np.inf))
             placed = set(stage.best.members) == set(range(len(refined.model)))
-            last = turn == ROUNDS - 1
-            if stage.keys == keys and not placed and not last:
+            if stage.keys == keys and not placed and turn < ROUNDS - 1:
                 continue  # at the noise of the answer another time, width or lag is better
-            stage = stage.own_first(len(refined.model), np.inf if last else STAY)
+            stage = stage.own_first(len(refined.model), STAY)
             if stage.keys == keys:
-                break
-        return stage
+                return stage
+        return max(own, key=lambda one: one.height)
 
     # 3
 
