@@ -56,6 +56,7 @@ from ins_eval.diagnosis.verdict import (
 from ins_eval.diagnosis.where import where
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
+from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.evaluate import PARKED
 from ins_eval.recording.belief import Belief
 from ins_eval.streams import Streams
@@ -68,7 +69,7 @@ STAY = 0.5  # nats by which another set must lead that with which the recordings
 LARGE = 30.0  # log Bayes factor from which a term of the Earth is tried by navigating with it
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
 HARM = 5.0  # nats that effects may lose on data that were not used; noise alone costs about one each
-FORM = 1e-3  # of a value: one sigma of what its form and the sampling leave open, however long it is measured
+FORM = 1e-3  # of what effects gain: what linear sums leave open of a large one
 OPEN_MARGIN = 6.0  # nats by which a sure form without a name must lead, and what a further effect of a sensor is worth
 MOST_OF_ONE = 4  # effects of one sensor, but for constants, that explain something
 CONSTANTS = ("accelerometer.bias", "accelerometer.scale", "gyro.bias")
@@ -313,11 +314,10 @@ class _Judge:
     def _open_margin(self, stage: Stage) -> float:
         """Nats by which a form without a name may at most lead the effects; below 0, by which it must stay behind them.
 
-        0 for effects of different sensors, and `FORM` of what they gain, which linear sums leave open of a large one.
-        `OPEN_MARGIN` less for each that shares its sensor with another, since one sensor has one fault more often than
-        two; more than `MOST_OF_ONE` describe it and explain nothing. Constants do not count: what has no name has them.
-        `WITHIN` less where one is composed of a column, which is a description as well. In a chamber, where the laws of
-        one sensor are sought, `OPEN_MARGIN`.
+        0 for effects of different sensors, and `FORM` of what they gain. `OPEN_MARGIN` less for each that shares its
+        sensor with another, since one sensor has one fault more often than two; more than `MOST_OF_ONE` describe it and
+        explain nothing. Constants do not count: what has no name has them. `WITHIN` less where one is composed of a
+        column, which is a description as well. In a chamber, where the laws of one sensor are sought, `OPEN_MARGIN`.
         """
         if any(case.believed is None for case in self.cases):
             return OPEN_MARGIN
@@ -372,7 +372,8 @@ class _Judge:
         for i, k in enumerate(m):
             gain = whole - stage.gain([j for j in m if j != k])
             one = stage.hypotheses[k]
-            variance = covariance[i, i] + bent.get(one.key, 0.0) + (FORM * mean[i]) ** 2
+            form = VOCABULARY[one.candidate.name].form
+            variance = covariance[i, i] + bent.get(one.key, 0.0) + (form * mean[i]) ** 2
             out.append(
                 Effect(
                     hypothesis=one,

@@ -40,7 +40,8 @@ class Refined:
     """Recordings navigated with the finalist, and where.
 
     `model` its effects with columns around that point, `point` (k,) their coefficients there, `spread` the 95 %
-    interval of each time, width and lag of each effect, `bent` (k,) the variance that these add to the coefficient.
+    interval of each time, width and lag of each effect, `bent` (k,) the variance that all of these add to each
+    coefficient.
     """
 
     cases: tuple[Case, ...]
@@ -48,7 +49,7 @@ class Refined:
     point: np.ndarray
     fitted: tuple[Fitted, ...]
     spread: tuple[dict[str, tuple[float, float]], ...]
-    bent: tuple[float, ...]
+    bent: np.ndarray
 
 
 def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted]) -> Refined:
@@ -81,7 +82,8 @@ def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[
     scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
     fitted = tuple(fit_noise(cases, scaled, [one.position for one in fitted]))
     placed = [_placed(cases, model, k, fitted, model, point) for k in range(len(model))]  # at the noise of the answer
-    return Refined(cases, model, point, fitted, tuple(one[1] for one in placed), tuple(one[2] for one in placed))
+    bent = sum((one[2] for one in placed), np.zeros(len(model)))
+    return Refined(cases, model, point, fitted, tuple(one[1] for one in placed), bent)
 
 
 def _navigated(
@@ -190,15 +192,15 @@ def _placed(
     fitted: Sequence[Fitted],
     navigated: Sequence[Hypothesis],
     point: np.ndarray,
-) -> tuple[Hypothesis, dict[str, tuple[float, float]], float]:
+) -> tuple[Hypothesis, dict[str, tuple[float, float]], np.ndarray]:
     """Effect `k` with the values of its further parameters that the sums like best, and their 95 % intervals.
 
-    And the variance that not knowing them adds to the coefficient.
+    And the variance (k,) that not knowing them adds to the coefficient of each effect.
     """
     one = model[k]
     parameters = [p for p in VOCABULARY[one.candidate.name].parameters if p.name in one.candidate.parameters]
     spread: dict[str, tuple[float, float]] = {}
-    bent = 0.0
+    bent = np.zeros(len(model))
     for parameter in parameters:
         others = [*model[:k], one, *model[k + 1 :]]
         one, spread[parameter.name], added = _along(cases, others, k, parameter, fitted, navigated, point)
@@ -208,7 +210,7 @@ def _placed(
 
 def _along(
     cases, model, k, parameter: Parameter, fitted, navigated, point
-) -> tuple[Hypothesis, tuple[float, float], float]:
+) -> tuple[Hypothesis, tuple[float, float], np.ndarray]:
     one = model[k]
     r = next(i for i, column in enumerate(one.columns) if column is not None)
     start_s, end_s = (float(cases[r].model.nodes_s[i]) for i in (0, -1))
@@ -219,7 +221,7 @@ def _along(
     bounds = (start_s + 1.0, end_s - 1.0) if parameter.low is None else (parameter.low, parameter.high)
     low, high = (float(to(x)) for x in bounds)
     tried: dict[float, float] = {}
-    means: dict[float, float] = {}
+    means: dict[float, np.ndarray] = {}
     made: dict[float, Hypothesis] = {}
     centre = float(to(one.candidate.parameters[parameter.name]))
     half = step
@@ -247,10 +249,14 @@ def _along(
     density = np.exp(np.interp(fine, places, heights) - heights.max())
     part = np.cumsum(density) / density.sum()
     ends = fine[np.searchsorted(part, [0.025, 0.975])]
-    mean = np.interp(fine, places, [means[x] for x in places])
-    middle = np.average(mean, weights=density)
-    bent = float(np.average((mean - middle) ** 2, weights=density))
-    return made[centre], tuple(float(x) for x in back(ends)), bent
+    ends = centre + np.hypot(ends - centre, Q95 * parameter.form) * [-1.0, 1.0]
+    bent = np.empty(len(model))
+    for j, coefficients in enumerate(np.transpose([means[x] for x in places])):
+        mean = np.interp(fine, places, coefficients)
+        below, above = np.interp([centre - parameter.form, centre + parameter.form], places, coefficients)
+        bent[j] = np.average((mean - np.average(mean, weights=density)) ** 2, weights=density)
+        bent[j] += (0.5 * (above - below)) ** 2
+    return made[centre], tuple(float(x) for x in back(np.clip(ends, low, high))), bent
 
 
 def _steep(tried: dict[float, float], centre: float) -> bool:
@@ -267,7 +273,7 @@ def _open(tried: dict[float, float], low: float, high: float) -> bool:
 
 
 def _try(cases, model, k, name, values, back, fitted, navigated, point, tried, means, made) -> None:
-    """Evidence of the model with each value in the place of that of effect `k`."""
+    """Evidence of the model with each value in the place of that of effect `k`, and its coefficients."""
     fresh = [float(x) for x in values if float(x) not in tried]
     if not fresh:
         return
@@ -281,6 +287,6 @@ def _try(cases, model, k, name, values, back, fitted, navigated, point, tried, m
         m = [*range(own), own + j]
         a, b = normal[np.ix_(m, m)], projection[m]
         tried[x], scales = log_bayes_factor(a, b, centre[m])
-        mean = float(np.linalg.solve(a + np.diag(scales**-2.0), b + centre[m] / scales**2)[-1])
-        means[x] = mean * variants[j].candidate.nominal / model[k].candidate.nominal
+        mean = np.linalg.solve(a + np.diag(scales**-2.0), b + centre[m] / scales**2)
+        means[x] = np.insert(mean[:-1], k, mean[-1] * variants[j].candidate.nominal / model[k].candidate.nominal)
         made[x] = variants[j]

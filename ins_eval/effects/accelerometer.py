@@ -9,8 +9,9 @@ from ins_eval.units import HOUR, PPM, STANDARD_GRAVITY, UG
 
 _G = 1.0 / STANDARD_GRAVITY
 PAPER = "Paper A (Sensors 2021, 21, 294)"
-CREEP_TIME = Parameter("time_constant_s", "s", 120.0, 15000.0, 8)
-BRANCH_WIDTH = Parameter("branch_width_c", "degC", 0.3, 12.0, 7)
+# forms: epoxies creep by several relaxations, and a magnet by a distribution of loops that remembers where it turned
+CREEP_TIME = Parameter("time_constant_s", "s", 120.0, 15000.0, 8, form=0.5)
+BRANCH_WIDTH = Parameter("branch_width_c", "degC", 0.3, 12.0, 7, form=0.2)
 BRANCH_BEGIN = Parameter("branch_begin", "", -1.0, 1.0, 3, even=True)
 RATE_FILTER = Parameter("rate_filter_s", "s", 2.0, 180.0, 7, assumed=True)
 AT = Parameter("at_s", "s", None, None, 40)
@@ -47,7 +48,7 @@ EFFECTS = (
     _of(
         name="accelerometer.bias_creep",
         physics="epoxy resin creeps after a change of temperature: viscoelastic memory, tau y' = T - y, y(0) = T(0)",
-        unit="ug/degC", si=UG, nominal=4.0, slow="creep", parameters=(CREEP_TIME,),
+        unit="ug/degC", si=UG, nominal=4.0, slow="creep", parameters=(CREEP_TIME,), form=0.2,
         excited_by="a change of temperature and hours after it", reference=f"{PAPER}, section 2.2, Tables 2 and 3",
     ),
     _of(

@@ -20,7 +20,8 @@ class Parameter(NamedTuple):
 
     `count` is how many values are tried before the best is refined. One that is `assumed` has a value in the belief,
     and others are tried only where the recording is too short for that. The prior of one that is `even` is uniform, and
-    a belief may leave it open.
+    a belief may leave it open. `form` is one sigma of its logarithm that the law leaves open, however well it is
+    measured: another law of the same physics, fitted with this one, has its value elsewhere.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Parameter(NamedTuple):
     count: int
     assumed: bool = False
     even: bool = False
+    form: float = 0.0
 
     @property
     def words(self) -> str:
@@ -62,6 +64,7 @@ class Effect:
     parameters : what it has besides a value
     centre : what physics fixes the value to, in `unit`; 0 where it does not, then `nominal` is around 0
     local : it belongs to one recording only
+    form : one sigma of the value that its law and the sampling leave open however long it is measured, as a part of it
     """
 
     name: str
@@ -78,6 +81,7 @@ class Effect:
     parameters: tuple[Parameter, ...] = ()
     centre: float = 0.0
     local: bool = False
+    form: float = 1e-3
 
     def others(self, axis: str | None) -> tuple[str | None, ...]:
         """The other axes between which has to be chosen for `axis`; (None,) where there is nothing to choose."""
