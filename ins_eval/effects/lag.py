@@ -23,7 +23,8 @@ SPREAD = 0.3  # sigma of the lag around the one for which a column was made, as 
 EFFECTS = (
     Effect(
         name="temperature.lag",
-        physics="the temperature of magnet and pendulum follows that of the thermometer with a first-order lag",
+        physics="the temperature of magnet and pendulum follows that of the thermometer with a first-order lag and "
+        "takes scale factor and bias along; a rate term named beside it is what is left then",
         enters="temperature", unit="s", si=1.0, nominal=30.0, axes=(None,),
         parameters=(Parameter("lag_s", "s", 5.0, 600.0, 10),),
         excited_by="a temperature that changes, and a compensation that depends on it",

@@ -71,9 +71,10 @@ def _left_out(tree: Mapping) -> list[Block]:
         "effect", "value", "95 % interval", "unit", "further", "probability", "gain [nats]", "false alarm probability"
     )  # fmt: skip
     note = (
-        "Value: true minus believed, in what the sensor indicates. Probability: among all families tried in its place "
-        "and none. Gain: log evidence over the same set without it. False alarm probability: that chance alone gains "
-        "as much among all that were tried."
+        "Value: true minus believed, in what the sensor indicates. Interval: what noise leaves open, and of creep and "
+        "hysteresis that no material follows one time constant or width. Probability: among all families tried in its "
+        "place and none. Gain: log evidence over the same set without it. False alarm probability: that chance alone "
+        "gains as much among all that were tried."
     )
     blocks: list[Block] = table("Effects", header, rows, note, align="lrllllrl")
     blocks += paragraphs(
