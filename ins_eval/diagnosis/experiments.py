@@ -33,6 +33,7 @@ from ins_eval.diagnosis.evidence import SCALES, reduce
 from ins_eval.diagnosis.experiments_catalogue import MOVING, Experiment, experiments
 from ins_eval.diagnosis.library import Candidate
 from ins_eval.diagnosis.observations import CHANNELS
+from ins_eval.diagnosis.study import wide
 from ins_eval.errors import DataRefused
 from ins_eval.recording import ChamberReadings
 from ins_eval.recording.belief import Belief
@@ -133,7 +134,7 @@ class Catalogue:
             kept = np.array([not (one.local or one.name.startswith(experiment.anew)) for one in effects], dtype=float)
             return at_hand * np.outer(kept, kept)
         case, position = self._case(experiment)
-        return information(case, [_column(case, one) for one in effects], position)
+        return information(case, [planned_column(case, one) for one in effects], position)
 
     def recommend(
         self,
@@ -209,11 +210,12 @@ def information(case: Case, columns: Sequence[Column], position: np.ndarray) -> 
     return reduce(case.whitened(columns, position, case.block), len(case.nuisances)).normal
 
 
-def _column(case: Case, effect: Candidate) -> Column:
+def planned_column(case: Case, effect: Candidate) -> Column:
     """The column of an effect of another recording in this one; of zeros where it does not occur."""
     if effect.local or all(one.key != effect.key for one in case.candidates):
         return Column("absent")
-    return case.member(effect.name, effect.axis, effect.parameters).column
+    made = case.member(effect.name, effect.axis, effect.parameters)
+    return wide(made.column, effect.nominal / made.nominal)  # its coefficient is counted in the sizes of `effect`
 
 
 def _white(other: Case, case: Case) -> np.ndarray:

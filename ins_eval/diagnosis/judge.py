@@ -37,7 +37,7 @@ from ins_eval.diagnosis.refine import again, believed_effect, refine
 from ins_eval.diagnosis.remainders import remainders
 from ins_eval.diagnosis.rivals import WITHIN, rivals, with_experiments
 from ins_eval.diagnosis.search import LEAST_SHARE, LEAST_SHARE_ELSEWHERE
-from ins_eval.diagnosis.stage import Stage, staged
+from ins_eval.diagnosis.stage import CONSTANTS, Stage, staged
 from ins_eval.diagnosis.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.diagnosis.verdict import (
     EXPLAINED,
@@ -72,7 +72,6 @@ HARM = 5.0  # nats that effects may lose on data that were not used; noise alone
 FORM = 1e-3  # of what effects gain: what linear sums leave open of a large one
 OPEN_MARGIN = 6.0  # nats by which a sure form without a name must lead, and what a further effect of a sensor is worth
 MOST_OF_ONE = 4  # effects of one sensor, but for constants, that explain something
-CONSTANTS = ("accelerometer.bias", "accelerometer.scale", "gyro.bias")
 
 
 def judge(
@@ -162,7 +161,7 @@ class _Judge:
         fitted[r] = suspect.fitted
         refined = refine(self.cases, [Hypothesis(step, columns)], fitted)
         stage = staged(refined.cases, refined.model, refined.point, refined.fitted, self.share)
-        return replace(stage, refined=refined).own_first(1, np.inf)
+        return replace(stage, refined=refined).own_first(1)
 
     # 1 and 2
 
@@ -215,11 +214,12 @@ class _Judge:
             refined = refine(self.cases, stage.chosen(scaled=False), stage.fitted)
             stage = staged(refined.cases, refined.model, refined.point, refined.fitted, self.share)
             stage = replace(stage, refined=refined)
-            own.append(stage.own_first(len(refined.model), np.inf))
+            own.append(stage.own_first(len(refined.model)))
             placed = set(stage.best.members) == set(range(len(refined.model)))
             if stage.keys == keys and not placed and turn < ROUNDS - 1:
                 continue  # at the noise of the answer another time, width or lag is better
-            stage = stage.own_first(len(refined.model), STAY)
+            if stage.best.log_posterior <= own[-1].best.log_posterior + STAY:
+                stage = own[-1]
             if stage.keys == keys:
                 return stage
         return max(own, key=lambda one: one.height)
@@ -321,7 +321,7 @@ class _Judge:
         """
         if any(case.believed is None for case in self.cases):
             return OPEN_MARGIN
-        moved = [k for k in stage.best.members if stage.hypotheses[k].candidate.name not in CONSTANTS]
+        moved = [k for k in stage.best.members if stage.hypotheses[k].candidate.name not in (*CONSTANTS, "gyro.bias")]
         sensors = Counter(one for one in _channels(stage, moved) if one.startswith(SENSORS))
         most = max(sensors.values(), default=1)
         if most > MOST_OF_ONE:
@@ -411,7 +411,7 @@ class _Judge:
             if one.columns[r] is None:
                 continue
             known = len(case.nuisances)
-            others = [stage.hypotheses[j].columns[r] for j in best.members if j != k]
+            others = [h.columns[r] for j, h in zip(best.members, stage.chosen(), strict=True) if j != k]
             columns = [wide(c, 16.0) for c in others if c is not None] + [one.columns[r]]
             last = known + len(columns)
             whitened = case.whitened(columns, fitted[r].position, keep=last + 1)

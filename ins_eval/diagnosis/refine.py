@@ -16,9 +16,10 @@ import numpy as np
 from ins_eval.diagnosis.case import Case
 from ins_eval.diagnosis.library import Candidate
 from ins_eval.diagnosis.noise import Fitted, NoiseModel
-from ins_eval.diagnosis.search import log_bayes_factor
+from ins_eval.diagnosis.search import log_bayes_factor, posterior
 from ins_eval.diagnosis.study import Hypothesis, fit_noise, sums
 from ins_eval.effects.effect import Parameter
+from ins_eval.effects.lag import NAME as LAG
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.recording.belief import EffectBelief
 
@@ -31,8 +32,7 @@ FAR = 4.5  # nats below the best at which the interval of a time or width is loo
 WIDER = 1.6
 FURTHER, STEEP = 4, 1.0  # more zooms where the best stands more than so many nats above its neighbours
 Q95 = 1.96
-LAG = "temperature.lag"  # the one effect whose further parameter is its value
-EXACT = 0.03  # of the prior with which a lag is searched for: a placed one has the size for which its column is made
+PLACED = 0.03  # of the prior with which a lag is searched for: a placed one has the size for which its column is made
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,16 +64,13 @@ def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[
         cases, model = _navigated(original, model, point)
         noise = [case.noise for case in cases]
         fitted = tuple(fit_noise(cases, model, [one.position for one in fitted]))
-    spread: tuple[dict[str, tuple[float, float]], ...] = tuple({} for _ in model)
     for _ in range(TURNS):
         moved = list(model)
-        spreads = list(spread)
         for k in range(len(model)):
-            moved[k], spreads[k], _ = _placed(cases, moved, k, fitted, model, point)
+            moved[k], _, _ = _placed(cases, moved, k, fitted, model, point)
         mean, sigma = _estimate(cases, moved, fitted, model, point)
         same = all(_alike(a, b) for a, b in zip(model, moved, strict=True))
         steady = same and bool((np.abs(mean - point) < STEADY * sigma)[~fixed].all())
-        spread = tuple(spreads)
         if steady:
             break
         model = tuple(moved)
@@ -116,7 +113,10 @@ def _same_white(case: Case, before: Case, noise: NoiseModel) -> NoiseModel:
 
 
 def again(one: Hypothesis, cases: Sequence[Case], parameters: dict | None = None) -> Hypothesis:
-    """The same effect, perhaps with other `parameters`, around the point at which `cases` were navigated."""
+    """The same effect, perhaps with other `parameters`, around the point at which `cases` were navigated.
+
+    A lag has the sharp prior of one that is placed.
+    """
     old = one.candidate
     chosen = old.parameters if parameters is None else parameters
     made: list[Candidate | None] = [
@@ -127,8 +127,8 @@ def again(one: Hypothesis, cases: Sequence[Case], parameters: dict | None = None
     if old.name != LAG:
         return found
     candidate = found.candidate
-    exact = replace(candidate, nominal=EXACT * candidate.nominal, centre=candidate.centre / EXACT)
-    return replace(found.scaled(EXACT), candidate=exact)
+    placed = replace(candidate, nominal=PLACED * candidate.nominal, centre=candidate.centre / PLACED)
+    return replace(found.scaled(PLACED), candidate=placed)
 
 
 def believed_effect(one: Hypothesis, coefficient: float, cases: Sequence[Case]) -> EffectBelief:
@@ -170,8 +170,8 @@ def _estimate(
     a, b = _sums(cases, model, fitted, navigated, point)
     centre = np.array([one.candidate.centre for one in model])
     _, scales = log_bayes_factor(a, b, centre)
-    covariance = np.linalg.inv(a + np.diag(scales**-2.0))
-    return covariance @ (b + centre / scales**2), np.sqrt(np.diag(covariance))
+    mean, covariance = posterior(a, b, centre, scales)
+    return mean, np.sqrt(np.diag(covariance))
 
 
 def _alike(a: Hypothesis, b: Hypothesis) -> bool:
@@ -249,14 +249,15 @@ def _along(
     density = np.exp(np.interp(fine, places, heights) - heights.max())
     part = np.cumsum(density) / density.sum()
     ends = fine[np.searchsorted(part, [0.025, 0.975])]
-    ends = centre + np.hypot(ends - centre, Q95 * parameter.form) * [-1.0, 1.0]
+    reach = np.hypot(np.maximum((ends - centre) * [-1.0, 1.0], 0.0), Q95 * parameter.form)
+    ends = np.clip(centre + reach * [-1.0, 1.0], low, high)
     bent = np.empty(len(model))
     for j, coefficients in enumerate(np.transpose([means[x] for x in places])):
         mean = np.interp(fine, places, coefficients)
-        below, above = np.interp([centre - parameter.form, centre + parameter.form], places, coefficients)
+        below, at, above = np.interp(centre + parameter.form * np.array([-1.0, 0.0, 1.0]), places, coefficients)
         bent[j] = np.average((mean - np.average(mean, weights=density)) ** 2, weights=density)
-        bent[j] += (0.5 * (above - below)) ** 2
-    return made[centre], tuple(float(x) for x in back(np.clip(ends, low, high))), bent
+        bent[j] += max(abs(above - at), abs(at - below)) ** 2
+    return made[centre], tuple(float(x) for x in back(ends)), bent
 
 
 def _steep(tried: dict[float, float], centre: float) -> bool:
@@ -287,6 +288,6 @@ def _try(cases, model, k, name, values, back, fitted, navigated, point, tried, m
         m = [*range(own), own + j]
         a, b = normal[np.ix_(m, m)], projection[m]
         tried[x], scales = log_bayes_factor(a, b, centre[m])
-        mean = np.linalg.solve(a + np.diag(scales**-2.0), b + centre[m] / scales**2)
+        mean, _ = posterior(a, b, centre[m], scales)
         means[x] = np.insert(mean[:-1], k, mean[-1] * variants[j].candidate.nominal / model[k].candidate.nominal)
         made[x] = variants[j]

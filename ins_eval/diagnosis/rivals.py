@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ins_eval.diagnosis.experiments import Catalogue
-from ins_eval.diagnosis.search import log_bayes_factor
+from ins_eval.diagnosis.search import log_bayes_factor, posterior
 from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.verdict import Rival
 from ins_eval.evaluate import PARKED
@@ -86,16 +86,11 @@ def _three_biases(stage: Stage, k: int) -> list[Rival]:
         return []
     biases = [j for j, other in enumerate(stage.hypotheses) if other.candidate.name == "gyro.bias"]
     others = [j for j in stage.best.members if j != k]
-    a, b, centre = stage.here.normal, stage.here.projection, stage.space.centre
-
-    def height(members: list[int]) -> tuple[float, np.ndarray]:
-        return log_bayes_factor(a[np.ix_(members, members)], b[members], centre[members])
-
-    together = [*others, *biases]
-    gain, scales = height(together)
-    below = height([*others, k])[0] - gain
-    inner = a[np.ix_(together, together)] + np.diag(scales**-2.0)
-    mean = np.linalg.solve(inner, b[together] + centre[together] / scales**2)[len(others) :]
+    m = [*others, *biases]
+    sums = stage.here.normal[np.ix_(m, m)], stage.here.projection[m], stage.space.centre[m]
+    gain, scales = log_bayes_factor(*sums)
+    below = stage.gain([*others, k]) - gain
+    mean = posterior(*sums, scales)[0][len(others) :]
     return [
         Rival(
             of=one,

@@ -122,6 +122,12 @@ def _at_scales(a: np.ndarray, b: np.ndarray, centre: np.ndarray, scales: np.ndar
     return centre @ b - 0.5 * centre @ a @ centre + gain - volume
 
 
+def posterior(a: np.ndarray, b: np.ndarray, centre: np.ndarray, scales: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients (k,) of one set with the prior N(centre, diag(scales^2)), and their covariance."""
+    covariance = np.linalg.inv(a + np.diag(scales**-2.0))
+    return covariance @ (b + centre / scales**2), covariance
+
+
 def conditional(
     a: np.ndarray, b: np.ndarray, chosen: Sequence[int], centre: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -200,13 +206,12 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHAR
 
 
 def _possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], centre: np.ndarray) -> bool:
-    """Whether each effect of a set that has its size from physics has its sign as well, whatever the others are."""
+    """Whether each effect of a set that has its size from physics has its sign as well, with the others free."""
     m = list(members)
     c = centre[m]
     if not c.any():
         return True
-    precision = np.diag(np.where(c == 0.0, SCALES[-1] ** -2.0, 1.0))
-    mean = np.linalg.solve(a[np.ix_(m, m)] + precision, b[m] + c)
+    mean, _ = posterior(a[np.ix_(m, m)], b[m], c, np.where(c == 0.0, SCALES[-1], 1.0))
     return bool((mean * c >= 0.0).all())
 
 

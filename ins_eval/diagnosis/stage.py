@@ -12,7 +12,7 @@ from ins_eval.diagnosis.case import Case
 from ins_eval.diagnosis.held_out import held_out
 from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.refine import Refined
-from ins_eval.diagnosis.search import Explanation, Space, log_bayes_factor, one_more, search
+from ins_eval.diagnosis.search import Explanation, Space, log_bayes_factor, one_more, posterior, search
 from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
 from ins_eval.effects.composed import NAME as COMPOSED
 
@@ -55,8 +55,7 @@ class Stage:
         m = list(self.best.members)
         a, b, centre = self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m]
         _, scales = log_bayes_factor(a, b, centre)
-        covariance = np.linalg.inv(a + np.diag(scales**-2.0))
-        return covariance @ (b + centre / scales**2), covariance
+        return posterior(a, b, centre, scales)
 
     def chosen(self, scaled: bool = True) -> list[Hypothesis]:
         """The effects of the best set, each with a prior as wide as what was found."""
@@ -70,16 +69,16 @@ class Stage:
         ones = [self.hypotheses[k].candidate for k in self.best.members]
         return " + ".join(f"{one.name} {one.axis or ''}".strip() for one in ones)
 
-    def own_first(self, count: int, least: float) -> Stage:
-        """The same with the set of its first `count` hypotheses best, unless another leads it by `least` nats.
+    def own_first(self, count: int) -> Stage:
+        """The same with the set of its first `count` hypotheses best, with which the recordings were navigated.
 
-        It is with these that the recordings were navigated: where two effects tie, there is no reason to change. A set
-        of the same families with other times, widths or lags is the same explanation.
+        A set of the same families with other times, widths or lags is the same explanation.
         """
         families = sorted(self.space.families[:count])
         found = next((one for one in self.ranked if sorted(self.space.families[list(one.members)]) == families), None)
-        if found is None or self.best.log_posterior - found.log_posterior > least:
-            return self
+        if found is None:
+            gain = self.gain(range(count))
+            found = Explanation((), gain, gain - self.space.cost * count)
         own = replace(found, members=tuple(range(count)))
         return replace(self, ranked=(own, *(one for one in self.ranked if one is not found)))
 
@@ -99,13 +98,10 @@ class Stage:
         return one_more(self.here.normal, self.here.projection, others, self.space)
 
     @cached_property
-    def thermal(self) -> np.ndarray:
+    def _thermal(self) -> np.ndarray:
         """Which of the hypotheses (m,) are thermal effects of accelerometers."""
         names = [one.candidate.name for one in self.hypotheses]
-        of_accelerometers = [
-            name.startswith("accelerometer.") and any(word in name for word in THERMAL) for name in names
-        ]
-        return np.array(of_accelerometers) | (np.array(names) == "temperature.lag")
+        return np.array([not name.startswith("gyro.") and any(word in name for word in THERMAL) for name in names])
 
     @cached_property
     def foretold(self) -> list[tuple[Hypothesis, float]]:
@@ -121,7 +117,7 @@ class Stage:
         """
         members = list(self.best.members)
         found, _ = self.coefficients
-        if not self.thermal[members].any():
+        if not self._thermal[members].any():
             return [(self.hypotheses[k], float(p)) for k, p in zip(members, found, strict=True)]
         sigma = np.ones(len(self.hypotheses))
         fixed = self.space.centre[members] != 0.0
@@ -131,7 +127,7 @@ class Stage:
         m = m[[max(np.flatnonzero(instead == one), key=lambda i: abs(mean[i])) for one in dict.fromkeys(instead)]]
         mean = self._mean(m, sigma)
         constant = np.array([one.candidate.name in CONSTANTS for one in self.hypotheses])
-        written = (self.thermal | constant)[m] & (np.abs(mean) >= TOLD) | np.isin(m, members)
+        written = (self._thermal | constant)[m] & (np.abs(mean) >= TOLD) | np.isin(m, members)
         return [(self.hypotheses[k], float(p)) for k, p in zip(m[written], mean[written], strict=True)]
 
     @property
@@ -141,7 +137,7 @@ class Stage:
         fixed = [one.centre != 0.0 or one.name == COMPOSED or "at_s" in one.parameters for one in ones]
         return ~np.array(fixed) & ~np.isin(self._alternatives, self._alternatives[list(self.best.members)])
 
-    @property
+    @cached_property
     def _alternatives(self) -> np.ndarray:
         """A number for each hypothesis: that of its family, of which one is right, or its own where it is local."""
         local = [one.candidate.local for one in self.hypotheses]
@@ -149,9 +145,7 @@ class Stage:
 
     def _mean(self, m: np.ndarray, sigma: np.ndarray) -> np.ndarray:
         """Coefficients (k,) of the hypotheses `m` together, with `sigma` (hypotheses,) of their priors."""
-        a, b = self.here.normal[np.ix_(m, m)], self.here.projection[m]
-        precision = np.diag(sigma[m] ** -2.0)
-        return np.linalg.solve(a + precision, b + precision @ self.space.centre[m])
+        return posterior(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m], sigma[m])[0]
 
     @cached_property
     def held_out(self) -> dict[str, float | str]:

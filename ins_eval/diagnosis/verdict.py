@@ -14,6 +14,7 @@ from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.study import Hypothesis
 from ins_eval.diagnosis.where import where
 from ins_eval.effects.composed import NAME as COMPOSED
+from ins_eval.effects.lag import NAME as LAG
 from ins_eval.effects.parts import SENSORS
 from ins_eval.recording.belief import EffectBelief
 
@@ -136,4 +137,4 @@ def channel_of(name: str, axis: str | None, parameters: dict) -> str:
         return "navigation"
     if sensor == "reference":
         return "reference.attitude"
-    return {"gps.lever_arm": "gps.position", "temperature.lag": "temperature"}.get(name, "gps.velocity")
+    return {"gps.lever_arm": "gps.position", LAG: "temperature"}.get(name, "gps.velocity")

@@ -17,12 +17,13 @@ from ins_eval.effects.effect import Effect, Parameter
 from ins_eval.effects.temperature import Temperature
 from ins_eval.thermal import filtered_rate, lagged
 
+NAME = "temperature.lag"
 OUTPUT_PULSE_PER_S = 1e5  # the second of two points of a straight line
 SPREAD = 0.3  # sigma of the lag around the one for which a column was made, as a part of it
 
 EFFECTS = (
     Effect(
-        name="temperature.lag",
+        name=NAME,
         physics="the temperature of magnet and pendulum follows that of the thermometer with a first-order lag and "
         "takes scale factor and bias along; a rate term named beside it is what is left then",
         enters="temperature", unit="s", si=1.0, nominal=30.0, axes=(None,),

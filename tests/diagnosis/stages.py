@@ -1,4 +1,4 @@
-"""Stages of a search made by hand: sums whose columns are orthogonal, so that each coefficient can be told by hand."""
+"""Stages of a search made by hand: sums whose columns are orthogonal but for two, to tell coefficients by hand."""
 
 from __future__ import annotations
 

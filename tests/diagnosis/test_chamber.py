@@ -7,8 +7,9 @@ import pytest
 
 from ins_eval.diagnosis.chamber import prepare_chamber
 from ins_eval.diagnosis.columns import assemble
+from ins_eval.diagnosis.experiments import information, planned_column
 from ins_eval.diagnosis.judge import judge
-from ins_eval.diagnosis.refine import refine
+from ins_eval.diagnosis.refine import again, refine
 from ins_eval.diagnosis.study import Hypothesis, fit_noise
 from ins_eval.diagnosis.verdict import NO_MISMATCH
 from ins_eval.recording import ChamberReadings
@@ -87,6 +88,18 @@ def test_a_lag_beside_a_rate_term_is_the_lag_for_which_its_column_is_made(belief
     low, high = found.spread[0]["lag_s"]
     assert low < LAG_S < high
     assert high - low < LAG * LAG_S
+
+
+def test_a_placed_lag_tells_as_much_in_a_planned_experiment(belief) -> None:
+    """Its column counts in other sizes than that of one that is searched for."""
+    case = prepare_chamber(measured(EPSILON), belief, "chamber")
+    made = case.member("temperature.lag", None, {"lag_s": LAG_S})
+    placed = again(Hypothesis(made, (made.column,)), [case])
+    assert placed.candidate.nominal < made.nominal
+    known = np.zeros(len(case.noise.free))
+    own = information(case, [made.column], known) / made.nominal**2
+    planned = information(case, [planned_column(case, placed.candidate)], known) / placed.candidate.nominal**2
+    assert planned == pytest.approx(own)
 
 
 def test_only_what_the_chamber_can_show_is_a_candidate(belief) -> None:

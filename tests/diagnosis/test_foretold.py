@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
 from ins_eval.diagnosis.stage import WITHIN_PRIOR, Stage
+from ins_eval.diagnosis.verdict import Diagnosis
 from tests.diagnosis import stages
 from tests.diagnosis.stages import ALIKE, CENTRE, INFORMATION
 
@@ -43,6 +46,17 @@ def told(found: Stage) -> dict[int, float]:
 def drawn(coefficient: float, sigma: float = 1.0) -> float:
     """The mean of a coefficient that is told so by itself, under a prior of `sigma`."""
     return coefficient * INFORMATION / (INFORMATION + sigma**-2.0)
+
+
+def test_what_is_written_are_values_in_their_units() -> None:
+    found = stage({BIAS_Z: SURE, BIAS_X: LIKELY})
+    one_case = SimpleNamespace(name="first")
+    written = Diagnosis.foretold.fget(SimpleNamespace(effects=(object(),), stage=found, cases=(one_case,)))
+    assert {(one.name, one.axis): one.value for one in written} == {
+        (found.hypotheses[k].candidate.name, found.hypotheses[k].candidate.axis): pytest.approx(coefficient)
+        for k, coefficient in told(found).items()  # their nominal size is 1
+    }
+    assert Diagnosis.foretold.fget(SimpleNamespace(effects=(), stage=None, cases=())) == []
 
 
 def test_beside_a_sure_thermal_effect_a_likely_one_is_believed_and_drawn_towards_nothing() -> None:

@@ -13,8 +13,9 @@ from ins_eval.diagnosis.case import Case, prepare
 from ins_eval.diagnosis.columns import Column
 from ins_eval.diagnosis.judge import judge
 from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.refine import Refined, believed_effect, refine
+from ins_eval.diagnosis.refine import Q95, Refined, believed_effect, refine
 from ins_eval.diagnosis.study import Hypothesis, fit_noise, sums
+from ins_eval.effects.accelerometer import CREEP_TIME
 from ins_eval.units import UG
 
 SIGMAS = 4.0  # within which a value must come back
@@ -25,6 +26,7 @@ SECONDS_OF_WEEK = 300000.0
 LARGE, OF_LARGE = 30.0, 0.01  # ug/degC, or ppm/degC
 TAU_S, CREEP = 2000.0, 5.0  # s, ug/degC
 OF_TAU = 0.06  # relative
+LEAST_BENT = 0.1  # of a relative change of the time constant, by which the value changes at least
 
 
 def recorded(case: Case, name: str, **parameters) -> tuple[Case, Hypothesis]:
@@ -115,6 +117,8 @@ def test_a_creep_of_unknown_time_constant(crept) -> None:
     low, high = found.spread[0]["time_constant_s"]
     assert low < TAU_S < high
     assert low < tau < high
+    assert np.log(high / low) > 2.0 * Q95 * CREEP_TIME.form  # however well it is measured
+    assert found.bent[0] > (LEAST_BENT * found.point[0] * CREEP_TIME.form) ** 2
     value, sigma = estimate(found)
     assert abs(value - CREEP) < SIGMAS * sigma
     assert sigma < 0.1 * CREEP

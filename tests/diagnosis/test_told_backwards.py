@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +18,7 @@ from tests.diagnosis.told_backwards import (
     STATISTICS,
     Backwards,
     Told,
+    at_once,
     compared,
     diagnosed,
     population,
@@ -86,9 +85,7 @@ def of_chamber(index: int) -> InChamber:
 @pytest.fixture(scope="module")
 def in_chambers() -> list[InChamber]:
     """The accelerometer of each instrument whose rate terms are those of JB-KT8 #1, the largest."""
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    with ProcessPoolExecutor(os.cpu_count() or 1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        return list(pool.map(of_chamber, range(CHAMBERS)))
+    return list(at_once(os.cpu_count() or 1, of_chamber, range(CHAMBERS)))
 
 
 def test_the_chamber_names_epsilon_and_alpha(in_chambers: list[InChamber]):

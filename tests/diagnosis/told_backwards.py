@@ -22,7 +22,7 @@ import json
 import multiprocessing
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import repeat
@@ -200,9 +200,14 @@ def _pooled(found: Sequence[Told], arm: str, measure: str, drawn: Sequence[np.nd
 
 def population(seed: int, count: int, workers: int, chamber: bool = False) -> Iterator[Told]:
     """The first `count` instruments of a seed, in their order."""
+    return at_once(workers, _one, repeat(seed), range(count), repeat(chamber))
+
+
+def at_once(workers: int, of: Callable[..., Any], *arguments: Iterable[Any]) -> Iterator[Any]:
+    """``map(of, *arguments)`` in that many processes with one thread each."""
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        yield from pool.map(_one, repeat(seed), range(count), repeat(chamber))
+        yield from pool.map(of, *arguments)
 
 
 def _one(seed: int, index: int, chamber: bool) -> Told:
