@@ -196,11 +196,7 @@ class _Judge:
         return staged(stage.cases, stage.hypotheses[:m], stage.point[:m], fitted, self.share)
 
     def _searched(self, stage: Stage) -> Stage:
-        """The search again at the noise under what it found, and once more around it, until it stays.
-
-        Where it goes to and fro between two sets, that with which it has been highest.
-        """
-        own: list[Stage] = []
+        """The search again at the noise under what it found, and once more around it, until it stays."""
         for turn in range(ROUNDS):
             best = stage.best
             if best.log_bayes_factor < WORTH_REFITTING:
@@ -214,15 +210,16 @@ class _Judge:
             refined = refine(self.cases, stage.chosen(scaled=False), stage.fitted)
             stage = staged(refined.cases, refined.model, refined.point, refined.fitted, self.share)
             stage = replace(stage, refined=refined)
-            own.append(stage.own_first(len(refined.model)))
+            own = stage.own_first(len(refined.model))
             placed = set(stage.best.members) == set(range(len(refined.model)))
-            if stage.keys == keys and not placed and turn < ROUNDS - 1:
+            last = turn == ROUNDS - 1
+            if stage.keys == keys and not placed and not last:
                 continue  # at the noise of the answer another time, width or lag is better
-            if stage.best.log_posterior <= own[-1].best.log_posterior + STAY:
-                stage = own[-1]
+            if last or stage.best.log_posterior <= own.best.log_posterior + STAY:
+                stage = own
             if stage.keys == keys:
-                return stage
-        return max(own, key=lambda one: one.height)
+                break
+        return stage
 
     # 3
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -52,24 +51,6 @@ def test_each_further_effect_of_one_sensor_has_to_lead_further_but_for_constants
     assert behind(judge, sure(*OF_Z[:count])) == pytest.approx(expected)
     assert behind(judge, sure(*OF_Z[:count], CONSTANT)) == pytest.approx(expected)
     assert behind(judge, sure(*OF_Z[:count], OTHER)) == pytest.approx(expected)  # of another sensor
-
-
-def test_a_search_that_goes_to_and_fro_ends_with_the_set_that_has_been_highest(judge, monkeypatch) -> None:
-    """Around each of two effects the sums like the other better, and around the second they are highest."""
-    first, second = OF_Z[:2]
-    begin = stage((first, second), {0: LARGE})
-    turns = []
-    for model, other, height in ((first, second, 10.0), (second, first, 30.0), (first, second, 20.0)):
-        around = stage((model, other), {1: LARGE})
-        turns.append(replace(around, here=replace(around.here, log_null=height)))
-    coming = iter([begin, *turns])
-    refined = SimpleNamespace(cases=(), model=(object(),), point=np.zeros(1), fitted=())
-    monkeypatch.setattr("ins_eval.diagnosis.judge.fit_noise", lambda *_: ())
-    monkeypatch.setattr("ins_eval.diagnosis.judge.refine", lambda *_: refined)
-    monkeypatch.setattr("ins_eval.diagnosis.judge.staged", lambda *_: next(coming))
-    found = judge._searched(begin)
-    assert found.keys == {found.hypotheses[0].key}
-    assert found.hypotheses == turns[1].hypotheses
 
 
 def test_what_is_composed_of_a_column_has_to_lead_as_an_effect_and_as_a_description(judge) -> None:
