@@ -403,13 +403,13 @@ class _Judge:
         of_family, _, _ = stage.places(k)
         gain = float(of_family[stage.space.families[k]])
         one, best, fitted = stage.hypotheses[k], stage.best, stage.fitted
+        beside = [h for j, h in zip(best.members, stage.chosen(), strict=True) if j != k]
         energies = []
         for r, case in enumerate(stage.cases):
             if one.columns[r] is None:
                 continue
             known = len(case.nuisances)
-            others = [h.columns[r] for j, h in zip(best.members, stage.chosen(), strict=True) if j != k]
-            columns = [wide(c, 16.0) for c in others if c is not None] + [one.columns[r]]
+            columns = [wide(h.columns[r], 16.0) for h in beside if h.columns[r] is not None] + [one.columns[r]]
             last = known + len(columns)
             whitened = case.whitened(columns, fitted[r].position, keep=last + 1)
             taken = np.linalg.solve(
