@@ -88,8 +88,11 @@ def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator) -> lis
         found = [one for one in locate.scan(reduced, over, edges_s) if not within_statement(case, one)]
         for one in found[:SUSPECTS]:
             if trials.probability(one.t2) < REMARKABLE:
-                exact = one if position is base.position else locate.refined(case, one, position)
-                suspects.append(_refitted(case, r, base, exact, trials, position))
+                if position is base.position:
+                    suspects.append(_refitted(case, r, base, one, trials, position))
+                else:
+                    exact = locate.refined(case, one, position)
+                    suspects.append(_refitted(case, r, base, exact, trials.finer, position))
     return suspects
 
 

@@ -38,6 +38,24 @@ def test_probabilities_hold_under_the_null(normal, over) -> None:
         assert abs(np.count_nonzero(probabilities < level) - expected) < 4.0 * sigma
 
 
+def test_ends_that_are_looked_for_more_finely_are_counted(over) -> None:
+    """Of white noise the best ends near the best interval seem sure too often with the trials of the windows alone."""
+    fine = locate.FINER
+    law = locate.significance(Reduced(fine * np.eye(WINDOWS), np.zeros(WINDOWS)), WINDOWS, np.random.default_rng(0))
+    rng = np.random.default_rng(98)
+    found = []
+    for _ in range(DRAWS):
+        noise = rng.standard_normal(fine * WINDOWS)
+        rough = Reduced(fine * np.eye(WINDOWS), noise.reshape(WINDOWS, fine).sum(axis=1))
+        best = locate.scan(rough, over[:1], fine * np.arange(WINDOWS + 1.0))[0]
+        near = slice(max(0, int(best.begin_s) - fine), int(best.end_s) + fine)
+        exact = Reduced(np.eye(noise[near].size), noise[near])
+        found.append(locate.scan(exact, over[:1], np.arange(noise[near].size + 1.0))[0].t2)
+    level, sigma = 0.05, np.sqrt(0.05 * 0.95 / DRAWS)
+    assert np.mean([law.probability(t2) < level for t2 in found]) > level + 4.0 * sigma
+    assert np.mean([law.finer.probability(t2) < level for t2 in found]) < level + 4.0 * sigma
+
+
 def test_a_disturbance_is_found_where_it_is(normal, over) -> None:
     size = np.zeros(72)
     size[WINDOWS + 5 : WINDOWS + 11] = 4.0
