@@ -21,6 +21,7 @@ HEIGHT_SHARE = 0.004
 OFF_S, OFF_MPS, EDGE_S = (3950.0, 4440.0), 3.0, 20.0
 WAVE_UG, WAVE_C, COOLED_C = 60.0, 25.0, 20.0
 STICKING_UG, STICKING_G = 400.0, 0.03
+AWRY_S, AWRY_UG = (4100.0, 4800.0), 1000.0
 
 
 @pytest.fixture(scope="module")
@@ -124,3 +125,17 @@ def test_a_receiver_that_is_off_for_a_time_does_not_pass_for_one_with_slow_error
     (one,) = found.mismatches
     assert (one.channel, one.axis) == ("gps.velocity", "E")
     assert (one.begin_s, one.end_s) == pytest.approx(OFF_S, abs=EDGE_S)
+
+
+def test_a_sensor_that_is_off_for_a_time_does_not_pass_for_one_that_wanders(noisy) -> None:
+    """With the wander that it feigns a gyro that tilts at one end and tilts back at the other does as well."""
+    imu = noisy.imu
+    rate_hz = 1.0 / float(np.median(np.diff(imu.time_s)))
+    inside = (imu.time_s > AWRY_S[0]) & (imu.time_s <= AWRY_S[1])
+    force = imu.accelerometer.copy()
+    force[inside, 0] += AWRY_UG * UG / rate_hz
+    found = judge([cases.prepare(replace(noisy, imu=replace(imu, accelerometer=force)))])
+    assert (found.verdict, found.effects) == (UNEXPLAINED, ())
+    (one,) = found.mismatches
+    assert one.channel == "accelerometer.x"
+    assert (one.begin_s, one.end_s) == pytest.approx(AWRY_S, abs=EDGE_S)
