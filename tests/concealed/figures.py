@@ -169,8 +169,8 @@ def calibration(bins: Sequence[dict]) -> Figure:
 def oracle(records: Sequence[dict]) -> Figure:
     """Our gain of log evidence beside the oracle's, of each case."""
     note = (
-        "Each case with effects of the vocabulary: log evidence gained by what was named, against the oracle's D, "
-        "which knows the form of the effect and the noise. Silent answers and those that name nothing lie at 0."
+        "Each case with effects of the vocabulary: log evidence gained by what was named, against the D of an "
+        "oracle that knows the effect. Silent answers and those that name nothing lie at 0."
     )
     figure, ax = sheet(4.6, "The oracle beside ours", note)
     groups = (

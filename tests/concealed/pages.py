@@ -273,8 +273,9 @@ def _navigation(result: dict) -> list[Block]:
 def _oracle() -> list[Block]:
     text = (
         "The oracle knows the effect. The noise it has to estimate as we do: D is what could at best be known. Above "
-        "2000 nats of one that knows the noise, too, D is of that. Points on the line gain as much; far below it we "
-        "gave evidence away, far above it we believed too much."
+        "2000 nats of one that knows the noise, too, D is of that. Ours is counted at the noise of the answer; without "
+        "the effect that noise would be larger and take over a part, which only D below 2000 nats leaves out: most of "
+        "those points lie above the line. Far below it we gave evidence away."
     )
     return [*paragraphs(text), Picture("oracle", "Log evidence gained, ours and the oracle's.")]
 
