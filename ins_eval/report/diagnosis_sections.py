@@ -73,8 +73,9 @@ def _left_out(tree: Mapping) -> list[Block]:
     note = (
         "Value: true minus believed, in what the sensor indicates. Interval: what noise leaves open, and of creep and "
         "hysteresis that no material follows one time constant or width. Probability: among all families tried in its "
-        "place and none. Gain: log evidence over the same set without it. False alarm probability: that chance alone "
-        "gains as much among all that were tried."
+        "place and none. Gain: log evidence over the same set without it, at the noise of the answer; noise that is "
+        "fitted again without it takes a part over. False alarm probability: that chance alone gains as much among all "
+        "that were tried."
     )
     blocks: list[Block] = table("Effects", header, rows, note, align="lrllllrl")
     blocks += paragraphs(
