@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ins_eval.earth import radii
+from ins_eval.random_processes import gauss_markov
 from ins_eval.recording import Fixes
 from ins_eval.streams import Streams
 from ins_eval.trajectory import Trajectory
@@ -12,7 +13,9 @@ from ins_eval.units import DEG, through_degrees
 
 
 def receive(trajectory: Trajectory, streams: Streams) -> Fixes:
-    """Fixes of a flight from time 0 on; position and velocity errors are white, one sigma on each of north, east, down.
+    """Fixes of a flight from time 0 on; position and velocity errors have one sigma on each of north, east, down.
+
+    They are white; beside them stands a Gauss-Markov error with the memory ``gps.memory_s`` where the profile has one.
 
     Positions are those that a file in degrees can hold to the last bit, so that a flight written and read is the same.
     While the roll exceeds ``gps.lost_beyond_roll_deg`` a fix is marked invalid and holds NaN (Paper A: the antenna
@@ -24,6 +27,8 @@ def receive(trajectory: Trajectory, streams: Streams) -> Fixes:
     velocity = truth.velocity_n + gps.velocity_sigma_mps * streams.at("gps.velocity").rng().standard_normal(
         noise_n.shape
     )
+    noise_n = noise_n + _remembered(truth.time_s, gps.position_memory_m, gps.memory_s, streams.at("gps.position"))
+    velocity = velocity + _remembered(truth.time_s, gps.velocity_memory_mps, gps.memory_s, streams.at("gps.velocity"))
     meridian, transverse = radii(truth.latitude_rad)
     valid = np.abs(truth.attitude_rad[:, 0]) <= gps.lost_beyond_roll_deg * DEG
     lost = np.where(valid, 1.0, np.nan)
@@ -38,3 +43,11 @@ def receive(trajectory: Trajectory, streams: Streams) -> Fixes:
         velocity_n=lost[:, None] * velocity,
         valid=valid,
     )
+
+
+def _remembered(time_s: np.ndarray, sigma: float, memory_s: float, streams: Streams) -> np.ndarray | float:
+    """First-order Gauss-Markov error (n, 3) on north, east, down; 0 where there is none."""
+    if sigma == 0.0:
+        return 0.0
+    axes = (gauss_markov(time_s, sigma, memory_s, streams.at("memory", axis).rng()) for axis in range(3))
+    return np.column_stack(list(axes))

@@ -1,4 +1,4 @@
-"""The gyro triad: constant bias, slow bias instability, angle random walk, scale factor (Table 5 of Paper A)."""
+"""The gyro triad: constant bias, bias with temperature, instability, angle random walk, scale factor."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from ins_eval.random_processes import gauss_markov
 from ins_eval.streams import Streams
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, PPM
 
+REFERENCE_C = 22.0  # T0, at which the constant bias is meant; as that of the accelerometers
+
 
 @dataclass(frozen=True)
 class GyroPopulation:
@@ -17,7 +19,8 @@ class GyroPopulation:
 
     The bias of a switch-on is the stability and the repeatability of Table 5, 0.01 deg/h each, together (the table
     labels the latter "scale factor repeatability"). Instability and random walk are assumed. `asymmetry_ppm` is the
-    table's scale factor linearity: an error of the scale factor that changes sign with the rate.
+    table's scale factor linearity: an error of the scale factor that changes sign with the rate. The thermal drift is
+    what the gyros' own compensation leaves; Paper A has none, so there is none unless it is stated.
     """
 
     bias_deg_per_h: float = 0.014
@@ -26,6 +29,7 @@ class GyroPopulation:
     angle_random_walk_deg_per_sqrt_h: float = 0.001
     scale_ppm: float = 20.0
     asymmetry_ppm: float = 20.0
+    thermal_deg_per_h_per_c: float = 0.0
 
     def perfect(self) -> GyroPopulation:
         """The same population with every error switched off."""
@@ -36,22 +40,32 @@ class GyroPopulation:
             angle_random_walk_deg_per_sqrt_h=0.0,
             scale_ppm=0.0,
             asymmetry_ppm=0.0,
+            thermal_deg_per_h_per_c=0.0,
         )
 
     def increments(
-        self, time_s: np.ndarray, start_s: float, true_increments: np.ndarray, streams: Streams
+        self,
+        time_s: np.ndarray,
+        start_s: float,
+        true_increments: np.ndarray,
+        streams: Streams,
+        temperature_c: np.ndarray | float = REFERENCE_C,
     ) -> np.ndarray:
         """What a triad drawn from this population indicates in one run.
 
-        d = (1 + s + a sign(w)) d_true + (b + m(t)) dt + N sqrt(dt) n
+        d = (1 + s + a sign(w)) d_true + (b + c (T - T0) + m(t)) dt + N sqrt(dt) n,   T0 = 22 degC
 
-        `time_s` (n,) ends of the samples, `true_increments` (n, 3) rad; returns (n, 3) rad.
+        `time_s` (n,) ends of the samples, `true_increments` (n, 3) rad, `temperature_c` (n,) of the IMU;
+        returns (n, 3) rad.
         """
         dt = np.diff(time_s, prepend=start_s)
         scale = PPM * self.scale_ppm * streams.at("scale").rng().standard_normal(3)
         asymmetry = PPM * self.asymmetry_ppm * streams.at("asymmetry").rng().standard_normal(3)
         bias = DEG_PER_H * self.bias_deg_per_h * streams.at("bias").rng().standard_normal(3)
         out = true_increments * (1.0 + scale) + np.abs(true_increments) * asymmetry + bias * dt[:, None]
+        if self.thermal_deg_per_h_per_c:
+            per_c = DEG_PER_H * self.thermal_deg_per_h_per_c * streams.at("thermal").rng().standard_normal(3)
+            out += ((temperature_c - REFERENCE_C) * dt)[:, None] * per_c
         if self.instability_deg_per_h:
             slow_s = np.arange(start_s, time_s[-1] + 10.0, 10.0)
             for axis, rng in enumerate(streams.at("instability", axis).rng() for axis in range(3)):

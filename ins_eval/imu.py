@@ -26,18 +26,26 @@ class Population:
 
     accelerometers: accelerometer.Population
     gyros: GyroPopulation = GyroPopulation()
+    gradient: float = 0.0  # one sigma over instruments of `Instrument.gradient`
 
     def draw(self, streams: Streams) -> Instrument:
         """One instrument; what its parts are is decided here, what they do in a run is drawn at that run."""
-        return Instrument(self.accelerometers.draw(streams.at("accelerometers")), self.gyros)
+        x, y, z = self.gradient * streams.at("gradient").rng().standard_normal(3) if self.gradient else np.zeros(3)
+        accelerometers = self.accelerometers.draw(streams.at("accelerometers"))
+        return Instrument(accelerometers, self.gyros, (float(x), float(y), float(z)))
 
 
 @dataclass(frozen=True)
 class Instrument:
-    """Three accelerometers along x, y, z and a gyro triad."""
+    """Three accelerometers along x, y, z and a gyro triad.
+
+    `gradient` (3,): by how much the place of each accelerometer is warmer than that of the thermometer, in parts of
+    the excess of the IMU over the air: the heat that flows out is the same for all.
+    """
 
     accelerometers: tuple[Accelerometer, Accelerometer, Accelerometer]
     gyros: GyroPopulation
+    gradient: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Mission:
@@ -71,9 +79,19 @@ class Mission:
 
     @cached_property
     def run(self) -> ThermalRun:
-        """The same as a run of the accelerometers."""
+        """The same as a run of accelerometers that are as warm as the thermometer."""
+        return self.run_at(0.0)
+
+    def run_at(self, gradient: float) -> ThermalRun:
+        """The run of an accelerometer whose place is warmer by `gradient` times the excess of the IMU over the air."""
         kind: Literal["oven", "flight"] = "oven" if self.profile.kind == "static" else "flight"
-        return ThermalRun(self.temperature.time_s, self.temperature.temperature_c, kind)
+
+        def lived(temperature: Temperature) -> ThermalRun:
+            before = None if temperature.before is None else lived(temperature.before)
+            surface_c = temperature.temperature_c + gradient * temperature.excess_c
+            return ThermalRun(temperature.time_s, surface_c, kind, before=before)
+
+        return lived(self.temperature)
 
     @cached_property
     def reading_c(self) -> np.ndarray:
@@ -104,16 +122,20 @@ class Mission:
         """What `instrument` records, from switching it on; `streams` are those of this one run."""
         true = self.increments
         counts = np.empty_like(true.velocity)
-        for axis, unit in enumerate(instrument.accelerometers):
-            slow = unit.slow(self.run, streams)
-            counts[:, axis] = unit.pulses(true.time_s, self.trajectory.start_s, true.velocity, self.run, slow, streams)
+        for axis, (unit, gradient) in enumerate(zip(instrument.accelerometers, instrument.gradient, strict=True)):
+            run = self.run_at(gradient) if gradient else self.run
+            slow = unit.slow(run, streams)
+            counts[:, axis] = unit.pulses(true.time_s, self.trajectory.start_s, true.velocity, run, slow, streams)
+        imu_c = np.interp(true.time_s, self.temperature.time_s, self.temperature.temperature_c)
         return Recording(
             name=self.profile.name,
             kind="oven" if self.profile.kind == "static" else "flight",
             start=self.start(self.trajectory.start_s, aligned=self.profile.kind == "static", still_until_s=0.0),
             imu=Imu(
                 time_s=true.time_s,
-                gyro=instrument.gyros.increments(true.time_s, self.trajectory.start_s, true.gyro, streams.at("gyros")),
+                gyro=instrument.gyros.increments(
+                    true.time_s, self.trajectory.start_s, true.gyro, streams.at("gyros"), imu_c
+                ),
                 accelerometer=counts,
                 accelerometer_form="pulse",
                 temperature_c=self.reading_c,

@@ -75,10 +75,20 @@ class Anchor(Strict):
     temperature_c: Celsius
 
 
+class Before(Strict):
+    """A stretch of time before the IMU was switched on for the flight: in still air of `air_c`, switched on or off."""
+
+    hours: Annotated[float, Field(gt=0.0, le=240.0)]
+    air_c: Celsius
+    on: bool = False
+
+
 class Thermal(Strict):
     """Lumped heat balance of the IMU; see `thermal.imu_temperature`."""
 
     ground_c: Celsius = 20.0
+    lapse_c_per_km: Annotated[float, Field(ge=-10.0, le=15.0)] | None = None  # up to 11 km; None: standard atmosphere
+    before: tuple[Before, ...] = ()  # in the order of time, the last ends where the profile starts
     time_constant_s: Annotated[float, Field(gt=0.0, le=86400.0)] = 4500.0
     recovery_factor: Annotated[float, Field(ge=0.0, le=1.0)] = 0.85
     self_heating_c: Annotated[float, Field(ge=0.0, le=80.0)] | None = None
@@ -98,6 +108,9 @@ class Gps(Strict):
     period_s: Annotated[float, Field(gt=0.0, le=60.0)] = 1.0
     position_sigma_m: Annotated[float, Field(ge=0.0, le=1000.0)] = 2.5
     velocity_sigma_mps: Annotated[float, Field(ge=0.0, le=10.0)] = 0.05
+    position_memory_m: Annotated[float, Field(ge=0.0, le=1000.0)] = 0.0  # one sigma, beside the white error
+    velocity_memory_mps: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
+    memory_s: Duration = 300.0  # correlation time of both
     lost_beyond_roll_deg: Annotated[float, Field(gt=0.0, le=180.0)] = 30.0
 
 

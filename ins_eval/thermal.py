@@ -9,10 +9,13 @@ import numpy as np
 from ambiance import Atmosphere
 
 from ins_eval.errors import UsageError
-from ins_eval.profile import load
+from ins_eval.profile import Thermal, load
 from ins_eval.trajectory import Trajectory
+from ins_eval.units import HOUR
 
 AIR_HEAT_CAPACITY = 1004.7  # J/(kg K), dry air at constant pressure
+TROPOPAUSE_M = 11000.0  # ICAO standard atmosphere: no lapse above
+BEFORE_STEP_S = 60.0  # of the temperatures before switch-on
 
 
 @numba.njit(cache=True)
@@ -69,21 +72,30 @@ class Thermometer:
         return np.round(felt[latest] / self.step_c) * self.step_c
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Temperature:
-    """True temperature of the IMU (n,) in degC at `time_s` (n,)."""
+    """True temperature of the IMU (n,) in degC at `time_s` (n,).
+
+    `excess_c` (n,): by how much it is warmer than the air that flows past it. `self_heating_c`: how much warmer its own
+    heat would keep it. `before`: what it lived through until it was switched on; None: long at the first temperature.
+    """
 
     time_s: np.ndarray
     temperature_c: np.ndarray
+    excess_c: np.ndarray
+    self_heating_c: float
+    before: Temperature | None = None
 
 
 def imu_temperature(trajectory: Trajectory, period_s: float = 1.0) -> Temperature:
-    """Lumped heat balance of the IMU over a flight, from switching it on at ambient temperature.
+    """Lumped heat balance of the IMU over a flight, from switching it on.
 
     tau T' = T_amb(h) + r V^2 / (2 c_p) + P - T
 
-    T_amb is the standard atmosphere shifted to the ground temperature, the second term the recovery of the air
-    stream's stagnation temperature, P the self-heating in degC: given, or solved so that T meets ``thermal.anchor``.
+    T_amb is the standard atmosphere shifted to the ground temperature, or falls from there with
+    ``thermal.lapse_c_per_km`` up to 11 km. The second term is the recovery of the air stream's stagnation temperature,
+    P the self-heating in degC: given, or solved so that T meets ``thermal.anchor``. The IMU begins at ambient
+    temperature, or at that to which ``thermal.before`` brought it (the same balance, P only while it was on).
     A profile with ``thermal.same_as`` repeats the history of that profile.
     """
     thermal = trajectory.profile.thermal
@@ -103,24 +115,64 @@ def imu_temperature(trajectory: Trajectory, period_s: float = 1.0) -> Temperatur
         return imu_temperature(other, period_s)
     time_s = np.arange(trajectory.start_s, trajectory.end_s + 0.5 * period_s, period_s)
     truth = trajectory.truth(time_s)
-    shift = thermal.ground_c - _standard_temperature_c(truth.height_m[:1])[0]
     speed_squared = np.sum(truth.velocity_n**2, axis=1)
-    ambient = (
-        _standard_temperature_c(truth.height_m)
-        + shift
-        + thermal.recovery_factor * speed_squared / (2.0 * AIR_HEAT_CAPACITY)
+    ambient = _still_air_c(thermal, truth.height_m) + thermal.recovery_factor * speed_squared / (
+        2.0 * AIR_HEAT_CAPACITY
     )
-    cold = lagged(time_s, ambient, thermal.time_constant_s)
-    warmed = 1.0 - np.exp(-(time_s - time_s[0]) / thermal.time_constant_s)  # response to one degree of self-heating
-    if thermal.anchor is None:
-        return Temperature(time_s, cold + thermal.self_heating_c * warmed)
-    at = np.searchsorted(time_s, thermal.anchor.time_s)
-    if not 0 < at < time_s.size:
-        raise UsageError(
-            f"{trajectory.profile.name}: thermal.anchor.time_s = {thermal.anchor.time_s:g} lies outside the flight; "
-            "move it inside"
+    before = _Before(thermal, time_s[0])
+    cold = lagged(time_s, ambient, thermal.time_constant_s, before.cold_c[-1] if thermal.before else None)
+    # response to one degree of self-heating
+    warmed = 1.0 - (1.0 - before.warmed[-1]) * np.exp(-(time_s - time_s[0]) / thermal.time_constant_s)
+    self_heating_c = thermal.self_heating_c
+    if thermal.anchor is not None:
+        at = np.searchsorted(time_s, thermal.anchor.time_s)
+        if not 0 < at < time_s.size:
+            raise UsageError(
+                f"{trajectory.profile.name}: thermal.anchor.time_s = {thermal.anchor.time_s:g} lies outside the "
+                "flight; move it inside"
+            )
+        self_heating_c = (thermal.anchor.temperature_c - cold[at]) / warmed[at]
+    temperature_c = cold + self_heating_c * warmed
+    return Temperature(
+        time_s, temperature_c, temperature_c - ambient, float(self_heating_c), before.temperature(self_heating_c)
+    )
+
+
+class _Before:
+    """The IMU before it was switched on for the flight: cooled and warmed by ``thermal.before`` up to `end_s`.
+
+    `cold_c` (m,) is its temperature without heat of its own, `warmed` (m,) what one degree of self-heating adds.
+    """
+
+    def __init__(self, thermal: Thermal, end_s: float):
+        hours = np.array([0.0, *(stretch.hours for stretch in thermal.before)])
+        corners_s = end_s - HOUR * (hours.sum() - np.cumsum(hours))
+        count = int(np.ceil((end_s - corners_s[0]) / BEFORE_STEP_S)) + 1
+        self.time_s = np.linspace(corners_s[0], end_s, count)
+        of = np.clip(np.searchsorted(corners_s, self.time_s, side="right") - 1, 0, max(len(thermal.before) - 1, 0))
+        self.air_c, on = (
+            np.array([getattr(stretch, key) for stretch in thermal.before] or [0.0], dtype=float)[of]
+            for key in ("air_c", "on")
         )
-    return Temperature(time_s, cold + (thermal.anchor.temperature_c - cold[at]) / warmed[at] * warmed)
+        self.cold_c = lagged(self.time_s, self.air_c, thermal.time_constant_s)
+        self.warmed = lagged(self.time_s, on, thermal.time_constant_s, start=0.0)
+
+    def temperature(self, self_heating_c: float) -> Temperature | None:
+        """The same as a history without its last point, at which the flight begins; None where nothing was before."""
+        if self.time_s.size < 2:
+            return None
+        temperature_c = self.cold_c + self_heating_c * self.warmed
+        columns = (self.time_s, temperature_c, temperature_c - self.air_c)
+        return Temperature(*(column[:-1] for column in columns), self_heating_c)
+
+
+def _still_air_c(thermal: Thermal, height_m: np.ndarray) -> np.ndarray:
+    """Temperature of the air at `height_m` (n,), the first of which is the ground."""
+    if thermal.lapse_c_per_km is None:
+        standard_c = _standard_temperature_c(height_m)
+        return standard_c + (thermal.ground_c - _standard_temperature_c(height_m[:1])[0])
+    climbed_m = np.minimum(height_m, TROPOPAUSE_M) - min(height_m[0], TROPOPAUSE_M)
+    return thermal.ground_c - 1e-3 * thermal.lapse_c_per_km * climbed_m
 
 
 def _standard_temperature_c(height_m: np.ndarray) -> np.ndarray:

@@ -113,6 +113,7 @@ class Creep(Effect):
 
     def _memory(self, run: ThermalRun) -> np.ndarray:
         def compute(run: ThermalRun) -> np.ndarray:
-            return self.relaxed(run.time_s, run.element_c, self.reference_temperature_c)
+            whole = run.whole
+            return run.cut(self.relaxed(whole.time_s, whole.element_c, self.reference_temperature_c))
 
         return run.state((self.name, self), compute)

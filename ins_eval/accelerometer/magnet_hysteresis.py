@@ -57,7 +57,7 @@ class MagnetHysteresis(Effect):
         """Where the magnet stands between the rising (-1) and the falling (+1) branch, (n,)."""
 
         def compute(run: ThermalRun) -> np.ndarray:
-            surface = run.temperature_c
-            return np.mean([(play(surface, h) - surface) / h for h in self.half_widths_c], axis=0)
+            surface = run.whole.temperature_c
+            return run.cut(np.mean([(play(surface, h) - surface) / h for h in self.half_widths_c], axis=0))
 
         return run.state((self.name, self.half_widths_c), compute)

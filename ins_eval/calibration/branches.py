@@ -97,6 +97,12 @@ def branches(
     return BranchCurve(knots, solution[: knots.size], solution[knots.size :])
 
 
+def piecewise(temperature_c: np.ndarray, rate_c_per_min: np.ndarray, values: np.ndarray) -> BranchCurve:
+    """`branches` blind to the direction of the temperature: both branches are the one curve through all readings."""
+    both = branches(temperature_c, np.full_like(_floats(temperature_c), BLEND_C_PER_MIN), values)
+    return BranchCurve(both.knots_c, both.rising, both.rising)
+
+
 def supported(knots: np.ndarray, lowest: float, highest: float) -> np.ndarray:
     """The knots that have readings of their own, and the ends of the readings."""
     inside = knots[(knots > lowest + KNOT_MARGIN_C) & (knots < highest - KNOT_MARGIN_C)]

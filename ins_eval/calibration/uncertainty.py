@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ins_eval.calibration.branches import RIDGE, BranchCurve, roughness
+from ins_eval.calibration.branches import RIDGE, BranchCurve, piecewise, roughness
 from ins_eval.calibration.fits import Polynomial, anchored_line, constant, near_reference
 from ins_eval.calibration.four_point import FourPoint
 from ins_eval.errors import DataRefused
@@ -91,6 +91,9 @@ def _weights(fit: Callable, curve: Polynomial | BranchCurve, design: np.ndarray,
         difference = design[:, 0]
         slope = (difference - difference.sum() * at_reference) / (difference @ difference)
         return np.column_stack((slope, at_reference))
+    if fit is piecewise:
+        both = design[:, : curve.knots_c.size] + design[:, curve.knots_c.size :]
+        return np.tile(np.linalg.solve(both.T @ both, both.T).T, 2)
     if isinstance(curve, BranchCurve):
         return np.linalg.solve(design.T @ design + RIDGE * roughness(curve.knots_c.size), design.T).T
     length = np.linalg.norm(design, axis=0)

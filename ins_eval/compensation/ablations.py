@@ -1,8 +1,8 @@
-"""The hysteresis compensation with a part left out: what each part of it is worth."""
+"""The hysteresis compensation with a part left out or exchanged: what each part of it is worth."""
 
 from __future__ import annotations
 
-from ins_eval.calibration.branches import branches
+from ins_eval.calibration.branches import branches, piecewise
 from ins_eval.calibration.fits import line, polynomial, quadratic
 from ins_eval.compensation.scale_and_bias import ScaleAndBias
 
@@ -20,3 +20,13 @@ def hysteresis_bias_only() -> ScaleAndBias:
 def hysteresis_without_rate() -> ScaleAndBias:
     """`hysteresis` with a scale factor that does not know the rate: eq. (6) in place of eq. (11)."""
     return ScaleAndBias("hysteresis_without_rate", scale=quadratic, bias=branches)
+
+
+def hysteresis_blind() -> ScaleAndBias:
+    """`hysteresis` with a bias as piecewise, but blind to the direction of the temperature."""
+    return ScaleAndBias("hysteresis_blind", scale=polynomial, bias=piecewise)
+
+
+def hysteresis_piecewise_scale() -> ScaleAndBias:
+    """`hysteresis` with a scale factor drawn as its bias is: piecewise, a branch for either direction."""
+    return ScaleAndBias("hysteresis_piecewise_scale", scale=branches, bias=branches)

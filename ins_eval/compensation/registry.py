@@ -15,7 +15,13 @@ from types import ModuleType
 import numpy as np
 
 from ins_eval.compensation import CompensationModel, Samples
-from ins_eval.compensation.ablations import hysteresis_bias_only, hysteresis_scale_only, hysteresis_without_rate
+from ins_eval.compensation.ablations import (
+    hysteresis_bias_only,
+    hysteresis_blind,
+    hysteresis_piecewise_scale,
+    hysteresis_scale_only,
+    hysteresis_without_rate,
+)
 from ins_eval.compensation.file import AXES, SINGLE, ModelFile
 from ins_eval.compensation.hysteresis import hysteresis
 from ins_eval.compensation.mirrored import Mirrored
@@ -36,6 +42,8 @@ BUILT_IN: dict[str, Callable[[], CompensationModel]] = {
     "hysteresis_scale_only": hysteresis_scale_only,
     "hysteresis_bias_only": hysteresis_bias_only,
     "hysteresis_without_rate": hysteresis_without_rate,
+    "hysteresis_blind": hysteresis_blind,
+    "hysteresis_piecewise_scale": hysteresis_piecewise_scale,
 }
 REFINED = "_refined"  # after any name, a user's too: that model with the oven refinement
 FILE = ".toml"

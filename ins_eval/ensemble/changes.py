@@ -4,6 +4,7 @@
     gyro.bias_deg_per_h      a parameter of the gyros
     thermal.ground_c         a table of the profile; of its lists (turn, speed, height) every element
     alignment                "found" on the stand, or "given": the true attitude at time 0
+    gradient                 spread of the temperatures in the IMU, see `imu.Instrument.gradient`
 
 The tables have different names, so a key says which one it means. Every value is checked as if it stood in the file.
 """
@@ -34,6 +35,7 @@ class Setting:
     gyros: GyroPopulation
     profile: Profile
     alignment: Attitude = "found"
+    gradient: float = 0.0
 
     def changed(self, changes: Iterable[Change]) -> Setting:
         """The setting with each change made. Raises UsageError for a key that is unknown or a value out of range."""
@@ -47,6 +49,8 @@ def _changed(setting: Setting, change: Change) -> Setting:
         if value not in ATTITUDES:
             raise UsageError(f"{where}: the value is {value!r}; expected {' or '.join(map(repr, ATTITUDES))}")
         return replace(setting, alignment=value)
+    if key == "gradient":
+        return replace(setting, gradient=_not_negative(value, where))
     table, _, field = key.partition(".")
     effects = [effect.name for effect in setting.accelerometers.effects]
     tables = [name for name, content in setting.profile if not isinstance(content, (str, float))]
@@ -58,7 +62,7 @@ def _changed(setting: Setting, change: Change) -> Setting:
         return replace(setting, gyros=_gyros(setting.gyros, field, value, where))
     if table in tables and field:
         return replace(setting, profile=_profile(setting.profile, table, field, value, where))
-    near = did_you_mean(table, ["alignment", "gyro", *effects, *tables])
+    near = did_you_mean(table, ["alignment", "gradient", "gyro", *effects, *tables])
     raise UsageError(f"{where}: expected <table>.<parameter>, and there is no table '{table}'{near}")
 
 
@@ -66,9 +70,13 @@ def _gyros(gyros: GyroPopulation, field: str, value, where: str) -> GyroPopulati
     known = [f.name for f in fields(gyros)]
     if field not in known:
         raise UsageError(f"{where}: unknown key '{field}'{did_you_mean(field, known)}")
+    return replace(gyros, **{field: _not_negative(value, where)})
+
+
+def _not_negative(value, where: str) -> float:
     if isinstance(value, (str, tuple)) or not value >= 0.0:
         raise UsageError(f"{where}: the value is {value!r}; expected a number, 0 or more")
-    return replace(gyros, **{field: float(value)})
+    return float(value)
 
 
 def _profile(profile: Profile, table: str, field: str, value, where: str) -> Profile:

@@ -20,8 +20,9 @@ STATISTICS = {
 
 def fly(world: World, index: int) -> dict[str, dict[str, np.ndarray]]:
     """One member: for each arm, what its flight contributes to every measure, and its track of position errors."""
-    recording = world.flight.record(world.instrument(index), world.streams(index).at("flight"))
-    seen, begin = samples(recording), beginning(world.flight, recording, world.alignment)
+    mission = world.mission(index)
+    recording = mission.record(world.instrument(index), world.streams(index).at("flight"))
+    seen, begin = samples(recording), beginning(mission, recording, world.alignment)
     result = {}
     for arm, triad in world.triads(index).items():
         velocity = compensate(seen, triad, recording.start.time_s)

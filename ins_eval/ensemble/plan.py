@@ -15,6 +15,7 @@ from ins_eval import accelerometer
 from ins_eval.compensation.registry import model_files
 from ins_eval.ensemble.changes import Change
 from ins_eval.errors import UsageError, did_you_mean
+from ins_eval.missions import Missions
 from ins_eval.profile import load
 
 ARMS = (
@@ -28,6 +29,8 @@ ARMS = (
     "hysteresis_scale_only",
     "hysteresis_bias_only",
     "hysteresis_without_rate",
+    "hysteresis_blind",
+    "hysteresis_piecewise_scale",
 )
 RATE_HZ = 10.0
 OVEN_RATE_HZ = 1.0
@@ -60,6 +63,9 @@ class Plan:
     source: str | None = None  # one of SOURCES: all others are switched off
     experiment: Experiment = "flight"
     changes: tuple[Change, ...] = ()  # one-factor changes, see `changes`
+    oven: str | None = None  # the profile whose temperatures the oven repeats; None: that of the flight
+    missions: str | None = None  # each instrument flies a mission of its own; the oven keeps to the profile
+    missions_off: tuple[str, ...] = ()  # sources of difference between missions that are switched off
 
     def __post_init__(self) -> None:
         for name, value, known in (("experiment", self.experiment, EXPERIMENTS), ("source", self.source, SOURCES)):
@@ -69,9 +75,13 @@ class Plan:
     def key(self) -> str:
         """Name of the results of this plan: changes with the plan, the profile, the models and the code."""
         digest = hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode())
-        profile = load(self.profile)
-        for said in (profile, *([load(profile.thermal.same_as)] if profile.thermal.same_as else [])):
-            digest.update(said.model_dump_json().encode())
+        for name in (self.profile, self.oven):
+            if name is not None:
+                profile = load(name)
+                for said in (profile, *([load(profile.thermal.same_as)] if profile.thermal.same_as else [])):
+                    digest.update(said.model_dump_json().encode())
+        if self.missions is not None:
+            digest.update(repr(Missions.load(self.missions)).encode())
         digest.update(repr(accelerometer.Population.load(self.population)).encode())
         digest.update(np.__version__.encode())
         package = Path(ins_eval.__file__).parent

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -24,17 +24,18 @@ from ins_eval.ensemble.world import World
 from ins_eval.errors import InsEvalError, StorageError
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=64)
 def _world(plan: Plan) -> World:
     return World(plan)
 
 
-def _work(plan: Plan, index: int, store: Store) -> int:
-    """Compute and keep one member; runs in a worker."""
+def _work(index: int, ensembles: Sequence[tuple[Plan, Store]]) -> int:
+    """Compute and keep the members of one number, which share an instrument; runs in a worker. Returns how many."""
     with threadpool_limits(1):
-        experiment = import_module(f"ins_eval.ensemble.{plan.experiment}")
-        store.write(index, experiment.member(_world(plan), index))
-    return index
+        for plan, store in ensembles:
+            experiment = import_module(f"ins_eval.ensemble.{plan.experiment}")
+            store.write(index, experiment.member(_world(plan), index))
+    return len(ensembles)
 
 
 def run(
@@ -47,22 +48,27 @@ def run(
     Raises: StorageError for a full disk or a folder that cannot be written.
     """
     stores = {label: Store(folder / plan.key()).open() for label, (plan, _) in plans.items()}
-    missing = [(label, i) for label, (_, size) in plans.items() for i in range(size) if stores[label].read(i) is None]
-    with tqdm(total=len(missing), desc="instruments", unit="", disable=quiet or not missing, mininterval=0.5) as bar:
-        for _ in _computed(missing, plans, stores, workers or os.cpu_count() or 1):
-            bar.update()
+    missing: dict[int, list[tuple[Plan, Store]]] = {}
+    for index in range(max((size for _, size in plans.values()), default=0)):
+        for label, (plan, size) in plans.items():
+            if index < size and stores[label].read(index) is None:
+                missing.setdefault(index, []).append((plan, stores[label]))
+    count = sum(map(len, missing.values()))
+    with tqdm(total=count, desc="instruments", unit="", disable=quiet or not missing, mininterval=0.5) as bar:
+        for done in _computed(missing, workers or os.cpu_count() or 1):
+            bar.update(done)
     return {label: [_present(stores[label], i) for i in range(size)] for label, (_, size) in plans.items()}
 
 
-def _computed(missing, plans, stores, workers: int) -> Iterator[int]:
+def _computed(missing: Mapping[int, Sequence[tuple[Plan, Store]]], workers: int) -> Iterator[int]:
     if workers == 1 or len(missing) < 2:
-        for label, index in missing:
-            yield _work(plans[label][0], index, stores[label])
+        for index, ensembles in missing.items():
+            yield _work(index, ensembles)
         return
     pool = ProcessPoolExecutor(min(workers, len(missing)), mp_context=get_context("spawn"), initializer=_attend_parent)
     try:
         with _interrupts_ignored():  # what is started here ignores them for good: the parent alone answers
-            futures = [pool.submit(_work, plans[label][0], index, stores[label]) for label, index in missing]
+            futures = [pool.submit(_work, index, ensembles) for index, ensembles in missing.items()]
         for future in as_completed(futures):
             yield future.result()
     except BrokenProcessPool:

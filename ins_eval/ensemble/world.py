@@ -2,34 +2,41 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 from ins_eval import accelerometer
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.guard import working_model
-from ins_eval.compensation.refined import OvenRun
+from ins_eval.compensation.refined import OvenRun, Refined
+from ins_eval.compensation.registry import BUILT_IN, REFINED, load_model
 from ins_eval.earth import gravity
-from ins_eval.ensemble.changes import Attitude, Setting
+from ins_eval.ensemble.changes import Attitude, Change, Setting
 from ins_eval.ensemble.plan import OVEN_RATE_HZ, SOURCES, Plan
 from ins_eval.errors import UsageError
 from ins_eval.evaluate import samples, standstill_to_align_on
 from ins_eval.gyro import GyroPopulation
 from ins_eval.imu import Instrument, Mission, Population
 from ins_eval.laboratory import Chamber
+from ins_eval.missions import Missions
 from ins_eval.profile import Profile, load
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.streams import Streams
 
 
-@lru_cache(maxsize=4)
-def _missions(profile: Profile, rate_hz: float) -> tuple[Mission, Mission]:
-    """The flight and the oven with its temperatures: shared by plans that differ in their sensors only."""
-    flight = Mission(profile, rate_hz)
-    return flight, flight.in_oven(OVEN_RATE_HZ)
+@lru_cache(maxsize=8)
+def _flight(profile: Profile, rate_hz: float) -> Mission:
+    """A flight that all instruments fly: shared by plans that differ in their sensors only."""
+    return Mission(profile, rate_hz)
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=8)
+def _oven(profile: Profile, rate_hz: float) -> Mission:
+    """The oven with the temperatures of a flight, shared likewise."""
+    return _flight(profile, rate_hz).in_oven(OVEN_RATE_HZ)
+
+
+@lru_cache(maxsize=8)
 def _measured(
     chamber: Chamber, accelerometers: accelerometer.Population, streams: Streams
 ) -> tuple[ChamberReadings, ...]:
@@ -38,12 +45,31 @@ def _measured(
     return tuple(chamber.measure(unit, streams) for unit in instrument.accelerometers)
 
 
+@lru_cache(maxsize=64)
+def _calibrated(
+    chamber: Chamber, accelerometers: accelerometer.Population, streams: Streams, model: str
+) -> tuple[CompensationModel, ...]:
+    """A built-in model of each accelerometer, as the chamber leaves it; shared likewise, with its refined twin, too."""
+    return tuple(load_model(model).fit(readings) for readings in _measured(chamber, accelerometers, streams))
+
+
+@lru_cache(maxsize=8)
+def _oven_runs(population: Population, oven: Mission, streams: Streams, count: int) -> tuple[list[OvenRun], ...]:
+    """The first `count` refinement runs of an instrument, level and at rest in the oven, for each accelerometer."""
+    instrument, node = population.draw(streams), streams.at("oven")
+    seen = [samples(oven.record(instrument, node.at(run))) for run in range(count)]
+    start = oven.start(0.0, aligned=True)
+    force = (0.0, 0.0, -gravity(start.latitude_rad, start.height_m))
+    return tuple([(of_axes[axis], force[axis]) for of_axes in seen] for axis in range(3))
+
+
 class World:
     """What all members of a plan share."""
 
     def __init__(self, plan: Plan):
+        self.missions = Missions.load(plan.missions).without(*plan.missions_off) if plan.missions else None
         setting = Setting(accelerometer.Population.load(plan.population), GyroPopulation(), load(plan.profile))
-        setting = setting.changed(plan.changes)
+        setting = setting.changed(plan.changes + _of_instruments(self.missions))
         if setting.profile.kind != "flight":
             raise UsageError(f"profile '{plan.profile}' stands still; expected a flight, kind = 'flight'")
         self.plan = plan
@@ -52,9 +78,11 @@ class World:
             effects, gyros_err = SOURCES[plan.source]
             accelerometers = accelerometers.only(*effects, "quantisation")
             gyros = gyros if gyros_err else gyros.perfect()
-        self.population = Population(accelerometers, gyros)
+        self.population = Population(accelerometers, gyros, setting.gradient)
         self.alignment = setting.alignment
-        self.flight, self.oven = _missions(setting.profile, plan.rate_hz)
+        self.flight = _flight(setting.profile, plan.rate_hz)
+        heated = setting.profile if plan.oven is None else load(plan.oven)
+        self.oven = _oven(heated, plan.rate_hz)
         self.chamber = Chamber()
 
     def instrument(self, index: int) -> Instrument:
@@ -65,28 +93,50 @@ class World:
         """Random streams of the instrument with this number."""
         return Streams(self.plan.seed).at("instrument", index)
 
+    def mission(self, index: int) -> Mission:
+        """What the instrument with this number flies: the flight of all, or a mission of its own."""
+        if self.missions is None:
+            return self.flight
+        return Mission(self.missions.draw(self._first, self.streams(index).at("mission")), self.plan.rate_hz)
+
+    @cached_property
+    def _first(self) -> Profile:
+        """The profile that missions begin with: the own heat of the IMU is that of the flight, whatever the day."""
+        own = {"anchor": None, "same_as": None, "self_heating_c": self.flight.temperature.self_heating_c}
+        profile = self.flight.profile
+        return profile.model_copy(update={"thermal": profile.thermal.model_copy(update=own)})
+
     def triads(self, index: int) -> dict[str, list[CompensationModel]]:
         """The compensation models of an instrument, calibrated and refined, one for each accelerometer."""
-        chambers = _measured(self.chamber, self.population.accelerometers, self.streams(index))
+        measured = (self.chamber, self.population.accelerometers, self.streams(index))
         ovens = self.oven_runs(index, self.plan.oven_runs)
         triads: dict[str, list[CompensationModel]] = {}
         for arm in self.plan.arms:
-            triad = [working_model(arm, f"instrument {index}").fit(readings) for readings in chambers]
+            if (model := arm.removesuffix(REFINED)) in BUILT_IN:
+                fitted = _calibrated(*measured, model)
+                triad = list(fitted) if model == arm else [Refined(one) for one in fitted]
+            else:
+                triad = [working_model(arm, f"instrument {index}").fit(readings) for readings in _measured(*measured)]
             for model, runs in zip(triad, ovens, strict=True):
                 if hasattr(model, "refine"):
                     model.refine(runs)
             triads[arm] = triad
         return triads
 
-    def oven_runs(self, index: int, count: int) -> tuple[list[OvenRun], list[OvenRun], list[OvenRun]]:
-        """The first `count` refinement runs of an instrument, level and at rest in the oven, for each accelerometer."""
-        instrument, node = self.instrument(index), self.streams(index).at("oven")
-        recordings = [self.oven.record(instrument, node.at(run)) for run in range(count)]
-        seen = [samples(recording) for recording in recordings]
-        start = self.oven.start(0.0, aligned=True)
-        force = (0.0, 0.0, -gravity(start.latitude_rad, start.height_m))
-        x, y, z = ([(of_axes[axis], force[axis]) for of_axes in seen] for axis in range(3))
-        return x, y, z
+    def oven_runs(self, index: int, count: int) -> tuple[list[OvenRun], ...]:
+        """The first `count` refinement runs of an instrument in the oven, for each accelerometer."""
+        return _oven_runs(self.population, self.oven, self.streams(index), count)
+
+
+def _of_instruments(missions: Missions | None) -> tuple[Change, ...]:
+    """What the sources of difference change in the instruments themselves."""
+    sources = missions.sources if missions else {}
+    changes: list[Change] = []
+    if "gyro" in sources:
+        changes.append(("gyro.thermal_deg_per_h_per_c", sources["gyro"].thermal_deg_per_h_per_c))
+    if "gradient" in sources:
+        changes.append(("gradient", sources["gradient"].sigma))
+    return tuple(changes)
 
 
 def beginning(mission: Mission, recording: Recording, alignment: Attitude) -> dict[str, Any]:

@@ -58,7 +58,7 @@ class Drifting(GyroPopulation):
         object.__setattr__(self, "north", north)
         object.__setattr__(self, "east", east)
 
-    def increments(self, time_s, start_s, true_increments, streams):
+    def increments(self, time_s, start_s, true_increments, streams, temperature_c=22.0):
         c, s = np.cos(HEADING), np.sin(HEADING)
         bias = np.array([self.north * c + self.east * s, self.east * c - self.north * s, 0.0])
         return true_increments + bias * np.diff(time_s, prepend=start_s)[:, None]
