@@ -55,6 +55,19 @@ def _parser() -> argparse.ArgumentParser:
         metavar="Y",
         help="time between calibration and flight in the section on storage; 0 leaves it out (default: %(default)g)",
     )
+    flight.add_argument(
+        "--missions",
+        type=_at_least(0),
+        metavar="N",
+        help="missions, one for each of N instruments; 0 leaves them out (default: 50, or --ensemble if that is less)",
+    )
+    flight.add_argument(
+        "--flights",
+        nargs="+",
+        default=(),
+        metavar="PROFILE",
+        help="other profiles to fly, the oven keeping to --profile; as many instruments as missions",
+    )
     _common(flight)
 
     paper = verbs.add_parser("paper-report", help="each number and claim of Paper A beside ours")

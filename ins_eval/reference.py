@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -249,10 +250,7 @@ def _interpolated(solution: Solution, time_s: np.ndarray) -> tuple[np.ndarray, n
     samples = solution.time_s
     if samples.size < 2:
         raise DataRefused(f"solution: {samples.size} sample(s), expected at least 2 to compare with a reference")
-    left = np.clip(np.searchsorted(samples, time_s, side="right") - 1, 0, samples.size - 2)
-    pair = left[:, None] + np.arange(2)
-    step = samples[left + 1] - samples[left]
-    u = (time_s - samples[left]) / step
+    pair, step, u, nodes, weights = _places(samples.tobytes(), np.asarray(time_s, dtype=float).tobytes())
 
     latitude, height = solution.latitude_rad[pair], solution.height_m[pair]
     longitude = np.unwrap(solution.longitude_rad[pair], axis=1)
@@ -261,16 +259,29 @@ def _interpolated(solution: Solution, time_s: np.ndarray) -> tuple[np.ndarray, n
     latitude_rate = north / (meridian_m + height)
     longitude_rate = east / ((transverse_m + height) * np.cos(latitude))
 
-    count = min(_VELOCITY_NODES, samples.size)
-    first = np.clip(left - count // 2 + 1, 0, samples.size - count)
-    nodes = first[:, None] + np.arange(count)
-    weights = _lagrange_weights(samples[nodes] - time_s[:, None])
     return (
         _hermite(u, step, latitude, latitude_rate),
         _hermite(u, step, longitude, longitude_rate),
         _hermite(u, step, height, -down),
         np.einsum("ij,ijk->ik", weights, solution.velocity_n[nodes]),
     )
+
+
+@lru_cache(maxsize=2)  # every compensation of a recording is compared at the same instants
+def _places(sample_bytes: bytes, time_bytes: bytes) -> tuple[np.ndarray, ...]:
+    """Where instants (m,) lie among samples (n,), both in s, as bytes.
+
+    The samples around each (m, 2), their distance (m,), the fraction of it (m,), and the nearest nodes (m, k) with
+    their weights (m, k).
+    """
+    samples, time_s = np.frombuffer(sample_bytes), np.frombuffer(time_bytes)
+    left = np.clip(np.searchsorted(samples, time_s, side="right") - 1, 0, samples.size - 2)
+    step = samples[left + 1] - samples[left]
+    count = min(_VELOCITY_NODES, samples.size)
+    first = np.clip(left - count // 2 + 1, 0, samples.size - count)
+    nodes = first[:, None] + np.arange(count)
+    weights = _lagrange_weights(samples[nodes] - time_s[:, None])
+    return left[:, None] + np.arange(2), step, (time_s - samples[left]) / step, nodes, weights
 
 
 def _hermite(u: np.ndarray, step: np.ndarray, value: np.ndarray, rate: np.ndarray) -> np.ndarray:

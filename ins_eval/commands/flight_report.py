@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ins_eval import ensemble, metrics
-from ins_eval.commands import after_storage, flight_study
+from ins_eval.commands import after_storage, flight_study, missions_study
 from ins_eval.commands.flight_figures import path, temperature, traces
 from ins_eval.commands.flight_study import PAPER, SHOWN_ARMS, SINGLE_FLIGHT, Shown, by_arm
 from ins_eval.compensation.check import require_sound
@@ -37,10 +38,13 @@ def run(
     quiet: bool,
     population: str = "jb-kt8",
     storage_years: float = 1.0,
+    missions: int | None = None,
+    flights: Sequence[str] = (),
 ) -> int:
     """Compute, write ``metrics.json``, ``manifest.json``, figures, page and text into `output`, print the text.
 
-    With `storage_years` of 0 nothing is said of storage.
+    With `storage_years` of 0 nothing is said of storage, with 0 `missions` nothing of missions and other `flights`;
+    None means the usual number of missions, or `size` where that is less.
     """
     users: tuple[str, ...] = ()
     if model is not None:
@@ -53,15 +57,21 @@ def run(
     plans = flight_study.plans(plan, size)
     if storage_years:
         plans |= after_storage.plans(plan, size, units)
+    missions = min(size, missions_study.SIZE) if missions is None else missions
+    plans |= missions_study.plans(plan, missions, flights)
     members = ensemble.run(plans, output / "members", workers, quiet)
     shown = flight_study.fly_shown(world, [*SHOWN_ARMS, *users], names)
     result = flight_study.numbers(plan, size, members, shown, names, tuple(names[u] for u in users))
     if storage_years:
         result["storage"] = after_storage.numbers(plans, members, units)
+    if missions:
+        result["missions"] = missions_study.numbers(plans, members, names, tuple(names[u] for u in users))
     write_whole(output / "manifest.json", as_json(manifest(plan, size)))
     answer, sections = flight_content(result)
     arms = by_arm(members, names)
     drawn = {**flight_figures(shown, result), **ensemble_figures(arms, result, Streams(seed).at("bootstrap"))}
+    if missions:
+        drawn |= missions_study.drawn(members, names, Streams(seed).at("missions"))
     write_results(output, f"Flight report: {result['profile']}", answer, sections, result, drawn, quiet)
     return 0
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from ins_eval import ensemble, metrics
 from ins_eval.ensemble import SOURCES, Plan, World
+from ins_eval.ensemble.attribution import attribution
 from ins_eval.evaluate import Evaluation, compensate, evaluate, measures, samples, standstill_to_align_on
 from ins_eval.imu import Mission
 from ins_eval.paper_a.printed import FLIGHT as PAPER
@@ -36,6 +37,9 @@ PAIRS = (
     ("hysteresis", "hysteresis_without_rate"),
     ("hysteresis_scale_only", "simple"),
     ("hysteresis_bias_only", "simple"),
+    ("hysteresis", "hysteresis_blind"),
+    ("hysteresis_blind", "simple"),
+    ("hysteresis", "hysteresis_piecewise_scale"),
     ("quadratic", "simple"),
     ("simple", "none"),
 )
@@ -83,7 +87,7 @@ def numbers(
         "duration_s": profile.duration_s,
         "definitions": _definitions(),
         "floor": _floor(shown.world),
-        "ensemble": _ensemble(arms, size, rng, users),
+        "ensemble": ensemble_numbers(arms, size, rng, users),
         "budget": {"size": min(size, BUDGET_SIZE), **{s: _budget(ensemble.stacked(members[s]), rng) for s in SOURCES}},
         "flight": {name: measures(e) for name, e in shown.navigated.items()},
         "gps": _gps(shown.recording.gps),
@@ -137,8 +141,11 @@ def _arm(estimates: dict[str, metrics.Estimate]) -> dict[str, Any]:
     return groups
 
 
-def _ensemble(arms, size: int, rng: Streams, users: tuple[str, ...]) -> dict[str, Any]:
-    pairs = list(PAIRS)
+def ensemble_numbers(
+    arms, size: int, rng: Streams, users: Sequence[str] = (), pairs: Sequence[tuple[str, str]] = PAIRS
+) -> dict[str, Any]:
+    """Every compensation with its estimates, the ratios of pairs, and what model and refinement each bring."""
+    pairs = list(pairs)
     for user in users:
         refined = user.endswith("_refined")
         pairs += [
@@ -147,6 +154,8 @@ def _ensemble(arms, size: int, rng: Streams, users: tuple[str, ...]) -> dict[str
         ]
     compared = metrics.paired_bootstrap(arms, ensemble.STATISTICS, pairs, rng.at("ensemble").rng())
     result: dict[str, Any] = {"size": size, "rate_hz": ensemble.RATE_HZ, "improvement": {}}
+    main = {measure: ensemble.STATISTICS[measure] for measure in ("velocity_rms_horizontal", "cep_rate_final")}
+    result["attribution"] = attribution(arms, main, rng.at("attribution").rng())
     for arm, estimates in compared.arms.items():
         result[arm] = _arm(estimates)
         track_s = arms[arm]["track_s"][0]

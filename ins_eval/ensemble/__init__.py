@@ -7,7 +7,9 @@ on the plan and its number alone, so neither the number of workers nor an interr
     plan.py           what decides the numbers: profile, population, compensations, seed, experiment
     changes.py        one assumption changed: a dotted key and its value
     world.py          what the members of a plan share
-    flight.py         experiment "flight": one flight
+    flight.py         experiment "flight": one flight of all, or a mission of its own for each
+    conditions.py     on which missions a compensation helps
+    attribution.py    what model and refinement each bring, whichever is added first
     oven.py           experiment "oven": ten runs at rest with the temperatures of the flight
     chamber.py        experiment "chamber": the printed units, calibrated
     sensitivity.py    the flight again, with one assumption changed at a time
@@ -17,7 +19,7 @@ on the plan and its number alone, so neither the number of workers nor an interr
     store.py          members on disk
 """
 
-from ins_eval.ensemble.flight import STATISTICS, contributions, fly
+from ins_eval.ensemble.flight import MISSION, STATISTICS, contributions, fly
 from ins_eval.ensemble.plan import ARMS, OVEN_RATE_HZ, RATE_HZ, SOURCES, Plan
 from ins_eval.ensemble.running import run, stacked
 from ins_eval.ensemble.store import Store
@@ -25,6 +27,7 @@ from ins_eval.ensemble.world import World
 
 __all__ = [
     "ARMS",
+    "MISSION",
     "OVEN_RATE_HZ",
     "RATE_HZ",
     "SOURCES",

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from ins_eval import metrics
+from ins_eval.ensemble.conditions import conditions
 from ins_eval.ensemble.world import World, beginning
 from ins_eval.evaluate import compensate, evaluate, samples
 from ins_eval.reference import bridge
 
 TRACK_PERIOD_S = 60.0
+MISSION = "mission"  # stands beside the arms of a member
 
 # What the contributions of all members come to, by measure.
 STATISTICS = {
@@ -19,7 +21,10 @@ STATISTICS = {
 
 
 def fly(world: World, index: int) -> dict[str, dict[str, np.ndarray]]:
-    """One member: for each arm, what its flight contributes to every measure, and its track of position errors."""
+    """One member: for each arm, what its flight contributes to every measure, and its track of position errors.
+
+    Where each instrument flies a mission of its own, `MISSION` holds what that was like.
+    """
     mission = world.mission(index)
     recording = mission.record(world.instrument(index), world.streams(index).at("flight"))
     seen, begin = samples(recording), beginning(mission, recording, world.alignment)
@@ -28,6 +33,8 @@ def fly(world: World, index: int) -> dict[str, dict[str, np.ndarray]]:
         velocity = compensate(seen, triad, recording.start.time_s)
         flown = evaluate(recording, velocity, **begin)
         result[arm] = contributions(flown.errors)
+    if world.missions is not None:
+        result[MISSION] = conditions(mission, world.oven)
     return result
 
 
@@ -41,13 +48,12 @@ def contributions(errors) -> dict[str, np.ndarray]:
     rms = metrics.velocity_rms(errors.velocity_n, errors.valid)
     moving = time_s > 0.0
     bridged = bridge(errors)
+    reductions = dict.fromkeys(d.per_flight for d in metrics.DEFINITIONS.values())  # several definitions share one
+    reduced = {reduce: np.asarray(reduce(position[moving], time_s[moving])) for reduce in reductions}
     grid = np.searchsorted(bridged.time_s, np.arange(0.0, bridged.time_s[-1] + 0.5, TRACK_PERIOD_S) - 1e-6)
     return {
         **{f"velocity_rms_{axis}": np.asarray(value) for axis, value in rms._asdict().items()},
-        **{
-            f"cep_rate_{key}": np.asarray(d.per_flight(position[moving], time_s[moving]))
-            for key, d in metrics.DEFINITIONS.items()
-        },
+        **{f"cep_rate_{key}": reduced[d.per_flight] for key, d in metrics.DEFINITIONS.items()},
         "track_s": bridged.time_s[grid],
         "track_m": np.column_stack([bridged.north_m[grid], bridged.east_m[grid]]),
     }

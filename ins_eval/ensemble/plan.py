@@ -6,7 +6,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -38,15 +38,37 @@ OVEN_RATE_HZ = 1.0
 Experiment = Literal["flight", "oven", "chamber"]
 EXPERIMENTS: tuple[Experiment, ...] = get_args(Experiment)
 
-# Sources of the error budget: the effects of the accelerometers that stay on, and whether the gyros err.
-SOURCES: dict[str, tuple[tuple[str, ...], bool]] = {
-    "accelerometer_bias_thermal": (("thermal_lag", "bias_temperature", "creep"), False),
-    "accelerometer_bias_of_the_run": (("turn_on", "in_run", "noise"), False),
-    "accelerometer_scale_factor": (
-        ("scale_polynomial", "magnet_hysteresis", "scale_repeatability", "nonlinearity", "loop_gain"),
-        False,
+
+class Source(NamedTuple):
+    """A source of the error budget: the effects of the accelerometers that stay on, whether the gyros err, changes."""
+
+    effects: tuple[str, ...]
+    gyros: bool = False
+    changes: tuple[Change, ...] = ()
+
+
+_THERMAL = ("thermal_lag", "bias_temperature", "creep")
+SOURCES: dict[str, Source] = {
+    "accelerometer_bias_thermal": Source(_THERMAL),
+    # the IMU of Paper A has one temperature; with the spread of the missions it has not
+    "accelerometer_bias_thermal_with_gradient": Source(_THERMAL, changes=(("gradient", 0.02),)),
+    "accelerometer_bias_of_the_run": Source(("turn_on", "in_run", "noise")),
+    "accelerometer_scale_factor": Source(
+        ("scale_polynomial", "magnet_hysteresis", "scale_repeatability", "nonlinearity", "loop_gain")
     ),
-    "gyro": ((), True),
+    # what Paper A neglects in eq. (1); assumed: K3 10 ug/g^3, Kip and Kio as large as K2, 10 seconds of arc
+    "accelerometer_cross_terms": Source(
+        ("nonlinearity",),
+        changes=(
+            ("nonlinearity.k2_sigma_ug_per_g2", 0.0),
+            ("nonlinearity.k3_sigma_ug_per_g3", 10.0),
+            ("nonlinearity.kip_sigma_ug_per_g2", 30.0),
+            ("nonlinearity.kio_sigma_ug_per_g2", 30.0),
+            ("nonlinearity.delta_o_sigma_urad", 50.0),
+            ("nonlinearity.delta_p_sigma_urad", 50.0),
+        ),
+    ),
+    "gyro": Source((), gyros=True),
 }
 
 

@@ -69,15 +69,15 @@ class World:
     def __init__(self, plan: Plan):
         self.missions = Missions.load(plan.missions).without(*plan.missions_off) if plan.missions else None
         setting = Setting(accelerometer.Population.load(plan.population), GyroPopulation(), load(plan.profile))
-        setting = setting.changed(plan.changes + _of_instruments(self.missions))
+        source = SOURCES[plan.source] if plan.source is not None else None
+        setting = setting.changed((source.changes if source else ()) + plan.changes + _of_instruments(self.missions))
         if setting.profile.kind != "flight":
             raise UsageError(f"profile '{plan.profile}' stands still; expected a flight, kind = 'flight'")
         self.plan = plan
         accelerometers, gyros = setting.accelerometers, setting.gyros
-        if plan.source is not None:
-            effects, gyros_err = SOURCES[plan.source]
-            accelerometers = accelerometers.only(*effects, "quantisation")
-            gyros = gyros if gyros_err else gyros.perfect()
+        if source is not None:
+            accelerometers = accelerometers.only(*source.effects, "quantisation")
+            gyros = gyros if source.gyros else gyros.perfect()
         self.population = Population(accelerometers, gyros, setting.gradient)
         self.alignment = setting.alignment
         self.flight = _flight(setting.profile, plan.rate_hz)

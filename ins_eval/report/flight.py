@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ins_eval.report import missions
 from ins_eval.report.after_storage import after_storage
 from ins_eval.report.content import Block, Paragraph, Picture, Section, paragraphs, pick, table
 from ins_eval.report.limits import largest_source, weaknesses
@@ -54,7 +55,9 @@ def flight_content(metrics: Mapping) -> tuple[str, list[Section]]:
     """
     sections = [
         Section("The comparison", _comparison(metrics)),
+        Section("Over missions", missions.over_missions(metrics)),
         Section("What weakens the claim", weaknesses(metrics)),
+        Section("Model and refinement", missions.attribution(metrics)),
         Section("Every compensation", _every_compensation(metrics)),
         Section("One flight proves little", _one_flight(metrics)),
         Section("Beside the published flight", beside_published(metrics)),
@@ -86,7 +89,7 @@ def _answer(metrics: Mapping) -> str:
             f" With the same oven run on both sides, {effect('hysteresis', 'the ' + measure_name(VELOCITY), twin)}; "
             f"{certainty(twin)}."
         )
-    return "\n".join(filter(None, (" ".join(parts), _levels(metrics), terms)))
+    return "\n".join(filter(None, (" ".join(parts), missions.answer(metrics), _levels(metrics), terms)))
 
 
 def _levels(metrics: Mapping) -> str:

@@ -12,6 +12,7 @@ from math import hypot
 from ins_eval.papers import Row
 from ins_eval.report.content import Block, Picture, Section, paragraphs, pick, table
 from ins_eval.report.limits import largest_source, weaknesses
+from ins_eval.report.missions import substitutes
 from ins_eval.report.published import beside_published
 from ins_eval.report.statements import counted, signed, statement_sections
 from ins_eval.report.style import in_order, in_symbols, label
@@ -152,23 +153,9 @@ def _cause(flight: Mapping) -> str:
 
 
 def _meaning(flight: Mapping) -> str:
-    """One sentence to act on."""
-    pairs = (HEADLINE, f"simple_refined/{FIRST}", f"{SECOND}/simple_refined")
-    whole, alone, twin = (improvement(flight, pair, VELOCITY) for pair in pairs)
-    if not (whole and alone and twin):
-        return ""
-    if verdict(whole) != "better":
-        return "What it means: that the compensation of the paper gains anything in velocity is not established here."
-    if verdict(alone) != "better":
-        return "What it means: the gain comes from the model; an oven run alone does not bring it."
-    share = min(1.0, (1.0 - alone["ratio"]) / (1.0 - whole["ratio"]))
-    text = (
-        "What it means: first put the INS into an oven with the temperatures of its flight and refine whatever "
-        f"compensation it has, which brings {100.0 * share:.0f} % of the gain in velocity"
-    )
-    if verdict(twin) == "better":
-        return f"{text}; the model with hysteresis brings the rest."
-    return f"{text}; that a model with hysteresis brings more is not established."
+    """What each step brings, without an order; one flight cannot say what to do on others."""
+    text = substitutes(flight)
+    return f"{text} Whether either helps on other flights the flight report tells, over missions." if text else ""
 
 
 # -------------------------------------------------------------------------------------------- what our results add

@@ -37,6 +37,8 @@ COLOUR = {
     "hysteresis_scale_only": "#f4b183",
     "hysteresis_bias_only": "#d6604d",
     "hysteresis_without_rate": "#dba0a8",
+    "hysteresis_blind": "#b08968",
+    "hysteresis_piecewise_scale": "#e8c4a2",
 }
 OTHER_COLOURS = ("#1b7837", "#35978f", "#7fa53a")  # a user's own models
 
@@ -51,6 +53,8 @@ LABEL = {
     "hysteresis_scale_only": "hysteresis, scale factor only",
     "hysteresis_bias_only": "hysteresis, bias only",
     "hysteresis_without_rate": "hysteresis, without rate terms",
+    "hysteresis_blind": "hysteresis, bias blind to direction",
+    "hysteresis_piecewise_scale": "hysteresis, piecewise scale factor",
 }
 
 RC = {

@@ -38,8 +38,10 @@ MEASURE_NAME = {
 
 SOURCE_NAME = {
     "accelerometer_bias_thermal": "accelerometer bias: temperature and creep",
+    "accelerometer_bias_thermal_with_gradient": "the same, axes unequally warm",
     "accelerometer_bias_of_the_run": "accelerometer bias: turn-on and in-run",
     "accelerometer_scale_factor": "accelerometer scale factor",
+    "accelerometer_cross_terms": "accelerometer K3, Kip, Kio, misalignment",
     "gyro": "gyros",
 }
 

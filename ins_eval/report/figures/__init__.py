@@ -7,6 +7,7 @@ from ins_eval.report.figures.population import (
     cep_over_time,
     error_budget,
     improvement_per_instrument,
+    missions_by_temperature,
     single_flight_rates,
     velocity_rms_by_compensation,
 )
@@ -29,6 +30,7 @@ __all__ = [
     "error_budget",
     "flight_path",
     "improvement_per_instrument",
+    "missions_by_temperature",
     "position_error",
     "sensor_residuals",
     "sensor_scatter",

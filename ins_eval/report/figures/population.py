@@ -64,6 +64,47 @@ def cep_over_time(
 
 
 @styled
+def missions_by_temperature(
+    *,
+    warmer_c: np.ndarray,
+    ratios: Mapping[str, np.ndarray],
+    turns: np.ndarray,
+    title: str = "Each mission: does a compensation help there?",
+) -> Figure:
+    """Ratio to simple compensation of the velocity RMS of each mission, one panel a compensation (-> (n,) ratios).
+
+    Against `warmer_c` (n,), how much warmer the IMU was than in the oven run; marked by the number of `turns` (n,).
+    """
+    note = (
+        f"Horizontal velocity RMS of each of {warmer_c.size} missions over that of the same mission with simple "
+        "compensation. Below 1 is better; the shaded side is worse. Line: geometric mean of a tenth of the missions."
+    )
+    figure, panels = sheet(3.9, title, note, columns=len(ratios), sharey=True, squeeze=False)
+    kinds = {"at most 2 turns": turns < 3, "3 to 5 turns": (turns >= 3) & (turns < 6), "6 turns or more": turns >= 6}
+    for ax, (name, values) in zip(panels[0], ratios.items(), strict=True):
+        shown = np.clip(values, *RATIO_RANGE)
+        ax.axhspan(1.0, RATIO_RANGE[1], color="#f5f5f5", linewidth=0, zorder=0.2)
+        ax.axhline(1.0, color=QUIET, linewidth=0.8)
+        for (words, inside), marker in zip(kinds.items(), "osd", strict=True):
+            ax.plot(
+                warmer_c[inside], shown[inside], marker, markersize=3.5, color=colour(name), alpha=0.6, label=words,
+                markerfacecolor="none" if marker == "o" else colour(name),
+            )  # fmt: skip
+        parts = np.array_split(np.argsort(warmer_c), max(2, min(10, warmer_c.size // 10)))
+        middle = [float(np.mean(warmer_c[part])) for part in parts]
+        ax.plot(middle, [float(np.exp(np.mean(np.log(values[part])))) for part in parts], color=INK, linewidth=1.4)
+        ax.set_yscale("log")
+        ax.set_ylim(*RATIO_RANGE)
+        ax.yaxis.set_major_locator(FixedLocator(RATIO_TICKS))
+        ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ax.yaxis.set_minor_formatter(NullFormatter())
+        ax.set(xlabel="IMU warmer than in the oven run [°C]", title=label(name))
+    panels[0, 0].set_ylabel("ratio to simple [1]")
+    legend_below(figure, panels[0, 0])
+    return figure
+
+
+@styled
 def improvement_per_instrument(
     *,
     ratios: Mapping[str, np.ndarray],
