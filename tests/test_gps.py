@@ -80,3 +80,22 @@ def test_position_noise_moves_no_velocity_noise(trajectory: Trajectory) -> None:
 def test_the_same_streams_give_the_same_bytes(trajectory: Trajectory) -> None:
     runs = [receive(trajectory, Streams(seed)).latitude_rad.tobytes() for seed in (1, 1, 2)]
     assert runs[0] == runs[1] != runs[2]
+
+
+def test_errors_with_memory_stand_beside_the_white_ones(trajectory: Trajectory) -> None:
+    """Variance s^2 and correlation exp(-dt / tau) of a Gauss-Markov process; the white errors stay as they were."""
+    gps = trajectory.profile.gps.model_copy(
+        update={"position_memory_m": 4.0, "velocity_memory_mps": 0.1, "memory_s": 60.0}
+    )
+    slow = Trajectory(trajectory.profile.model_copy(update={"gps": gps}))
+    runs = [
+        [after - before for before, after in zip(errors(trajectory, node), errors(slow, node), strict=True)]
+        for node in (Streams(k) for k in range(8))
+    ]
+    for kind, sigma in enumerate((4.0, 0.1)):
+        added = np.array([run[kind] for run in runs])  # (runs, epochs, axes)
+        independent = added.size / (2.0 * 60.0)  # a sample counts once in two correlation times
+        spread = 4.0 / np.sqrt(2.0 * independent)
+        assert np.mean(added**2) / sigma**2 == pytest.approx(1.0, abs=2.0 * spread)
+        half = np.mean(added[:, 60:1500] * added[:, :1440]) / np.mean(added[:, :1500] ** 2)
+        assert half == pytest.approx(np.exp(-1.0), abs=4.0 * spread)

@@ -112,3 +112,14 @@ def test_the_same_streams_give_the_same_bytes() -> None:
     population = GyroPopulation()
     runs = [population.increments(TIME_S, START_S, STILL, Streams(3).at(n)).tobytes() for n in (1, 1, 2)]
     assert runs[0] == runs[1] != runs[2]
+
+
+def test_thermal_drift_follows_the_temperature_and_has_the_stated_sigma() -> None:
+    """c (T - 22 degC) dt on every sample, one c for each gyro and run."""
+    population = replace(PERFECT, thermal_deg_per_h_per_c=4e-4)
+    temperature_c = np.linspace(30.0, -10.0, TIME_S.size)
+    runs = [population.increments(TIME_S, START_S, STILL, Streams(3).at(n), temperature_c) for n in range(TRIADS)]
+    per_c = np.array([run[0] / (0.5 * (30.0 - 22.0)) for run in runs])
+    assert_sigma(per_c, 4e-4 * DEG_PER_H)
+    for run, coefficients in zip(runs, per_c, strict=True):
+        np.testing.assert_allclose(run, 0.5 * np.outer(temperature_c - 22.0, coefficients), rtol=1e-9, atol=1e-22)

@@ -186,3 +186,29 @@ def test_the_shipped_oven_profile_has_the_temperatures_of_the_flight(mission: Mi
     oven = Mission(load("oven"), 1.0)
     assert oven.run.kind == "oven"
     assert np.array_equal(oven.temperature.temperature_c, imu_temperature(mission.trajectory).temperature_c)
+
+
+def test_a_gradient_warms_each_accelerometer_by_its_share_of_the_excess(
+    mission: Mission, accelerometers: AccelerometerPopulation
+) -> None:
+    """The same heat flows in flight and in an oven with the same temperatures; the thermometer sees none of it."""
+    drawn = Population(accelerometers, gradient=0.02).draw(Streams(1))
+    assert np.any(drawn.gradient)
+    plain = Population(accelerometers).draw(Streams(1))
+    assert plain.gradient == (0.0, 0.0, 0.0)
+    for unit, same in zip(drawn.accelerometers, plain.accelerometers, strict=True):
+        np.testing.assert_equal(unit.units, same.units)
+    warm = mission.run_at(0.02)
+    np.testing.assert_allclose(warm.temperature_c - mission.run.temperature_c, 0.02 * mission.temperature.excess_c)
+    oven = mission.in_oven(1.0).run_at(0.02)
+    assert np.array_equal(oven.temperature_c, warm.temperature_c)
+    found = [mission.record(of, Streams(1).at("flight")) for of in (drawn, plain)]
+    assert np.array_equal(found[0].imu.temperature_c, found[1].imu.temperature_c)
+    assert not np.array_equal(found[0].imu.accelerometer, found[1].imu.accelerometer)
+
+
+def test_gradients_have_the_stated_sigma(accelerometers: AccelerometerPopulation) -> None:
+    population = Population(accelerometers.only("quantisation"), gradient=0.02)
+    drawn = np.array([population.draw(Streams(7).at(k)).gradient for k in range(200)])
+    low, high = chi2.ppf([CHANCE, 1.0 - CHANCE], drawn.size)
+    assert low < np.sum((drawn / 0.02) ** 2) < high

@@ -9,7 +9,7 @@ from scipy.signal import lsim
 
 from ins_eval.errors import UsageError
 from ins_eval.imu import Mission
-from ins_eval.profile import load
+from ins_eval.profile import Anchor, Before, load
 from ins_eval.thermal import AIR_HEAT_CAPACITY, Temperature, Thermometer, filtered_rate, imu_temperature, lagged
 from ins_eval.trajectory import Trajectory
 
@@ -17,6 +17,7 @@ EXACT_C = 1e-9
 BALANCE_TOLERANCES_C = (1e-3, 0.02)  # residual of the heat balance: spread, worst (a kink of the ambient, 1 s grid)
 STEP_C = 0.0625
 ANCHOR_TOLERANCE_C = 1e-9
+GRID_TOLERANCE_C = 0.1  # a step of the air is a ramp over one point of the grid, 60 s of tau = 4500 s
 PAPER_RATE_C_PER_MIN = 0.2  # Paper A: about 0.2 degC/min
 
 
@@ -181,3 +182,53 @@ def test_readings_at_the_samples_are_never_ahead(flight: Temperature) -> None:
     for k in (0, 8, 9, 10, 11, 5000, 92999):
         latest = flight.time_s <= mission.increments.time_s[k] + 1e-9
         assert mission.reading_c[k] == reading[latest][-1]
+
+
+# ------------------------------------------------------------------------------------- other days, and what was before
+
+
+def of_day(**thermal: object) -> tuple[Trajectory, Temperature]:
+    """The flight with another table of temperatures, its own heat 15 degC."""
+    profile = load("climb-cruise-landing")
+    table = profile.thermal.model_copy(update={"anchor": None, "self_heating_c": 15.0, **thermal})
+    trajectory = Trajectory(profile.model_copy(update={"thermal": table}))
+    return trajectory, imu_temperature(trajectory)
+
+
+def test_the_air_falls_with_the_stated_lapse() -> None:
+    """T_amb = ground - lapse (h - h0), found back as T - excess less the stream's recovery."""
+    trajectory, temperature = of_day(ground_c=20.0, lapse_c_per_km=5.0, recovery_factor=0.0)
+    height_m = trajectory.truth(temperature.time_s).height_m
+    air_c = temperature.temperature_c - temperature.excess_c
+    assert air_c == pytest.approx(20.0 - 5e-3 * (height_m - 400.0), abs=EXACT_C)
+    assert np.ptp(air_c) == pytest.approx(48.0, abs=1e-6)
+
+
+def test_the_excess_is_what_drives_the_balance() -> None:
+    """tau T' = P - (T - T_air)."""
+    _, temperature = of_day()
+    slope = np.gradient(temperature.temperature_c, temperature.time_s)[1:-1]
+    residual = 4500.0 * slope - 15.0 + temperature.excess_c[1:-1]
+    assert np.std(residual) < BALANCE_TOLERANCES_C[0]
+    assert np.abs(residual).max() < BALANCE_TOLERANCES_C[1]
+
+
+def test_what_was_before_decides_the_first_temperature() -> None:
+    """Warmed for t1 and cooling for t2: 8 + P (1 - exp(-t1 / tau)) exp(-t2 / tau), tau 75 min."""
+    before = ({"hours": 40.0, "air_c": 8.0}, {"hours": 2.0, "air_c": 8.0, "on": True}, {"hours": 1.0, "air_c": 8.0})
+    before = tuple(Before(**stretch) for stretch in before)
+    _, temperature = of_day(ground_c=8.0, before=before)
+    expected = 8.0 + 15.0 * (1.0 - np.exp(-120.0 / 75.0)) * np.exp(-60.0 / 75.0)
+    assert temperature.temperature_c[0] == pytest.approx(expected, abs=GRID_TOLERANCE_C)
+    assert temperature.before.time_s[0] == -900.0 - 43.0 * 3600.0
+    assert temperature.before.time_s[-1] < -900.0
+    _, cold = of_day(ground_c=8.0)
+    late = temperature.time_s > 8000.0
+    assert np.abs(temperature.temperature_c - cold.temperature_c)[late].max() < 0.2 * (expected - 8.0)
+
+
+def test_an_anchor_is_met_whatever_was_before() -> None:
+    before = (Before(hours=3.0, air_c=-5.0, on=True),)
+    _, temperature = of_day(before=before, self_heating_c=None, anchor=Anchor(time_s=7200.0, temperature_c=-11.0))
+    assert np.interp(7200.0, temperature.time_s, temperature.temperature_c) == pytest.approx(-11.0, abs=1e-9)
+    assert temperature.temperature_c[0] > -5.0

@@ -13,7 +13,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from ins_eval import datasheets, profile
+from ins_eval import datasheets, missions, profile
 from ins_eval.accelerometer.model import PRESETS as POPULATIONS
 from ins_eval.digital_loop import parameters as loops
 from ins_eval.errors import UsageError, did_you_mean
@@ -66,15 +66,22 @@ def _all() -> Iterator[Preset]:
         yield Preset(kind, path.stem, _words(path), partial(_sheet, path))
     words = "The gyro triad of every instrument. Source: Paper A, Table 5; what it lacks is assumed."
     yield Preset("gyro population", "gyros", words, _gyros)
-    profiles: dict[str, Path] = {}
-    for folder in profile.folders():
-        profiles = {path.stem: path for path in _tomls(folder)} | profiles
-    for name, path in sorted(profiles.items()):
+    for name, path in _of_folders(Path()):
         yield Preset("profile of a flight or oven run", name, _words(path), partial(_with_bases, path, profile.find))
+    for name, path in _of_folders(Path(missions.FOLDER)):
+        yield Preset("population of missions", name, _words(path), partial(_with_bases, path, missions.find))
     words = "The four-point programme in the thermal chamber. Source: Paper A, section 3.1."
     yield Preset("laboratory", "four-point-chamber", words, partial(_fields, Chamber()))
     words = "Blocks of epoxy resin in three containers. Source: Paper A, section 2.2, Figs 2 and 3."
     yield Preset("laboratory", "creep-rig", words, partial(_fields, CreepRig()))
+
+
+def _of_folders(within: Path) -> list[tuple[str, Path]]:
+    """Names and files below each folder of ``trajectories``; of one name that which would be found."""
+    files: dict[str, Path] = {}
+    for folder in profile.folders():
+        files = {path.stem: path for path in _tomls(folder / within)} | files
+    return sorted(files.items())
 
 
 def _population(name: str) -> Path:
