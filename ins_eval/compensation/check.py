@@ -25,6 +25,11 @@ from ins_eval.scale_factor import scale_factor
 from ins_eval.thermal import filtered_rate
 from ins_eval.units import STANDARD_GRAVITY
 
+NOT_SEEN = (
+    "not seen by this check: whether the model opens files or the environment, looks into other processes of the same "
+    "user, or draws the simulated instruments again from their seed; in a run it has a process of its own, without the "
+    "truth, that does not stop it from these"
+)
 SAME_MPS2 = 1e-9  # two answers that agree to this are the same; a tenth of a nano-g
 SLOPE_TOLERANCE = 0.1  # no compensation at all errs by 0.01
 RESIDUAL_TOLERANCE_MPS2 = 0.05 * STANDARD_GRAVITY  # nor by more than 0.01 g
