@@ -11,14 +11,13 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
 import weakref
 from collections.abc import Sequence
 from dataclasses import fields
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from ins_eval.recording import ChamberReadings
 
 ANSWER_WITHIN_S = 300.0  # a loop in Python over the samples of two hours at 100 Hz takes a few seconds
 END_WITHIN_S = 5.0
+LENGTH_BYTES = 3  # of a message without its arrays: 16 MB
 PLAIN = "biufcUSmM"  # kinds of arrays that are nothing but their bytes
 SAMPLES = tuple(field.name for field in fields(Samples))
 READINGS = ("time_s", "run", "input_g", "rate_c_per_min", "temperature_c", "output")
@@ -48,31 +48,43 @@ class ModelFailed(Exception):
         self.described = described
 
 
-def send(connection: Connection, message: dict[str, Any], arrays: Sequence[np.ndarray] = ()) -> None:
+def send(connection: socket.socket, message: dict[str, Any], arrays: Sequence[np.ndarray] = ()) -> None:
     """Send a message and arrays of `PLAIN` kinds."""
     arrays = [np.asarray(array) for array in arrays]
-    heads = [(array.dtype.str, array.shape) for array in arrays]
-    connection.send_bytes(json.dumps({**message, "arrays": heads}).encode())
+    text = json.dumps({**message, "arrays": [(array.dtype.str, array.shape) for array in arrays]}).encode()
+    connection.sendall(len(text).to_bytes(LENGTH_BYTES, "big") + text)
     for array in arrays:
-        connection.send_bytes(np.ascontiguousarray(array).reshape(-1).view(np.uint8))
+        connection.sendall(np.ascontiguousarray(array).reshape(-1).view(np.uint8))
 
 
-def receive(connection: Connection) -> tuple[dict[str, Any], list[np.ndarray]]:
+def receive(connection: socket.socket) -> tuple[dict[str, Any], list[np.ndarray]]:
     """A message and its arrays, each in memory of its own. Raises EOFError or OSError where the other side is gone."""
-    message = json.loads(connection.recv_bytes())
+    length = int.from_bytes(_filled(connection, bytearray(LENGTH_BYTES)), "big")
+    message = json.loads(_filled(connection, bytearray(length)))
     arrays = []
     for kind, shape in message.pop("arrays"):
         if np.dtype(kind).kind not in PLAIN:
             raise ValueError(f"an array of {kind}")
-        arrays.append(np.ndarray(shape, kind, connection.recv_bytes()).copy())
+        arrays.append(np.empty(shape, kind))
+        _filled(connection, arrays[-1].reshape(-1).view(np.uint8))
     return message, arrays
+
+
+def _filled(connection: socket.socket, into: bytearray | np.ndarray) -> bytearray | np.ndarray:
+    rest = memoryview(into)
+    while rest:
+        count = connection.recv_into(rest)
+        if not count:
+            raise EOFError
+        rest = rest[count:]
+    return into
 
 
 class Child:
     """A process that holds models; it ends with this one, however this one ends."""
 
     def __init__(self) -> None:
-        self._connection, theirs = Pipe()
+        self._connection, theirs = socket.socketpair()
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-c", _START, str(theirs.fileno()), json.dumps(sys.path)],
             stdin=subprocess.DEVNULL,
@@ -98,13 +110,14 @@ class Child:
         with self._lock:
             left = [self.left.pop() for _ in range(len(self.left))]
             try:
+                self._connection.settimeout(ANSWER_WITHIN_S)
                 send(self._connection, {"do": do, "left": left, **request}, arrays)
-                if not self._connection.poll(ANSWER_WITHIN_S):
-                    raise ModelFailed(f"gave no answer within {ANSWER_WITHIN_S:g} s")
                 answer, results = receive(self._connection)
                 error = _error(answer)
             except BaseException as failed:  # whatever it may still answer must not be taken for the next answer
                 self._end()
+                if isinstance(failed, TimeoutError):
+                    raise ModelFailed(f"gave no answer within {ANSWER_WITHIN_S:g} s") from None
                 if isinstance(failed, (EOFError, OSError)):
                     raise ModelFailed(f"ended its process ({_ending(self._process.returncode)})") from None
                 if isinstance(failed, (ValueError, TypeError, KeyError, AttributeError)):
@@ -208,7 +221,7 @@ def _ending(code: int) -> str:
     return signal.Signals(-code).name if code < 0 else f"exit code {code}"
 
 
-def _end(connection: Connection, process: subprocess.Popen) -> None:
+def _end(connection: socket.socket, process: subprocess.Popen) -> None:
     """Close the connection, upon which a child ends by itself."""
     connection.close()
     try:

@@ -8,9 +8,9 @@ import itertools
 import os
 import select
 import signal
+import socket
 import sys
 import threading
-from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ def serve(handle: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.set_inheritable(handle, False)  # what a model starts must not hold the connection
     threading.Thread(target=_end_with_parent, args=(handle,), daemon=True).start()
-    connection = Connection(handle)
+    connection = socket.socket(fileno=handle)
     models = Models()
     while True:
         try:

@@ -1,8 +1,6 @@
 """A user's model in its child: the same numbers, whatever it prints; one sentence, however it ends."""
 
 import gc
-import os
-import signal
 import subprocess
 import sys
 import time
@@ -146,7 +144,8 @@ def test_models_that_nobody_holds_are_freed(folder):
 @pytest.mark.parametrize("fault", FAILURES)
 def test_failure_is_one_sentence(folder, monkeypatch, fault):
     model = working_model(f"my.py:{fault}", "instrument 0").fit(chamber())
-    monkeypatch.setattr(child, "ANSWER_WITHIN_S", 1.0)
+    if fault == "Hangs":
+        monkeypatch.setattr(child, "ANSWER_WITHIN_S", 1.0)
     with pytest.raises(UsageError) as refused:
         model.specific_force(samples(3))
     assert str(refused.value) == (
@@ -181,8 +180,8 @@ def test_an_interrupt_leaves_no_answer_behind(folder, monkeypatch):
     assert load_model("my.py:Model").fit(chamber()).specific_force(samples(4)).shape == (4,)
 
 
-@pytest.mark.parametrize("ended_by", [signal.SIGKILL, signal.SIGTERM])
-def test_child_at_work_ends_with_its_parent(folder, ended_by):
+def test_child_at_work_ends_with_its_parent(folder):
+    """Without any chance for the parent to tell it."""
     (folder / "my.py").write_text(
         "import os, time\nfrom pathlib import Path\nPath('part').write_text(str(os.getpid()))\n"
         "Path('part').rename('child')\nwhile True:\n    pass\n"
@@ -193,7 +192,7 @@ def test_child_at_work_ends_with_its_parent(folder, ended_by):
     while not (folder / "child").exists() and time.monotonic() < deadline:
         time.sleep(0.01)
     number = int((folder / "child").read_text())
-    os.kill(parent.pid, ended_by)
+    parent.kill()
     parent.wait()
     deadline = time.monotonic() + 10.0
     while running(number) and time.monotonic() < deadline:
