@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from ambiance import Atmosphere
 
 from ins_eval.errors import UsageError
 from ins_eval.profile import Thermal, load
@@ -176,4 +175,6 @@ def _still_air_c(thermal: Thermal, height_m: np.ndarray) -> np.ndarray:
 
 
 def _standard_temperature_c(height_m: np.ndarray) -> np.ndarray:
+    from ambiance import Atmosphere  # imported here, for it takes long and every model's child imports this module
+
     return Atmosphere(height_m).temperature - 273.15

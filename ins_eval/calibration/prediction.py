@@ -17,7 +17,6 @@ from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from ins_eval.calibration.branches import KNOTS_C, BranchCurve, branches, hats, supported
 from ins_eval.calibration.four_point import RATE_FILTER_S, runs_of, settled
@@ -73,6 +72,8 @@ def predict(runs: list[RunErrors]) -> Prediction:
 
     Raises: DataRefused where a position has only one run.
     """
+    from scipy import stats  # imported here, for it takes long and every model's child imports this module
+
     by_position: dict[int, list[RunErrors]] = defaultdict(list)
     for run in runs:
         by_position[run.position].append(run)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from ins_eval.compensation.check import check_model
+from ins_eval.compensation.check import NOT_SEEN, check_model
 from ins_eval.compensation.registry import load_model
 from ins_eval.errors import UsageError
 
 
 def run(spec: str) -> int:
-    """Print one line for each point of the contract; a breach is refused with its sentence."""
+    """Print a line for each point of the contract and one of what is not seen; a breach is refused in a sentence."""
     findings = check_model(load_model(spec))
     for finding in findings:
         print(finding)
+    print(NOT_SEEN)
     refusals = [finding.refusal for finding in findings if finding.refusal]
     if refusals:
         raise UsageError(f"compensation model '{spec}': {refusals[0]}")

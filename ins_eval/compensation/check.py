@@ -16,6 +16,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from ins_eval.compensation import CompensationModel, Samples
+from ins_eval.compensation.child import ChildModel, ModelFailed
 from ins_eval.compensation.file import SINGLE
 from ins_eval.compensation.registry import FromFile, describe_error, missing_parts
 from ins_eval.errors import UsageError
@@ -24,6 +25,11 @@ from ins_eval.scale_factor import scale_factor
 from ins_eval.thermal import filtered_rate
 from ins_eval.units import STANDARD_GRAVITY
 
+NOT_SEEN = (
+    "not seen by this check: whether the model opens files or the environment, looks into other processes of the same "
+    "user, or draws the simulated instruments again from their seed; in a run it has a process of its own, without the "
+    "truth, that does not stop it from these"
+)
 SAME_MPS2 = 1e-9  # two answers that agree to this are the same; a tenth of a nano-g
 SLOPE_TOLERANCE = 0.1  # no compensation at all errs by 0.01
 RESIDUAL_TOLERANCE_MPS2 = 0.05 * STANDARD_GRAVITY  # nor by more than 0.01 g
@@ -46,6 +52,8 @@ class Finding:
 
 def check_model(model: CompensationModel | Callable[[], CompensationModel]) -> list[Finding]:
     """Findings on a model or its class, in the order tested; it ends early where nothing further can be said."""
+    if isinstance(model, ChildModel):  # where it is, so that it meets the very arrays of the check
+        return _findings_in_child(model)
     trials = [_Trial(model, axis) for axis in (model.models if isinstance(model, FromFile) else ("",))]
     findings = []
     for name, check, go_on in _CHECKS:
@@ -58,6 +66,19 @@ def check_model(model: CompensationModel | Callable[[], CompensationModel]) -> l
             if not go_on:
                 break
     return findings
+
+
+def _findings_in_child(model: ChildModel) -> list[Finding]:
+    try:
+        return [Finding(*each) for each in model.findings()]
+    except ModelFailed as failed:
+        return [
+            Finding(
+                "its process",
+                f"{model.name} {failed.described} while it was checked; expected an answer to every call, so mend "
+                "the model",
+            )
+        ]
 
 
 def require_sound(model: CompensationModel | Callable[[], CompensationModel]) -> None:
@@ -89,7 +110,7 @@ class _Trial:
             return function(*arguments)
         except Exception as error:
             raise UsageError(
-                f"{self.label}{what} raised {describe_error(error)}; expected it to work on a textbook chamber "
+                f"{self.label}{what} {describe_error(error)}; expected it to work on a textbook chamber "
                 f"(-60 to 70 degC, four positions, two rates) and samples of shape (n,)"
             ) from error
 
@@ -117,7 +138,7 @@ def _fits(trial: _Trial) -> None:
     returned = trial.call(".fit", model.fit, _copied(trial.chamber))
     if returned is not model:
         raise UsageError(
-            f"{trial.label}.fit returned {_kind(returned)}; expected the model itself, so end it with 'return self'"
+            f"{trial.label}.fit returned {kind(returned)}; expected the model itself, so end it with 'return self'"
         )
 
 
@@ -131,7 +152,7 @@ def _shape(trial: _Trial) -> None:
     count = _samples()[0].time_s.size
     if not isinstance(trial.force, np.ndarray) or trial.force.dtype.kind != "f":
         raise UsageError(
-            f"{trial.label}.specific_force returned {_kind(trial.force)}; expected a numpy array of floats, "
+            f"{trial.label}.specific_force returned {kind(trial.force)}; expected a numpy array of floats, "
             f"so convert it with np.asarray(..., dtype=float)"
         )
     if trial.force.shape != (count,):
@@ -228,6 +249,23 @@ def _causal(trial: _Trial) -> None:
             )
 
 
+def _values_alone(trial: _Trial) -> None:
+    other = trial.new()
+    trial.call(".fit", other.fit, _among_others(trial.chamber))
+    if not _same(trial.ask(other, _samples()[0]), trial.force):
+        _refuse_hidden(trial, "fit", "chamber readings")
+    if not _same(trial.call(".specific_force", trial.fitted.specific_force, _among_others(_samples()[0])), trial.force):
+        _refuse_hidden(trial, "specific_force", "samples")
+
+
+def _refuse_hidden(trial: _Trial, method: str, given: str) -> None:
+    raise UsageError(
+        f"{trial.label}.{method} reads more than the values of the {given}: the same values as columns of a larger "
+        f"table, with further attributes, led to another answer; expected one that depends on the documented columns "
+        f"alone, so leave the .base of an array and any other attribute alone"
+    )
+
+
 # name, check, whether anything further can be said after a refusal
 _CHECKS: tuple[tuple[str, Callable[[_Trial], None], bool], ...] = (
     ("name and methods", _complete, False),
@@ -239,6 +277,7 @@ _CHECKS: tuple[tuple[str, Callable[[_Trial], None], bool], ...] = (
     ("samples left alone", _samples_unchanged, True),
     ("repeatable", _repeatable, False),
     ("causal", _causal, True),
+    ("values alone", _values_alone, True),
 )
 
 
@@ -255,13 +294,36 @@ def _same(answer: object, expected: np.ndarray) -> bool:
     return np.shape(answer) == expected.shape and bool(np.all(np.abs(answer - expected) <= SAME_MPS2))
 
 
-def _kind(thing: object) -> str:
+def kind(thing: object) -> str:
     return f"an array of {thing.dtype}" if isinstance(thing, np.ndarray) else type(thing).__name__
 
 
 def _copied(table: ChamberReadings | Samples) -> ChamberReadings | Samples:
     arrays = {field.name: getattr(table, field.name) for field in fields(table)}
     return replace(table, **{name: value.copy() for name, value in arrays.items() if isinstance(value, np.ndarray)})
+
+
+def _among_others(table: ChamberReadings | Samples) -> ChamberReadings | Samples:
+    """The same values, each array a column between two others of a larger one, with any further attribute, too."""
+    rng = np.random.default_rng(1)
+
+    def column(values: np.ndarray) -> np.ndarray:
+        wide = np.empty((values.size, 3), values.dtype, order="F")  # a column is contiguous, as it is in a run
+        wide[:, 1] = values
+        wide[:, 0], wide[:, 2] = 2 * rng.permutation(values) + 1, 3 * rng.permutation(values) - 1
+        return wide[:, 1]
+
+    class Wider(type(table)):
+        def __getattr__(self, name: str) -> np.ndarray:
+            if name.startswith("__"):
+                raise AttributeError(name)
+            return rng.normal(size=table.time_s.size)
+
+    Wider.__name__ = type(table).__name__
+    given = {field.name: getattr(table, field.name) for field in fields(table)}
+    wider = Wider(**{name: column(v) if isinstance(v, np.ndarray) else v for name, v in given.items()})
+    vars(wider)["truth"] = wider.truth
+    return wider
 
 
 def _output(temperature_c: np.ndarray, rate_c_per_min: np.ndarray, force_g: np.ndarray | float) -> np.ndarray:

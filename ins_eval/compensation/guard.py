@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ins_eval.compensation import CompensationModel, Samples
-from ins_eval.compensation.registry import describe_error, load_model
+from ins_eval.compensation.registry import describe_error, is_users, load_model
 from ins_eval.errors import InsEvalError, UsageError
 from ins_eval.recording import ChamberReadings
 
@@ -49,7 +49,7 @@ class Guarded:
         except InsEvalError:
             raise
         except Exception as error:
-            raise UsageError(f"{self._where(method)} raised {describe_error(error)}; mend the model") from error
+            raise UsageError(f"{self._where(method)} {describe_error(error)}; mend the model") from error
 
     def _where(self, method: str) -> str:
         return f"compensation model '{self.spec}': on {self.on}, {method}"
@@ -58,4 +58,4 @@ class Guarded:
 def working_model(spec: str, on: str) -> CompensationModel:
     """A new model of `spec`; a user's own is guarded, and `on` says what it will be fitted to."""
     model = load_model(spec)
-    return Guarded(model, spec, on) if ":" in spec else model
+    return Guarded(model, spec, on) if is_users(spec) else model

@@ -22,6 +22,7 @@ from ins_eval.compensation.ablations import (
     hysteresis_scale_only,
     hysteresis_without_rate,
 )
+from ins_eval.compensation.child import load_in_child, package_file
 from ins_eval.compensation.file import AXES, SINGLE, ModelFile
 from ins_eval.compensation.hysteresis import hysteresis
 from ins_eval.compensation.mirrored import Mirrored
@@ -88,12 +89,22 @@ def load_model(spec: str) -> CompensationModel:
     """A new, unfitted model; that of a compensation file is fitted already.
 
     `spec` is a built-in name, ``file.py:Class``, ``package.module:Class``, ``file.toml``, any of these followed by
-    ``_refined``, or ``2 A - B`` of two of them (see `mirrored`).
+    ``_refined``, or ``2 A - B`` of two of them (see `mirrored`). A user's class runs in a child (see `child`).
 
     Raises: UsageError where there is no such model or it cannot be made.
     """
-    if mirrored := _MIRRORED.fullmatch(spec):
-        return Mirrored(load_model(mirrored[1]), load_model(mirrored[2]))
+    return load_in_child(spec, spec.removesuffix(REFINED)) if is_users(spec) else make_model(spec)
+
+
+def is_users(spec: str) -> bool:
+    """Whether a user's class is in `spec`."""
+    return any(":" in part and not part.removesuffix(REFINED).endswith(FILE) for part in _parts(spec))
+
+
+def make_model(spec: str) -> CompensationModel:
+    """A new model in this process, as `load_model` says."""
+    if len(parts := _parts(spec)) == 2:
+        return Mirrored(*map(make_model, parts))
     if spec in BUILT_IN:
         return BUILT_IN[spec]()
     if spec.endswith(FILE):
@@ -103,23 +114,29 @@ def load_model(spec: str) -> CompensationModel:
     if ":" in spec:
         return _load_users(spec)
     if spec.endswith(REFINED) and spec.removesuffix(REFINED) in BUILT_IN:
-        return Refined(load_model(spec.removesuffix(REFINED)))
+        return Refined(make_model(spec.removesuffix(REFINED)))
     if spec.endswith(".py"):
         raise UsageError(f"compensation model '{spec}' names a file but no class in it; write '{spec}:MyModel'")
     raise UsageError(f"no compensation model is called '{spec}'{did_you_mean(spec, model_names())}")
 
 
+def _parts(spec: str) -> list[str]:
+    """The two models of ``2 A - B``, else the one."""
+    mirrored = _MIRRORED.fullmatch(spec)
+    return [mirrored[1], mirrored[2]] if mirrored else [spec]
+
+
 def model_files(specs: Iterable[str]) -> list[Path]:
     """The files of the users' own models among `specs`, each once."""
     files = []
-    for spec in specs:
-        where = spec.rpartition(":")[0]
-        if (file := spec.removesuffix(REFINED)).endswith(FILE):
+    for one in (part for spec in specs for part in _parts(spec)):
+        where = one.rpartition(":")[0]
+        if (file := one.removesuffix(REFINED)).endswith(FILE):
             files.append(Path(file))
         elif where.endswith(".py"):
             files.append(Path(where))
-        elif where and (found := importlib.util.find_spec(where)) and found.origin:
-            files.append(Path(found.origin))
+        elif where and (found := package_file(where, file)):
+            files.append(Path(found))
     return sorted(set(files))
 
 
@@ -154,7 +171,7 @@ def _load_users(spec: str) -> CompensationModel:
     module = _from_file(spec, Path(where)) if where.endswith(".py") else _from_package(spec, where)
     factory = getattr(module, attribute, None)
     if factory is None and attribute.endswith(REFINED):
-        return Refined(load_model(spec.removesuffix(REFINED)))
+        return Refined(make_model(spec.removesuffix(REFINED)))
     if not callable(factory):
         classes = [name for name, thing in vars(module).items() if inspect.isclass(thing)]
         known = did_you_mean(attribute, classes) if classes else "; it has no class at all"
@@ -163,7 +180,7 @@ def _load_users(spec: str) -> CompensationModel:
         model = factory()
     except Exception as error:
         raise UsageError(
-            f"compensation model '{spec}': {attribute}() raised {describe_error(error)}; "
+            f"compensation model '{spec}': {attribute}() {describe_error(error)}; "
             f"expected a class that can be made without arguments, so give each a default"
         ) from error
     if lack := missing_parts(model):
@@ -215,16 +232,18 @@ def _from_package(spec: str, name: str) -> ModuleType:
 
 def _import_failed(spec: str, where: str, error: BaseException) -> UsageError:
     return UsageError(
-        f"compensation model '{spec}': importing {where} raised {describe_error(error)}; "
+        f"compensation model '{spec}': importing {where} {describe_error(error)}; "
         f"expected a module that imports cleanly"
     )
 
 
 def describe_error(error: BaseException) -> str:
-    """The kind, first line and place of a stranger's exception, for one sentence."""
+    """What a stranger's model did, for one sentence: the kind, first line and place of its exception."""
+    if hasattr(error, "described"):  # in its child
+        return error.described
     text = str(error).strip().split("\n")[0]
     if isinstance(error, SyntaxError) and error.lineno:
-        return f"SyntaxError: {error.msg}, line {error.lineno}"
+        return f"raised SyntaxError: {error.msg}, line {error.lineno}"
     frames = traceback.extract_tb(error.__traceback__)
     line = f", line {frames[-1].lineno} of {Path(frames[-1].filename).name}" if frames else ""
-    return f"{type(error).__name__}{': ' + text if text else ''}{line}"
+    return f"raised {type(error).__name__}{': ' + text if text else ''}{line}"

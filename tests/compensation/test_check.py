@@ -1,6 +1,8 @@
 """The contract check: good models pass, each deliberately bad one is refused with its own sentence."""
 
+import copy
 import itertools
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from ins_eval.compensation.registry import load_model, model_names
 from ins_eval.errors import UsageError
 from ins_eval.units import STANDARD_GRAVITY
 
-POINTS_OF_THE_CONTRACT = 9
+POINTS_OF_THE_CONTRACT = 10
 
 
 class Mine:
@@ -166,6 +168,51 @@ class RaisesInForce(Mine):
         return samples.truth
 
 
+class ReadsOtherColumns(Mine):
+    """Takes the array that a column is a part of, where there is one."""
+
+    def specific_force(self, samples):
+        table = samples.output.base
+        return super().specific_force(samples) if table is None else table[:, 0] / self.scale_
+
+
+class ReadsBeyondTheEnd(Mine):
+    """Reads the memory after an array, in the same block."""
+
+    def specific_force(self, samples):
+        table = samples.temperature_c.base
+        beyond = 0 if table is None else np.lib.stride_tricks.as_strided(samples.temperature_c, (12000,))[-4000:].sum()
+        return super().specific_force(samples) + 1e-6 * beyond
+
+
+class ReadsAnAttribute(Mine):
+    def specific_force(self, samples):
+        return getattr(samples, "specific_force_mps2", super().specific_force(samples))
+
+
+class ReadsWhatever(Mine):
+    """Takes the last array of the right size that it can find in its argument."""
+
+    def specific_force(self, samples):
+        *_, last = (thing for thing in vars(samples).values() if thing.shape == samples.output.shape)
+        return super().specific_force(samples) - 1e-3 * (last - samples.rate_c_per_min)
+
+
+class FitsOtherColumns(Mine):
+    def fit(self, chamber):
+        super().fit(chamber)
+        if chamber.output.base is not None:
+            self.bias_g_ = 1e-9 * chamber.output.base[:, 2].mean()
+        return self
+
+
+class FitsAnAttribute(Mine):
+    def fit(self, chamber):
+        super().fit(chamber)
+        self.bias_g_ += 1e-3 * np.mean(getattr(chamber, "_true_bias", 0.0))
+        return self
+
+
 class Nameless(Mine):
     name = ""
 
@@ -211,6 +258,12 @@ BAD = {
     ForgetsSelf: ("fit", "fit returned NoneType; expected the model itself"),
     RaisesInFit: ("fit", "fit raised ValueError: singular matrix, line"),
     RaisesInForce: ("specific_force", "specific_force raised AttributeError: .*truth"),
+    ReadsOtherColumns: ("values alone", "reads more than the values of the samples: .* leave the .base of"),
+    ReadsBeyondTheEnd: ("values alone", "specific_force reads more"),
+    ReadsAnAttribute: ("values alone", "specific_force reads more"),
+    ReadsWhatever: ("values alone", "specific_force reads more"),
+    FitsOtherColumns: ("values alone", "fit reads more than the values of the chamber readings"),
+    FitsAnAttribute: ("values alone", "fit reads more"),
     Nameless: ("name and methods", "its name is ''"),
     TakesABuiltInsName: ("name and methods", "'hysteresis' is that of a built-in model"),
     WithoutFit: ("name and methods", "it has no method fit"),
@@ -234,7 +287,7 @@ def test_good_model_passes_as_class_as_object_and_as_factory():
         assert [str(finding) for finding in findings if finding.refusal] == []
         assert len(findings) == POINTS_OF_THE_CONTRACT
         require_sound(given)
-    assert str(findings[-1]) == "causal: ok"
+    assert str(findings[-1]) == "values alone: ok"
 
 
 @pytest.mark.parametrize("name", [*model_names(), "2 simple - hysteresis_refined"])
@@ -253,6 +306,25 @@ def test_a_causal_model_with_a_memory_passes():
             return super().specific_force(samples) + 1e-5 * past_mean
 
     require_sound(Lagging)
+
+
+def test_a_model_that_takes_columns_apart_and_looks_for_more_passes():
+    """Negative control: copies, tables, checks of contiguity and questions for what is not there are no fault."""
+
+    class Careful(Mine):
+        name = "careful"
+
+        def fit(self, chamber):
+            assert chamber.output.flags.c_contiguous
+            return super().fit(replace(chamber, output=chamber.output.copy()))
+
+        def specific_force(self, samples):
+            assert samples.output.flags.c_contiguous
+            table = np.column_stack([getattr(samples, field.name) for field in fields(samples)])
+            hasattr(samples, "humidity")
+            return super().specific_force(replace(copy.copy(samples), output=table[:, 1]))
+
+    require_sound(Careful)
 
 
 def test_the_check_leaves_the_given_object_unfitted():

@@ -72,10 +72,11 @@ def test_each_call_makes_a_new_model():
 
 def test_model_of_a_file_loads_and_takes_the_refinement(folder):
     assert load_model("my_model.py:MyModel").name == "mine"
-    assert load_model(f"{folder}/my_model.py:MyModel").gain == 1.0
+    assert load_model(f"{folder}/my_model.py:MyModel").specific_force(one_g(5.0)) == pytest.approx([5.0] * 3)
     refined = load_model("my_model.py:MyModel_refined")
-    assert isinstance(refined, Refined)
     assert refined.name == "mine_refined"
+    assert refined.fit(readings()).specific_force(one_g(5.0)) == pytest.approx([5.0] * 3)
+    assert refined.refine([(one_g(5.0), 4.0)]).specific_force(one_g(5.0)) == pytest.approx([4.0] * 3)
     assert not (folder / "__pycache__").exists()
 
 
