@@ -8,7 +8,8 @@ of width g carries v = v1 or v2 and draws with C0 d v^2 / (2 g^2), the derivativ
     F = C0 V^2 / (4 d) S(u),    S(u) = s (2 + s) u / (2 + s (1 - u^2))^2,    V^2 / 2 the mean square of the carrier
 
 towards the nearer side. A free plate is not drawn at all, s = 0: the charge on both capacitors is the same, and C1 and
-C2 in series are C0 / 2 wherever the plate is. A held one is drawn most, S = u / (1 - u^2)^2. At rest
+C2 in series are C0 / 2 wherever the plate is. A held one is drawn most, S = u / (1 - u^2)^2. (A bridge that is not
+symmetric, its load to one electrode, can reach the single-sided S below, with twice the stiffness.) At rest
 
     u = u_free + load S(u),    load = l^2 C0 V^2 / (4 d^2 D)
 
@@ -31,7 +32,8 @@ from ins_eval.errors import UsageError
 
 FREE, HELD = 0.0, float("inf")  # C_s / C0
 VACUUM_F_PER_M = 8.8541878128e-12
-ITERATIONS, STEP = 50, 1e-6  # of Newton's method; of a derivative in u
+ITERATIONS, CLOSE = 50, 1e-13  # of Newton's method, in u
+STEP = 1e-6  # of a derivative in u
 Shape = Callable[[np.ndarray | float], np.ndarray | float]
 
 
@@ -109,8 +111,10 @@ def at_rest(shape: Shape, amount: float, free: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         for _ in range(ITERATIONS):
             slope = 1.0 - amount * (shape(u + STEP) - shape(u - STEP)) / (2.0 * STEP)
-            u = np.where(slope > 0.0, u - (u - free - amount * shape(u)) / slope, np.nan)
-            u = np.where(np.abs(u) < 1.0, u, np.nan)
+            change = np.where(slope > 0.0, (free + amount * shape(u) - u) / slope, np.nan)
+            u = np.where(np.abs(u + change) < 1.0, u + change, np.nan)
+            if not np.any(np.abs(change) > CLOSE):
+                break
     return u
 
 

@@ -2,10 +2,10 @@
 
 The paper names this ("could be calibrated in laboratory", section IV-B) and does not do it. Arms, over the same tests:
 
-    none             as the paper does
-    tests            slope of the scan and N_on - N_off put back to the temperature of the reference
-    tests, output    N_out too
-    other's          the same with the coefficients of the next unit: has to fail
+    none                as the paper does
+    tests               slope of the scan and N_on - N_off put back to the temperature of the reference
+    tests_and_output    N_out too
+    other_unit          the same with the coefficients of the next unit: has to fail
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ins_eval.digital_loop.unit import Unit
 from ins_eval.streams import Streams
 from ins_eval.units import PPM
 
-ARMS = ("none", "tests", "tests, output", "other's")
+ARMS = ("none", "tests", "tests_and_output", "other_unit")
 ERRORS = ("forward_ppm", "feedback_ppm", "output_ug")
 FLOOR_REPETITIONS = 40
 BOOTSTRAP = 2000
@@ -54,6 +54,7 @@ def of_temperature(
         },
         "large_change_c": chamber.large_change.value,
         "chamber_c": [chamber.lowest.value, chamber.highest.value],
+        "temperatures": int(chamber.temperatures.value),
     }
 
 
@@ -105,7 +106,7 @@ def _compared(
     found: dict[str, Any] = {}
     squares: dict[str, dict[str, np.ndarray]] = {}  # by arm and error, mean over the repetitions (units,)
     for arm in ARMS:
-        used = [*lines[1:], lines[0]] if arm == "other's" else lines
+        used = [*lines[1:], lines[0]] if arm == "other_unit" else lines
         each = [errors(*one, line, arm, code, injected_ppm) for one, line in zip(tests, used, strict=True)]
         squares[arm] = {name: np.array([np.mean(e[name] ** 2) for e in each]) for name in ERRORS}
         found[arm] = {}

@@ -30,7 +30,7 @@ def invented() -> tuple[dict, np.ndarray, dict]:
 
 def test_own_coefficients_leave_the_rounding_of_the_code():
     tests, at_c, lines = invented()
-    left = temperature.errors(tests, at_c, lines, "tests, output", CODE, 200.0)
+    left = temperature.errors(tests, at_c, lines, "tests_and_output", CODE, 200.0)
     assert left["forward_ppm"] == pytest.approx(0.0, abs=1e-6)
     assert left["feedback_ppm"] == pytest.approx(0.0, abs=1e-6)
     assert left["output_ug"] == pytest.approx(0.0, abs=1.0)  # half a step of N_VREF is 0.95 ppm
@@ -59,8 +59,8 @@ def test_over_a_population_own_coefficients_help_and_another_unit_s_do_not():
         arms = found[change]
         for name in temperature.ERRORS:
             assert arms["none"][f"{name}_ratio"]["interval95"] == [1.0, 1.0]
-            assert arms["tests, output"][f"{name}_ratio"]["interval95"][1] < 0.3
-            assert arms["other's"][f"{name}_ratio"]["interval95"][1] > 1.0  # of independent coefficients sqrt(2)
-            assert arms["other's"][name]["value"] > 4.0 * arms["tests, output"][name]["value"]
-            assert arms["tests, output"][name]["value"] > 0.5 * found["floor"][name]
+            assert arms["tests_and_output"][f"{name}_ratio"]["interval95"][1] < 0.3
+            assert arms["other_unit"][f"{name}_ratio"]["interval95"][1] > 1.0  # of independent coefficients sqrt(2)
+            assert arms["other_unit"][name]["value"] > 4.0 * arms["tests_and_output"][name]["value"]
+            assert arms["tests_and_output"][name]["value"] > 0.5 * found["floor"][name]
         assert arms["tests"]["output_ug_ratio"]["value"] == pytest.approx(1.05, abs=0.3)  # the magnet is in neither
