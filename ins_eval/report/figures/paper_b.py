@@ -224,7 +224,7 @@ def attraction_by_carrier(
 ) -> Figure:
     """What attraction on a held plate adds to the gain (n,) and to its scatter, by the amplitude of the carrier."""
     note = (
-        "The plate held at the middle of the bridge, the wiring that draws it most; a free plate is not drawn. What "
+        "The plate held at the middle of the bridge, which draws it most; a free plate is not drawn. What "
         "attraction adds is the same in every excitation, and what it adds to the scatter is small against the bias."
     )
     figure, ax = sheet(3.2, title, note)
