@@ -207,6 +207,14 @@ def _quadrature(plan, grid, start_s, count, step_s, nodes, weights):
 
 
 @numba.njit(cache=True)
+def _forces(plan, grid, start_s, time_s):
+    out = np.empty((time_s.size, 3))
+    for k in range(time_s.size):
+        out[k] = _felt(plan, grid, start_s, time_s[k])[3:]
+    return out
+
+
+@numba.njit(cache=True)
 def _states(plan, grid, start_s, time_s):
     out = np.empty((time_s.size, 9))
     for k in range(time_s.size):
@@ -260,6 +268,10 @@ class Trajectory:
         time_s = np.ascontiguousarray(time_s, dtype=float)
         s = _states(self._plan, self._grid, self.start_s, time_s)
         return Truth(time_s, s[:, 0], s[:, 1], s[:, 2], s[:, 3:6], s[:, 6:9])
+
+    def specific_force(self, time_s: np.ndarray) -> np.ndarray:
+        """Specific force (n, 3) in m/s^2, body axes, at `time_s` (n,), anywhere between `start_s` and `end_s`."""
+        return _forces(self._plan, self._grid, self.start_s, np.ascontiguousarray(time_s, dtype=float))
 
     def increments(self, rate_hz: float) -> Increments:
         """Exact increments of the whole trajectory at a rate from 1 to 400 Hz; n = (end_s - start_s) rate_hz samples.

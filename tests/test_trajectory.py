@@ -192,6 +192,15 @@ def test_the_motion_is_smooth_at_the_joints(flight: Trajectory) -> None:
         assert curvature < bound
 
 
+def test_specific_force_is_the_rate_of_the_velocity_increments(flight: Trajectory) -> None:
+    """Simpson's rule over samples of 10 ms, in the middle of a turn."""
+    increments = flight.increments(100.0)
+    k = np.searchsorted(increments.time_s, 4010.0) + np.arange(100)
+    end_s = increments.time_s[k]
+    first, middle, last = (flight.specific_force(end_s - back) for back in (0.01, 0.005, 0.0))
+    assert np.allclose(0.01 * (first + 4.0 * middle + last) / 6.0, increments.velocity[k], rtol=0.0, atol=1e-12)
+
+
 @pytest.mark.parametrize("rate_hz", [10.0, 50.0, 400.0])
 def test_increments_add_up_at_any_rate(rate_hz: float) -> None:
     """The sum over 0.1 s is the same integral at 10, 50, 100 and 400 Hz: climb, turns, and wing rock in cruise."""

@@ -41,17 +41,22 @@ class Gain(NamedTuple):
 
 
 def scan_gain(n_fpga: np.ndarray, n_out: np.ndarray) -> Gain:
-    """Slope of N_out (p,) against N_FPGA (p,), p > 2, by centred least squares, eq. (19).
+    """Slope of N_out (p,) against N_FPGA (p,), p > 2, eq. (19)."""
+    return slope(n_fpga, n_out)
+
+
+def slope(x: np.ndarray, y: np.ndarray) -> Gain:
+    """Slope of y (p,) against x (p,), p > 2, by centred least squares.
 
     slope = sum (x - mean x) (y - mean y) / sum (x - mean x)^2; the interval is Student's with p - 2 degrees of freedom.
     """
-    x, y = np.asarray(n_fpga, dtype=float), np.asarray(n_out, dtype=float)
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     x, y = x - x.mean(), y - y.mean()
     spread = x @ x
-    slope = (x @ y) / spread
+    found = (x @ y) / spread
     freedom = x.size - 2
-    sigma = float(np.sqrt(np.sum((y - slope * x) ** 2) / (freedom * spread)))
-    return _student(slope, sigma, freedom)
+    sigma = float(np.sqrt(np.sum((y - found * x) ** 2) / (freedom * spread)))
+    return _student(found, sigma, freedom)
 
 
 def current_step(on_counts: np.ndarray, off_counts: np.ndarray) -> Gain:
@@ -91,9 +96,9 @@ def forward_drift(n_fpga: np.ndarray, reference: np.ndarray, test: np.ndarray) -
     changes = [scan_gain(n_fpga, after - before) for before, after in zip(reference, test, strict=True)]
     if len(changes) > 1:
         return over_repetitions(np.array([one.value for one in changes]) / slopes / PPM)
-    slope, only = abs(slopes[0]) * PPM, changes[0]
-    drift_ppm, half = only.value / (slopes[0] * PPM), (only.high - only.low) / (2.0 * slope)
-    return Gain(float(drift_ppm), only.sigma / slope, float(drift_ppm - half), float(drift_ppm + half))
+    per_ppm, only = abs(slopes[0]) * PPM, changes[0]
+    drift_ppm, half = only.value / (slopes[0] * PPM), (only.high - only.low) / (2.0 * per_ppm)
+    return Gain(float(drift_ppm), only.sigma / per_ppm, float(drift_ppm - half), float(drift_ppm + half))
 
 
 def feedback_drift(reference: Sequence[Gain], test: Sequence[Gain]) -> Gain:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ins_eval.digital_loop import Loop, load, population, sampled, stability
+from ins_eval.digital_loop import Loop, chamber, load, population, sampled, stability
 from ins_eval.paper_b import ours
 from ins_eval.paper_b.printed import PRINTED
 from ins_eval.paper_b.rows import rows
@@ -19,7 +19,7 @@ from ins_eval.report.paper_b import paper_b_content
 from ins_eval.report.results import as_json, made_with, write_results
 from ins_eval.storage import write_whole
 from ins_eval.streams import Streams
-from ins_eval.units import PPM
+from ins_eval.units import PPM, STANDARD_GRAVITY
 
 SHOWN_S, MEAN_S = 4.0, 0.05  # of the static output drawn, and of each of its points
 STEPS_PPM = {"as built": 0.0, "−200 ppm": -200.0, "−50 %": -5e5, "+100 %": 1e6}  # responses that are drawn
@@ -30,7 +30,7 @@ def run(output: Path, size: int, seed: int, workers: int | None, quiet: bool) ->
     """Compute, write ``rows.json``, ``metrics.json``, figures, page and text into `output`, print the text."""
     plan = population.Plan(seed=seed)
     members = population.run(plan, size, workers, quiet)
-    computed = ours.compute(seed, members)
+    computed = ours.compute(seed, members, chamber.run(plan, size, workers, quiet))
     found = rows(computed.results)
     write_whole(output / "rows.json", as_json([asdict(row) for row in found]))
     write_whole(output / "manifest.json", as_json({"plan": asdict(plan), "size": size, **made_with()}))
@@ -65,6 +65,7 @@ def _figures(members: Sequence[population.Member], computed: ours.Ours) -> dict[
             injected_ppm={"forward": ours.FORWARD_PPM, "feedback": ours.FEEDBACK_PPM},
         ),
         **_shifts(members),
+        **_computed(computed),
         "stability_against_drift": figures.stability_against_drift(
             forward_ppm=ours.SWEEP_PPM,
             phase_margin_deg=[m.phase_margin_deg for m in computed.margins],
@@ -101,6 +102,36 @@ def _shifts(members: Sequence[population.Member]) -> dict[str, Figure]:
             small_ppm={c: np.concatenate(paired[c]) for c in ours.CHANNELS},
             large_ppm={c: np.concatenate(shift[large][c]) for c in ours.CHANNELS},
             sizes_ppm=(small, large),
+        ),
+    }
+
+
+def _computed(computed: ours.Ours) -> dict[str, Figure]:
+    """What the paper only says: attraction, calibration over temperature; and the loop in flight."""
+    results = computed.results
+    attraction, temperature = results["attraction"], results["temperature"]
+    return {
+        "attraction_by_carrier": figures.attraction_by_carrier(
+            **attraction["by_carrier"],
+            carrier_v=attraction["carrier_v"],
+            excited_v=attraction["excited_v"],
+            scatter_ppm=attraction["scatter_ppm"]["free"],
+            limit_ppm=PRINTED["text"]["estimation_error_ppm"],
+        ),
+        "temperature_calibrated": figures.temperature_calibrated(
+            **{key: temperature[key] for key in ("room", "far", "floor")},
+            changes_c=(results["population"]["warm_up_c"]["value"], temperature["large_change_c"]),
+        ),
+        "loop_in_flight": figures.loop_in_flight(
+            stretches={
+                f"{name}, {results['in_flight'][name]['axis']} axis": {
+                    "time_s": one.time_s,
+                    "force_g": one.force / STANDARD_GRAVITY,
+                    "off_ug": one.off / (PPM * STANDARD_GRAVITY),
+                    "linear_ug": one.linear / (PPM * STANDARD_GRAVITY),
+                }
+                for name, one in computed.flown.items()
+            },
         ),
     }
 

@@ -5,12 +5,14 @@
     pendulum            eqs. (1)-(3) with their missing 1/J, poles, exact discretisation
     kernel, sampled     the compiled loop: modulation, ADC, demodulation, controller, DAC, torquer, switch M1, stops
     excitation          the method (23), which the paper rejects
+    attraction          what the carrier does to the plate: negative stiffness, pull-in
     stability           margins, bandwidth and step response against drift of the forward gain
     observability       which drifts each test sees
     injector            drift put in by a resistor or directly in the gain
     unit                one accelerometer: temperature coefficients and ageing of its parts
     bench               steps 1-5 of the paper's procedure
     population          200 of them
+    chamber             the same, calibrated over temperature, and tested after a large change of it
 
     loop = load("digital-qfa")                              # or "paper-unit", or "my.toml"
     drifted = loop.with_drift("sampling_resistor", -200.0)  # ppm

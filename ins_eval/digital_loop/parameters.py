@@ -188,6 +188,24 @@ class Bench(Strict):
     bias_sigma: _not_negative("ug")
 
 
+class Chamber(Strict):
+    """Where a unit is calibrated over temperature, and the large change of a test made far from its reference."""
+
+    lowest: _in("degC", -100.0, 150.0)
+    highest: _in("degC", -100.0, 150.0)
+    temperatures: _in("1", 3, 100, whole=True, open_low=False)
+    thermometer_sigma: _not_negative("degC")
+    large_change: _in("degC", -200.0, 200.0)
+
+    @model_validator(mode="after")
+    def _spans(self) -> Chamber:
+        if self.lowest.value >= self.highest.value:
+            raise ValueError(
+                f"lowest is {self.lowest.value:g} degC and highest {self.highest.value:g} degC; expected a higher one"
+            )
+        return self
+
+
 def _of_parts(name: str, kind: Any, words: str) -> type[Strict]:
     table = create_model(name, __base__=Strict, **{part: (kind, ...) for part in PARTS})
     table.__doc__ = words
@@ -217,6 +235,7 @@ class Parameters(Strict):
     current_source: CurrentSource
     scan: Scan
     bench: Bench
+    chamber: Chamber
     temperature_coefficient: TemperatureCoefficient
     temperature_coefficient_sigma: TemperatureCoefficientSigma
     ageing_sigma: AgeingSigma

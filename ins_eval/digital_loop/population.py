@@ -8,7 +8,7 @@ whatever was put in.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -77,10 +77,15 @@ def draw(streams: Streams, index: int, loop: Loop | None = None) -> Unit:
 
 def run(plan: Plan = PLAN, size: int = SIZE, workers: int | None = None, quiet: bool = True) -> list[Member]:
     """All members in order of their numbers; the number of `workers` (threads, None: all cores) changes no digit."""
+    return of_each(partial(member, plan), size, workers, quiet, "accelerometers")
+
+
+def of_each(found: Callable[[int], Any], size: int, workers: int | None, quiet: bool, words: str) -> list:
+    """What `found` gives for each number below `size`, in their order; `workers` (threads) change no digit."""
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        done = pool.map(partial(member, plan), range(size))
+        done = pool.map(found, range(size))
         try:
-            return list(tqdm(done, total=size, desc="accelerometers", unit="", disable=quiet, mininterval=0.5))
+            return list(tqdm(done, total=size, desc=words, unit="", disable=quiet, mininterval=0.5))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise

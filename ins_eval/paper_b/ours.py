@@ -24,9 +24,12 @@ from ins_eval.digital_loop import (
     stability,
 )
 from ins_eval.digital_loop.bench import Procedure
+from ins_eval.digital_loop.chamber import Calibrated
+from ins_eval.digital_loop.in_flight import Response
 from ins_eval.digital_loop.injector import Injection
 from ins_eval.digital_loop.unit import Unit
 from ins_eval.metrics import central
+from ins_eval.paper_b import attraction, in_flight, temperature
 from ins_eval.paper_b.printed import PRINTED
 from ins_eval.streams import Streams
 from ins_eval.units import PPM, STANDARD_GRAVITY
@@ -48,20 +51,25 @@ class Ours(NamedTuple):
     results: dict[str, Any]
     identified: Procedure
     margins: list[stability.Margins]  # over `SWEEP_PPM`
+    flown: dict[str, Response]  # by flight
 
 
-def compute(seed: int, members: Sequence[population.Member]) -> Ours:
-    """All of it; `members` are those of `population.run` with the same seed."""
+def compute(seed: int, members: Sequence[population.Member], units: Sequence[Calibrated]) -> Ours:
+    """All of it; `members` are those of `population.run` and `units` those of `chamber.run` with the same seed."""
     streams = Streams(seed).at("paper_b")
     loop = load()
     seen = observability.table(loop)
     identified = bench.procedure(identified_accelerometer(seed), streams.at("identified", "bench"))
+    flown = in_flight.compute(loop, streams.at("in flight"))
     sweep = [stability.margins(loop, ppm) for ppm in SWEEP_PPM]
     results = {
         "seed": seed,
         "loop": parameters(loop),
         "exact": exact(streams.at("exact"), seen),
         "quiet": quiet(streams.at("quiet")),
+        "attraction": attraction.attracted(loop, excitations(streams.at("exact"))),
+        "temperature": temperature.of_temperature(members, units, FEEDBACK_PPM, seed),
+        "in_flight": flown.results,
         "stability": margins(loop),
         "observability": [{"gain": gain_of(row.part), **row._asdict(), "seen_by": list(row.seen_by)} for row in seen],
         "year": year(loop, seen),
@@ -70,7 +78,7 @@ def compute(seed: int, members: Sequence[population.Member]) -> Ours:
         "unit": of_unit(identified),
         "printed_ppm": {c: PRINTED[t]["drift_ppm"] for c, t in zip(CHANNELS, ("table3", "table4"), strict=True)},
     }
-    return Ours(results, identified, sweep)
+    return Ours(results, identified, sweep, flown.shown)
 
 
 def gain_of(part: str) -> str:
@@ -151,7 +159,7 @@ def exact(streams: Streams, seen: Sequence[observability.Row]) -> dict[str, Any]
         "deflection_over_stop": loop.pendulosity * STANDARD_GRAVITY / loop["bending_stiffness"] / loop.stop_rad,
         "switch_open_ug": (other_source - off) / ug,
         "reference_bits": loop.parameters.feedback.reference_bits.value,
-        "rejected_scatter_ppm": rejected_scatter_ppm(loop, streams.at("excitation")),
+        "rejected_scatter_ppm": rejected_scatter_ppm(loop, excitations(streams)),
     }
 
 
@@ -164,9 +172,14 @@ def switched(loop: Loop, force_g: float, streams: Streams) -> tuple[float, float
     return on_mean, off_mean
 
 
-def rejected_scatter_ppm(loop: Loop, streams: Streams) -> float:
+def excitations(streams: Streams) -> list[Streams]:
+    """Of each excitation of the rejected method."""
+    return [streams.at("excitation", k) for k in range(EXCITATIONS)]
+
+
+def rejected_scatter_ppm(loop: Loop, streams: Sequence[Streams]) -> float:
     """Standard deviation of the loop gain by eq. (23), from one excitation to the next."""
-    slopes = [loop_gains.scan_gain(*excitation.excite(loop, streams.at(k))).value for k in range(EXCITATIONS)]
+    slopes = [loop_gains.scan_gain(*excitation.excite(loop, one)).value for one in streams]
     return float(np.std(slopes, ddof=1) / abs(np.mean(slopes)) / PPM)
 
 

@@ -32,6 +32,49 @@ def estimate(value: float, half: float) -> dict:
     return {"value": value, "interval95": [value - half, value + half]}
 
 
+def make_temperature() -> dict:
+    """Errors after a change in the room and a large one, by arm."""
+    arms = {"none": 1.0, "tests": 0.01, "tests_and_output": 0.01, "other_unit": 1.4}
+
+    def errors(change_c: float) -> dict:
+        sizes = {"forward_ppm": 10.0 * change_c, "feedback_ppm": 8.0 * change_c, "output_ug": 20.0 * change_c}
+        return {
+            arm: {
+                **{name: estimate(share * size, 0.1 * share * size) for name, size in sizes.items()},
+                **{f"{name}_ratio": estimate(share, 0.1 * share) for name in sizes},
+            }
+            for arm, share in arms.items()
+        }
+
+    return {
+        "room": errors(2.0),
+        "far": errors(20.0),
+        "floor": {"forward_ppm": 0.5, "feedback_ppm": 0.2, "output_ug": 3.8},
+        "ppm_per_c": {"gain": 10.0, "current_step": 8.0, "output": 20.0},
+        "large_change_c": 20.0,
+        "chamber_c": [2.0, 42.0],
+        "temperatures": 5,
+    }
+
+
+def make_flight(axis: str, from_s: float, rms_ug: float, largest_mm_s: float) -> dict:
+    """The loop less its steady state over one stretch."""
+    return {
+        "axis": axis,
+        "from_s": from_s,
+        "change_g": 0.2,
+        "mean_ug": estimate(0.01, 0.002),
+        "rms_ug": estimate(rms_ug, 0.02),
+        "rest_ug": estimate(1.9, 0.03),
+        "delay_us": estimate(47.4, 0.1),
+        "end_mm_s": estimate(0.002, 0.0003),
+        "largest_mm_s": estimate(largest_mm_s, 0.0003),
+        "noise_ug": estimate(8.3, 0.2),
+        "noise_mm_s": estimate(0.001, 0.001),
+        "rock_ppm": 86.0,
+    }
+
+
 def make_results() -> dict:
     """Every key that the rows and the page may ask for."""
     population: dict = {
@@ -86,6 +129,27 @@ def make_results() -> dict:
             "switch_open_ug": 0.0,
             "reference_bits": 20.0,
             "rejected_scatter_ppm": 31.0,
+        },
+        "attraction": {
+            "carrier_v": 0.244,
+            "area_mm2": 67.8,
+            "stiffness_ppm": {"free": 0.0, "as much as C0": 23.8, "held": 71.5},
+            "gain_ppm": {"as much as C0": estimate(28.3, 0.2), "held": estimate(129.5, 0.2)},
+            "added_scatter_ppm": {"free": 0.0, "as much as C0": 0.3, "held": 0.3},
+            "scatter_ppm": {"free": 31.0, "as much as C0": 31.0, "held": 31.0},
+            "drift_ppm": 0.05,
+            "pull_in_v": 28.9,
+            "excited_v": 5.7,
+            "spoiling_v": 5.0,
+            "latching_um": 0.085,
+            "scanned_um": 0.34,
+        },
+        "temperature": make_temperature(),
+        "in_flight": {
+            "delay_us": 47.4,
+            "duration_s": 20.0,
+            "flight": make_flight("z", 3992.6, 2.4, 0.10),
+            "wing rock": make_flight("y", 4132.7, 5.7, 0.03),
         },
         "quiet": {"forward_scatter_ppm": 0.7, "feedback_scatter_ppm": 0.2},
         "stability": {

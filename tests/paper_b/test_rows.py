@@ -91,8 +91,10 @@ DEPENDENT = (  # rows whose verdict rests on results of the run
     "B-C1",
     "B-C3",
     "B-C11",
+    "B-C12",
     "B-C15",
     "B-C22",
+    "B-C24",
     "B13",
     "B14",
 )
@@ -210,6 +212,9 @@ def test_numbers_of_the_audit_stand_in_their_rows(full: list[Row]) -> None:
         (("year", "after_ug"), 80.0, "B-C22"),
         (("population", "output_residual_percent", "interval95"), [1.0, 120.0], "B-F13"),
         (("population", "compensated_ug", "interval95"), [1.0, 20.0], "B-P4"),
+        (("temperature", "far", "tests_and_output", "output_ug", "interval95"), [20.0, 30.0], "B-C24"),
+        (("temperature", "far", "tests_and_output", "feedback_ppm", "interval95"), [9.0, 11.0], "B-C24"),
+        (("temperature", "far", "other_unit", "forward_ppm", "interval95"), [5.0, 9.0], "B-C24"),
     ],
 )
 def test_a_statement_that_fails_is_not_reproduced(path: tuple[str, ...], value: object, id: str, results: dict) -> None:
@@ -217,3 +222,14 @@ def test_a_statement_that_fails_is_not_reproduced(path: tuple[str, ...], value: 
     changed = copy.deepcopy(results)
     find(changed, *path[:-1])[path[-1]] = value
     assert by_id(rows(changed))[id].verdict == NOT_REPRODUCED
+
+
+@pytest.mark.parametrize(
+    ("path", "value"), [(("added_scatter_ppm", "held"), 12.0), (("carrier_v",), 6.0), (("excited_v",), 0.2)]
+)
+def test_attraction_spoils_the_rejected_test_where_it_scatters_or_pulls_in(
+    path: tuple[str, ...], value: float, results: dict
+) -> None:
+    assert by_id(rows(results))["B-C12"].verdict == NOT_REPRODUCED
+    find(results, "attraction", *path[:-1])[path[-1]] = value
+    assert by_id(rows(results))["B-C12"].verdict == REPRODUCED

@@ -88,8 +88,29 @@ def test_diagrams(id: str) -> None:
     assert len(drawing) < LARGEST_SVG_BYTES
 
 
+def drawn_of_computed(results: dict) -> dict:
+    found, temperature = results["attraction"], results["temperature"]
+    wave = np.sin(np.linspace(0.0, 60.0, 2000))
+    stretch = {"time_s": np.linspace(0.0, 20.0, 2000), "force_g": wave, "off_ug": wave, "linear_ug": 0.5 * wave}
+    return {
+        "attraction_by_carrier": paper_b.attraction_by_carrier(
+            volts=[0.1, 1.0, 5.0],
+            gain_ppm=[20.0, 2e3, 1e5],
+            added_scatter_ppm=[0.01, 1.0, 10.0],
+            carrier_v=found["carrier_v"],
+            excited_v=found["excited_v"],
+            scatter_ppm=31.0,
+            limit_ppm=10.0,
+        ),
+        "temperature_calibrated": paper_b.temperature_calibrated(
+            **{key: temperature[key] for key in ("room", "far", "floor")}, changes_c=(2.0, 20.0)
+        ),
+        "loop_in_flight": paper_b.loop_in_flight(stretches={"flight, z axis": stretch, "wing rock, y axis": stretch}),
+    }
+
+
 @pytest.fixture
-def drawn() -> dict:
+def drawn(results: dict) -> dict:
     rng = np.random.default_rng(2)
     n_fpga = 800.0 + 120.0 * np.arange(21)
     six = {"forward": (-180.0 + rng.normal(size=6)).tolist(), "feedback": (218.0 + rng.normal(size=6)).tolist()}
@@ -124,6 +145,7 @@ def drawn() -> dict:
             crossover_hz=np.linspace(60.0, 220.0, 7),
             steps={"as built": (1e-3 * time_s, np.ones(80))},
         ),
+        **drawn_of_computed(results),
     }
 
 
@@ -152,3 +174,19 @@ def test_figures_draw_what_they_are_given(drawn: dict) -> None:
     for ax, shift in zip(drawn["shift_distribution"].axes, (19.5, 18.2), strict=True):
         assert sum(patch.get_height() for patch in ax.patches) == 200
         assert any(np.allclose(line.get_xdata(), shift) for line in ax.lines)
+
+
+def test_temperature_is_drawn_by_arm_and_flight_with_its_linear_response(drawn: dict, results: dict) -> None:
+    room, far = drawn["temperature_calibrated"].axes
+    assert "2 °C" in room.get_title() and "20 °C" in far.get_title()
+    assert far.containers[0].lines[0].get_ydata().tolist() == [
+        results["temperature"]["far"]["none"][error]["value"] for error in ("forward_ppm", "feedback_ppm", "output_ug")
+    ]
+    lower = drawn["loop_in_flight"].axes[2]
+    assert np.abs(lower.lines[1].get_ydata()).max() == pytest.approx(0.5, rel=1e-3)
+
+
+def test_what_was_computed_has_a_section(results: dict) -> None:
+    words = said(results)
+    assert "stands for the loop to 2.4 µg RMS" in words and "47.4 µs late" in words
+    assert "of 28.9 V" in words and "with another unit's coefficients" in words

@@ -30,7 +30,7 @@ def equation_rows(results: Mapping) -> Iterator[Row]:
     yield from _bridge(exact, seen)
     yield from _gains(exact, seen)
     yield from _forward(exact)
-    yield from _feedback(exact, quiet)
+    yield from _feedback(exact, quiet, find(results, "in_flight"))
 
 
 def _pendulum(exact: Mapping | None) -> Iterator[Row]:
@@ -221,7 +221,20 @@ def _forward(exact: Mapping | None) -> Iterator[Row]:
     yield _approximation("B-E22", "Eq. (22): compensation of the forward gain in the controller, 1 − δ")
 
 
-def _feedback(exact: Mapping | None, quiet: Mapping | None) -> Iterator[Row]:
+def _steady_in_flight(found: Mapping | None) -> str:
+    """How far the equation, which is of a loop at rest, is off in flight."""
+    if not found:
+        return ""
+    calm, rock = found["flight"], found["wing rock"]
+    return (
+        f" Over the liveliest {found['duration_s']:g} s of a flight it stands for the sampled loop to "
+        f"{number(calm['rms_ug']['value'], 2)} µg RMS and {number(calm['largest_mm_s']['value'], 2)} mm/s, with wing "
+        f"rock {number(rock['rms_ug']['value'], 2)} and {number(rock['largest_mm_s']['value'], 2)}: the loop is "
+        f"{number(found['delay_us'])} µs late."
+    )
+
+
+def _feedback(exact: Mapping | None, quiet: Mapping | None, in_flight: Mapping | None) -> Iterator[Row]:
     rejected = find(exact, "rejected_scatter_ppm")
     yield decided(
         "B-E23",
@@ -231,8 +244,8 @@ def _feedback(exact: Mapping | None, quiet: Mapping | None) -> Iterator[Row]:
         and quiet
         and "The gap takes only a small excitation around the balance of 1 g, against which the bias wanders: the gain "
         f"found scatters by {number(rejected)} ppm from one excitation to the next, the one of the current test by "
-        f"{number(quiet['feedback_scatter_ppm'], 2)}. The paper names electrostatic "
-        "attraction, which ours does not have.",
+        f"{number(quiet['feedback_scatter_ppm'], 2)}. Electrostatic attraction, "
+        "which the paper names, has a row of its own (B-C12).",
         ours=rejected,
         unit="ppm",
     )
@@ -246,7 +259,7 @@ def _feedback(exact: Mapping | None, quiet: Mapping | None) -> Iterator[Row]:
             exact
             and "The loop has an integrator, so that at rest its gain is without limit and the counts are "
             + ("(k0 a − k_t I_ref)/k_fb." if name == "on" else "k0 a/k_fb.")
-            + (" The equation writes K0 for k0." if name == "on" else ""),
+            + (" The equation writes K0 for k0." if name == "on" else _steady_in_flight(in_flight)),
             ours=counts,
             unit="count",
         )

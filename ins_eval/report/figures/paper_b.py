@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ins_eval.report.style import ACCENT, INK, QUIET, legend_below, sheet, styled
+from ins_eval.report.style import ACCENT, INK, QUIET, decimate, legend_below, sheet, styled
 
 BEFORE, AFTER, COMPENSATED, IDENTIFIED = "#4a9bd4", "#b2182b", "#1b7837", "#8073ac"  # blue, red, green as in the paper
 CHANNELS = {"forward": "forward gain", "feedback": "feedback gain"}
@@ -207,6 +207,92 @@ def stability_against_drift(
     left.set(xlabel="drift of the forward gain [%]", ylabel="[°] and [Hz]", ylim=(0.0, None))
     _steps(right, steps)
     legend_below(figure, left, right, columns=6)
+    return figure
+
+
+@styled
+def attraction_by_carrier(
+    *,
+    volts: Sequence[float],
+    gain_ppm: Sequence[float],
+    added_scatter_ppm: Sequence[float],
+    carrier_v: float,
+    excited_v: float,
+    scatter_ppm: float,
+    limit_ppm: float,
+    title: str = "Attraction in the open-loop test with excitation",
+) -> Figure:
+    """What attraction on a held plate adds to the gain (n,) and to its scatter, by the amplitude of the carrier."""
+    note = (
+        "The plate held at the middle of the bridge, which draws it most; a free plate is not drawn. What "
+        "attraction adds is the same in every excitation, and what it adds to the scatter is small against the bias."
+    )
+    figure, ax = sheet(3.2, title, note)
+    ax.loglog(volts, gain_ppm, color=BEFORE, label="added to the gain")
+    ax.loglog(volts, added_scatter_ppm, color=AFTER, label="added to its scatter")
+    ax.axhline(scatter_ppm, color=QUIET, linewidth=1.0, linestyle=":", label="scatter by the bias")
+    ax.axhline(limit_ppm, color=ACCENT, linewidth=1.0, linestyle="--", label="10 ppm of Paper B")
+    ax.axvline(carrier_v, color=INK, linewidth=1.2, label="our carrier")
+    ax.axvline(excited_v, color=INK, linewidth=1.2, linestyle="--", label="pulled in")
+    ax.set(xlabel="amplitude of the carrier [V]", ylabel="[ppm]")
+    legend_below(figure, ax, columns=3)
+    return figure
+
+
+@styled
+def temperature_calibrated(
+    *,
+    room: Mapping[str, Mapping],
+    far: Mapping[str, Mapping],
+    floor: Mapping[str, float],
+    changes_c: tuple[float, float],
+    title: str = "Errors with temperature taken out",
+) -> Figure:
+    """RMS errors by arm, with intervals, after a change in the paper's room and after a large one; and their floor."""
+    note = (
+        "RMS over our units with 95 % intervals, on a logarithmic scale. Grey strokes: the same errors at constant "
+        "temperature. With another unit's coefficients the errors grow, as they must."
+    )
+    figure, panels = sheet(3.4, title, note, columns=2, sharey=True)
+    tints = {"none": INK, "tests": BEFORE, "tests_and_output": COMPENSATED, "other_unit": AFTER}
+    words = ("as measured", "tests put back", "tests and output put back", "with another unit's coefficients")
+    errors = {"forward_ppm": "forward gain", "feedback_ppm": "feedback gain", "output_ug": "output"}
+    at = np.arange(len(errors))
+    for ax, arms, change_c in zip(panels, (room, far), changes_c, strict=True):
+        for k, (arm, label) in enumerate(zip(tints, words, strict=True)):
+            value = np.array([arms[arm][error]["value"] for error in errors])
+            ends = np.array([arms[arm][error]["interval95"] for error in errors]).T
+            ax.errorbar(at + 0.14 * (k - 1.5), value, np.abs(ends - value), fmt="o", color=tints[arm], label=label)
+        floors = [floor[error] for error in errors]
+        ax.hlines(floors, at - 0.35, at + 0.35, color=QUIET, linewidth=2.0, label="no change of temperature")
+        ax.set(yscale="log", title=f"{change_c:.0f} °C from the reference", xlabel="error of gains [ppm], output [µg]")
+        ax.set_xticks(at, errors.values())
+    panels[0].set_ylabel("RMS [ppm], [µg]")
+    legend_below(figure, *panels, columns=3)
+    return figure
+
+
+@styled
+def loop_in_flight(
+    *,
+    stretches: Mapping[str, Mapping[str, np.ndarray]],
+    title: str = "The sampled loop beside its steady state, in the liveliest stretch of a flight",
+) -> Figure:
+    """By name of the flight "time_s", "force_g", "off_ug" and "linear_ug" (n,), of samples of 10 ms."""
+    note = (
+        "Above the specific force along the axis that changes most, below the loop less its steady state without "
+        "noise, in samples of 10 ms: what the transfer function says, and the steps of the converters."
+    )
+    figure, panels = sheet(4.8, title, note, rows=2, columns=2)
+    panels = np.reshape(panels, (2, 2))
+    for (upper, lower), (name, one) in zip(panels.T, stretches.items(), strict=True):
+        time_s = one["time_s"] - one["time_s"][0]
+        upper.plot(*decimate(time_s, one["force_g"]), color=INK)
+        upper.set(title=name, xlabel="time [s]", ylabel="specific force [g]")
+        lower.plot(*decimate(time_s, one["off_ug"]), color=BEFORE, linewidth=0.6, label="loop − steady state")
+        lower.plot(*decimate(time_s, one["linear_ug"]), color=AFTER, label="by the transfer function")
+        lower.set(xlabel="time [s]", ylabel="[µg]")
+    legend_below(figure, *panels[1])
     return figure
 
 
