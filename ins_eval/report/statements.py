@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import groupby
+from math import ceil, log10
 
 from ins_eval.papers import (
     COMPATIBLE,
@@ -114,7 +115,7 @@ def _remark(row: Row) -> str:
     """The reason, and how the test could have come out otherwise."""
     parts = [row.reason]
     if row.passes is not None and not _untested(row):
-        low, high = (_value(end, PRINTED_DIGITS if _narrow(row.passes) else OUR_DIGITS) for end in row.passes)
+        low, high = (_value(end, _digits(row.passes)) for end in row.passes)
         parts.append(f"A printed value would have passed from {low} to {high}.")
     elif row.fails and row.verdict == REPRODUCED:
         parts.append(f"It would have failed if {row.fails}.")
@@ -123,9 +124,11 @@ def _remark(row: Row) -> str:
     return " ".join(parts)
 
 
-def _narrow(passes: tuple[float, float]) -> bool:
-    """Whether the ends can hardly be told apart by three digits, as those of a rounded number."""
-    return passes[1] - passes[0] < 0.05 * max(map(abs, passes))
+def _digits(passes: tuple[float, float]) -> int:
+    """Significant digits that tell the ends of a range apart, two of its width at least."""
+    low, high = passes
+    largest = max(abs(low), abs(high))
+    return max(OUR_DIGITS, 2 + ceil(log10(largest / (high - low)))) if high > low else PRINTED_DIGITS
 
 
 def _ours(row: Row) -> str:

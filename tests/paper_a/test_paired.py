@@ -22,7 +22,7 @@ def arms(simple: np.ndarray, refined: np.ndarray) -> dict:
 
 
 def grown(by: float) -> dict:
-    """A difference that is large and scatters much from instrument to instrument, and grows by so many m after 6000 s."""
+    """A difference that is large and scatters much between instruments, and grows by so many m after 6000 s."""
     level = np.random.default_rng(1).normal(1000.0, 800.0, (SIZE, 1))
     refined = np.full((SIZE, TIME_S.size), 5000.0)
     return arms(refined + level + by * (TIME_S > 6000.0), refined)
