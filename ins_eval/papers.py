@@ -236,7 +236,7 @@ def recalculated(
 
 
 def given(id: str, title: str, why: str, **numbers: Any) -> Row:
-    """What went into the simulation or cannot be computed here."""
+    """What went into the simulation, cannot be computed here, or is a definition or a step that cannot fail."""
     return row(id, title, NOT_REPRODUCED, GIVEN + why, **numbers)
 
 

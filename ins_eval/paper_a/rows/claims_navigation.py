@@ -266,7 +266,8 @@ def _early_and_late(results: Mapping, ours: Mapping) -> Iterator[Row]:
         change,
         change
         and f"{between(at['6000'])} m at 6000 s, {between(at['8400'])} m at 8400 s; from the one to the other, of the "
-        f"same instruments, it changes by {between(change)} m (mean, 95 % interval).",
+        f"same instruments, it changes by {between(change)} m (mean, 95 % interval). At 3600 s it was "
+        f"{between(at['3600'])} m (A-C37).",
         above=0.0,
         what="the change",
         unit="m",

@@ -160,7 +160,7 @@ def _navigation(results: Mapping, ours: Mapping) -> Iterator[Row]:
             ratio,
             ratio
             and f"RMS of the {what} error over the flight, refined hysteresis over simple: {between(ratio)} over our "
-            f"instruments (95 % interval). It shrinks in {100.0 * single:.0f} % of single flights.",
+            f"instruments (95 % interval). The figure shows one flight; of ours it shrinks in {100.0 * single:.0f} %.",
             below=1.0,
             what="the ratio",
         )
