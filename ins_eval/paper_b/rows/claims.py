@@ -28,7 +28,7 @@ from ins_eval.papers import (
 LINEAR_PPM = 1000.0
 SIX = PRINTED["text"]["repetitions"] - 1
 BY_CHANCE = float(np.sqrt(stats.f.ppf(0.975, SIX, SIX)))  # between the scatters of six and six repetitions
-UNITS = "the central 95 % of our units"
+UNITS = "what 95 % of our units stay above"
 
 
 def claim_rows(results: Mapping) -> Iterator[Row]:

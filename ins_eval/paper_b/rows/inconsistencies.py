@@ -225,7 +225,7 @@ def _output(results: Mapping) -> Iterator[Row]:
         "24 µg measured with a bias stability of 50 µg",
         PRINTED["output"]["compensated_ug"],
         find(population, "compensated_ug"),
-        SINGLE,
+        "what 95 % of single repetitions of our units stay below",
         f"One difference without an interval, below the {stability:g} µg of Table 2; the feedback estimate alone would "
         f"leave {number(output.feedback_residual_ug())} µg.",
         recomputed=output.feedback_residual_ug(),

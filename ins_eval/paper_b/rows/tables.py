@@ -142,7 +142,7 @@ def _gain(table: estimation.Table, results: Mapping) -> Iterator[Row]:
         f"{name}: mean residual",
         residual,
         find(population, f"{channel}_residual_percent"),
-        "the central 95 % of our units",
+        "what 95 % of our units stay below",
         f"The gains give {number(of_gains, 4)} %, the mean of the six printed residuals is {number(of_rows, 4)} %.",
         recomputed=of_gains,
         unit="%",
