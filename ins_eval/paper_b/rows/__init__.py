@@ -26,8 +26,8 @@ REQUIRED = (
 )
 
 WARM_UP = (
-    "warm-up and temperature coefficients of our units were chosen in a search for what leaves residuals of about 10 %, "
-    "as in Tables 3 and 4"
+    "warm-up and temperature coefficients of our units were chosen in a search for what leaves residuals of about "
+    "10 %, as in Tables 3 and 4"
 )
 # Numbers of the simulation that were chosen with the printed ones in view, by what stands before the first "/".
 CHOSEN = dict.fromkeys(("B-T3", "B-T4", "B-P3", "B-P4", "B-P5", "B-C1", "B-C3", "B13", "B14"), WARM_UP)
