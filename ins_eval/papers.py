@@ -6,21 +6,28 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal
 
-Verdict = Literal["reproduced", "not reproduced", "the paper contradicts itself"]
+Verdict = Literal[
+    "reproduced", "compatible, but the test has little power", "not reproduced", "the paper contradicts itself"
+]
 REPRODUCED: Verdict = "reproduced"
+COMPATIBLE: Verdict = "compatible, but the test has little power"
 NOT_REPRODUCED: Verdict = "not reproduced"
 CONTRADICTS: Verdict = "the paper contradicts itself"
-VERDICTS: tuple[Verdict, ...] = (REPRODUCED, NOT_REPRODUCED, CONTRADICTS)
+VERDICTS: tuple[Verdict, ...] = (REPRODUCED, COMPATIBLE, NOT_REPRODUCED, CONTRADICTS)
 
 VERDICT_RULE = """\
 "The paper contradicts itself": a number computed again from the paper's own numbers is not the printed one, or two \
-of its statements exclude one another. This goes before the other two.
-"Reproduced": our simulation gives the printed number inside the interval stated, and no number of the simulation was \
-chosen after it; or the printed arithmetic, statement or procedure holds when it is computed again. A printed number \
-of a single unit, flight or oven run is held against the central 95 % of ours; this is said in its row, for such an \
-interval is wide and one number inside it proves little.
-"Not reproduced": everything else, also what cannot be computed here or went into the simulation ("taken as given"). \
-"About x" means x to its last printed digit.
+of its statements exclude one another. This goes before the other three.
+"Reproduced": a test that could have failed has passed. Our simulation gives the printed number inside the interval \
+stated, or the printed arithmetic, statement or procedure holds when it is computed again. Each row says which printed \
+values would have passed, or what would have made it fail.
+"Compatible, but the test has little power": nothing speaks against it, but little could have. Such is a row whose \
+passing range holds zero (or what was put in, where the distance from that is the finding), or both half and double \
+the printed number; a claim that part of our interval allows and part does not; and a row for which a number of the \
+simulation was chosen with the printed one in view. A printed number of a single unit, flight or oven run is held \
+against the central 95 % of ours, which is often so wide.
+"Not reproduced": everything else, also what cannot be computed here, is no claim that could fail, or went into the \
+simulation ("taken as given"). "About x" means x to its last printed digit.
 """
 
 NOT_COMPUTED = "Not computed in this run."
@@ -32,6 +39,9 @@ class Row:
     """One statement; `printed`, `recomputed` and `ours` in `unit`, or in words where a number cannot say it.
 
     `recomputed` follows from the paper's own numbers alone. `interval95` belongs to `ours`; `reason` says of what.
+    `passes` are the ends of the printed values that would have passed the test, `fails` says what would have made a
+    claim in words fail ("it would have failed if ..."), and `chosen` which numbers of the simulation were chosen with
+    the printed ones in view.
     """
 
     id: str
@@ -44,6 +54,9 @@ class Row:
     verdict: Verdict
     reason: str
     unit: str = ""
+    passes: tuple[float, float] | None = None
+    fails: str = ""
+    chosen: str = ""
 
 
 Number = float | str | None
@@ -51,18 +64,48 @@ Estimate = Mapping[str, Any]
 Groups = Mapping[str, Sequence[Callable[..., Iterable[Row]]]]  # what makes the rows of each group
 
 
-def assembled(groups: Groups, required: Sequence[str], *computed: Mapping) -> list[Row]:
+def assembled(groups: Groups, required: Sequence[str], chosen: Mapping[str, str], *computed: Mapping) -> list[Row]:
     """All rows that the groups make of what was `computed`, in the order of `required`.
 
-    There stand their ids, or what is before the first "/" of them.
+    There stand their ids, or what is before the first "/" of them; `chosen` says by the same which numbers of the
+    simulation were chosen with these rows in view.
     """
     found = [
-        dataclasses.replace(row, group=group)
+        _marked(dataclasses.replace(row, group=group), chosen.get(head(row.id), ""))
         for group, parts in groups.items()
         for make in parts
         for row in make(*computed)
     ]
-    return sorted(found, key=lambda row: required.index(row.id.partition("/")[0]))
+    return sorted(found, key=lambda row: required.index(head(row.id)))
+
+
+def head(id: str) -> str:
+    """The table, equation, figure or claim to which a row belongs."""
+    return id.partition("/")[0]
+
+
+def _marked(row: Row, chosen: str) -> Row:
+    """The row with the mark, where it has a number of the simulation; then it is not reproduced, at most compatible."""
+    if not chosen or row.ours is None or row.verdict == CONTRADICTS:
+        return row
+    verdict = COMPATIBLE if row.verdict == REPRODUCED else row.verdict
+    return dataclasses.replace(row, chosen=chosen, verdict=verdict)
+
+
+def weakness(printed: float, passes: Sequence[float], nothing: float = 0.0) -> str:
+    """Why a test that lets a range of printed values pass could hardly have failed; empty where it could.
+
+    The range holds zero, or both half and double the printed value; or that is so of the distances from `nothing`, the
+    value that would say that there is nothing to be found.
+    """
+    low, high = passes
+    for origin in dict.fromkeys((0.0, nothing)):
+        of = "" if origin == 0.0 else f" the distance from {number(origin)}"
+        if low <= origin <= high:
+            return f"The range that passes holds {'zero' if not of else f'{number(origin)}, where nothing is found'}."
+        if all(low <= origin + part * (printed - origin) <= high for part in (0.5, 2.0)):
+            return f"The range that passes holds both half and double{of or ' the printed value'}."
+    return ""
 
 
 def find(tree: Any, *keys: str) -> Any:
@@ -84,28 +127,84 @@ def row(
     recomputed: Number = None,
     ours: Number | Estimate = None,
     unit: str = "",
+    passes: Sequence[float] | None = None,
+    nothing: float = 0.0,
+    fails: str = "",
 ) -> Row:
-    """A row whose verdict is known; its group is set when the groups are put together."""
+    """A row whose verdict is known, but that it is compatible and not reproduced where the test has a `weakness`.
+
+    Its group is set when the groups are put together. Raises ValueError where a reproduced row states neither what
+    would have passed nor what would have made it fail.
+    """
+    if verdict == REPRODUCED:
+        if passes is None and not fails:
+            raise ValueError(f"{id}: reproduced, but nothing says how it could have failed; give `passes` or `fails`")
+        if passes is not None and (weak := weakness(printed, passes, nothing)):
+            verdict, reason = COMPATIBLE, f"{reason} {weak}"
     value, interval = _split(ours)
-    return Row(id, "", title, _plain(printed), _plain(recomputed), value, interval, verdict, reason, unit)
+    ends = None if passes is None else (float(passes[0]), float(passes[1]))
+    return Row(id, "", title, _plain(printed), _plain(recomputed), value, interval, verdict, reason, unit, ends, fails)
 
 
 def decided(
-    id: str, title: str, holds: bool | None, reason: str | None, otherwise: Verdict = NOT_REPRODUCED, **numbers: Any
+    id: str,
+    title: str,
+    holds: bool | None,
+    reason: str | None,
+    otherwise: Verdict = NOT_REPRODUCED,
+    *,
+    fails: str,
+    **numbers: Any,
 ) -> Row:
     """Reproduced where the statement `holds`, else `otherwise`; None where what decides was not computed.
 
     So ``tree and tree["a"] > tree["b"]`` and ``tree and f"..."`` may be given for `holds` and `reason`.
+    `fails` ends the sentence "It would have failed if ...".
     """
     if holds is None:
-        return row(id, title, NOT_REPRODUCED, NOT_COMPUTED, **{**numbers, "ours": None})
-    return row(id, title, REPRODUCED if holds else otherwise, reason, **numbers)
+        return row(id, title, NOT_REPRODUCED, NOT_COMPUTED, fails=fails, **{**numbers, "ours": None})
+    return row(id, title, REPRODUCED if holds else otherwise, reason, fails=fails, **numbers)
+
+
+def claimed(
+    id: str,
+    title: str,
+    ours: Estimate | None,
+    reason: str | None,
+    *,
+    above: float | None = None,
+    below: float | None = None,
+    what: str = "ours",
+    **numbers: Any,
+) -> Row:
+    """A claim that a quantity of ours lies `above` or `below` a value.
+
+    Reproduced where its whole interval does, not reproduced where none of it does, and compatible between the two:
+    then the interval allows the claim and its opposite. `what` names the quantity.
+    """
+    side, limit = ("above", above) if above is not None else ("below", below)
+    fails = f"the interval of {what} had reached {number(limit)}"
+    if ours is None:
+        return row(id, title, NOT_REPRODUCED, NOT_COMPUTED, fails=fails, **numbers)
+    low, high = ours["interval95"] if above is not None else [-end for end in reversed(ours["interval95"])]
+    least = limit if above is not None else -limit
+    verdict = REPRODUCED if low > least else COMPATIBLE if high > least else NOT_REPRODUCED
+    if verdict != REPRODUCED:
+        part = "only a part of it does" if verdict == COMPATIBLE else "none of it does"
+        reason = f"{reason} The interval of {what} has to lie {side} {number(limit)}; {part}."
+    return row(id, title, verdict, reason, ours=ours, fails=fails, **numbers)
 
 
 def simulated(
-    id: str, title: str, printed: float, ours: Estimate | None, interval_of: str, reason: str = "", **numbers: Any
+    id: str,
+    title: str,
+    printed: float,
+    ours: Estimate | None,
+    interval_of: str,
+    reason: str = "",
+    **numbers: Any,
 ) -> Row:
-    """A printed number against the interval of ours: reproduced where it lies inside."""
+    """A printed number against the interval of ours: reproduced where it lies inside, if the test could have failed."""
     if ours is None:
         return row(id, title, NOT_REPRODUCED, NOT_COMPUTED, printed=printed, **numbers)
     low, high = ours["interval95"]
@@ -115,11 +214,29 @@ def simulated(
         f"{number(low)} to {number(high)}."
     )
     verdict = REPRODUCED if inside else NOT_REPRODUCED
-    return row(id, title, verdict, f"{sentence} {reason}".strip(), printed=printed, ours=ours, **numbers)
+    return row(
+        id, title, verdict, f"{sentence} {reason}".strip(), printed=printed, ours=ours, passes=(low, high), **numbers
+    )
+
+
+def recalculated(
+    id: str,
+    title: str,
+    printed: float,
+    computed: float,
+    last_digit: float,
+    reason: str,
+    **numbers: Any,
+) -> Row:
+    """A printed number against what the paper's own numbers give: it has to be that, rounded to its last digit."""
+    slack = 0.5 * last_digit * (1.0 + 1e-9)
+    verdict = REPRODUCED if same(printed, computed, last_digit) else CONTRADICTS
+    passes = (computed - slack, computed + slack)
+    return row(id, title, verdict, reason, printed=printed, recomputed=computed, passes=passes, **numbers)
 
 
 def given(id: str, title: str, why: str, **numbers: Any) -> Row:
-    """What went into the simulation or cannot be computed here."""
+    """What went into the simulation, cannot be computed here, or is a definition or a step that cannot fail."""
     return row(id, title, NOT_REPRODUCED, GIVEN + why, **numbers)
 
 

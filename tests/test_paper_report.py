@@ -10,8 +10,9 @@ import pytest
 from ins_eval.cli import main
 from ins_eval.ensemble import chamber, oven, sensitivity
 from ins_eval.paper_a.rows import REQUIRED, VERDICTS
+from ins_eval.papers import REPRODUCED
 
-KEYS = {"id", "printed", "recomputed", "ours", "interval95", "verdict", "reason"}
+KEYS = {"id", "printed", "recomputed", "ours", "interval95", "verdict", "reason", "passes", "fails", "chosen"}
 FIGURES = (  # of the paper: F1 to F13
     *("magnet_loops", "creep_rig", "creep_elongation", "chamber_rig", "scale_factor_by_temperature"),
     *("compensated_scale_factor", "bias_by_temperature", "oven_rig", "oven_velocity_error", "oven_position_error"),
@@ -39,6 +40,18 @@ def test_every_id_has_a_row_with_a_verdict(folder: Path) -> None:
     for row in rows:
         assert set(row) >= KEYS
         assert row["verdict"] in VERDICTS and row["reason"]
+
+
+def test_nothing_is_reproduced_that_could_not_have_failed(folder: Path) -> None:
+    for row in json.loads((folder / "rows.json").read_text(encoding="utf-8")):
+        if row["verdict"] != REPRODUCED:
+            continue
+        assert row["passes"] or row["fails"], row["id"]
+        assert not row["chosen"], row["id"]
+        if row["passes"]:
+            (low, high), printed = row["passes"], row["printed"]
+            assert not low <= 0.0 <= high, row["id"]
+            assert not (low <= printed / 2.0 <= high and low <= 2.0 * printed <= high), row["id"]
 
 
 def test_every_row_is_on_the_page_and_in_the_text(folder: Path) -> None:

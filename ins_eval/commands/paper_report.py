@@ -20,7 +20,7 @@ from ins_eval.ensemble import ARMS, Plan, World, chamber, oven, sensitivity
 from ins_eval.laboratory import Chamber, draw_printed_units
 from ins_eval.laboratory.creep_rig import CreepRig
 from ins_eval.laboratory.magnet import loop, opening
-from ins_eval.metrics import Estimate
+from ins_eval.paper_a import paired
 from ins_eval.paper_a.printed import PRINTED
 from ins_eval.paper_a.rows import rows
 from ins_eval.paper_a.single import single_flights, single_runs
@@ -32,8 +32,6 @@ from ins_eval.storage import write_whole
 from ins_eval.streams import Streams
 from ins_eval.units import DEG
 
-DIFFERENCE_TIMES_S = (1800, 3600, 6000, 8400)
-BOOTSTRAP = 2000
 SOAK_C, LOOPS_C = 22.0, ((-60.0, 70.0), (-30.0, 40.0), (-10.0, 30.0), (5.0, 25.0))  # what the magnet is led through
 
 
@@ -62,32 +60,24 @@ def _results(plan: Plan, size: int, members: Mapping[str, list], shown: flight_s
     """The tree from which rows and page are made; an estimate is ``{"value", "interval95"}``."""
     arms = flight_study.by_arm(members, {arm: arm for arm in ARMS})
     flight = flight_study.numbers(plan, size, members, shown, {arm: arm for arm in ARMS})
+    streams = Streams(plan.seed)
     return {
         "seed": plan.seed,
         "chamber": chamber.summary(members["chamber"], plan.seed),
-        "oven": {**oven.summary(members["oven"], plan.seed), "single": single_runs(members["oven"])},
+        "oven": {
+            **oven.summary(members["oven"], plan.seed),
+            "single": single_runs(members["oven"]),
+            "choice_percent": paired.choice_percent(members["oven"], streams.at("choice")),
+        },
         "flight": {
             **flight,
             "single": single_flights(arms),
-            "difference_m": _differences(arms, Streams(plan.seed).at("difference")),
+            **paired.differences(arms, streams.at("difference")),
+            **paired.positions(arms, streams.at("position")),
         },
         "sensitivity": sensitivity.summary(
             {case: members[f"sensitivity/{case}"] for case in sensitivity.CASES}, plan.seed
         ),
-    }
-
-
-def _differences(arms: Mapping[str, Mapping[str, np.ndarray]], streams: Streams) -> dict[str, Any]:
-    """Mean over the instruments of the position error of simple less that of refined hysteresis, by time in s."""
-    simple, refined = (np.linalg.norm(arms[name]["track_m"], axis=2) for name in ("simple", "hysteresis_refined"))
-    time_s = arms["simple"]["track_s"][0]
-    at = [int(np.argmin(np.abs(time_s - t))) for t in DIFFERENCE_TIMES_S]
-    difference = (simple - refined)[:, at]
-    chosen = streams.rng().integers(len(difference), size=(BOOTSTRAP, len(difference)))
-    low, high = np.quantile(difference[chosen].mean(axis=1), (0.025, 0.975), axis=0)
-    return {
-        f"{t}": Estimate(mean, low[k], high[k]).as_tree()
-        for k, (t, mean) in enumerate(zip(DIFFERENCE_TIMES_S, difference.mean(axis=0), strict=True))
     }
 
 

@@ -4,6 +4,7 @@ printed.toml      the numbers that it prints (those that the simulation needs, t
 audit/            what its numbers imply of one another
 ours.py           small simulations that only this page needs
 single.py         single flights, which a published flight has to be held against
+paired.py         changes and ratios of the same instruments, which a claim about a change is tested by
 rows              all rows, by tables, equations, procedures, figures, claims and inconsistencies
 
 A row, its verdict and the rule of the verdicts stand in ``ins_eval.papers``.

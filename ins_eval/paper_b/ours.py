@@ -1,6 +1,7 @@
 """What our loop gives for the rows of Paper B: without disturbances, of many units, and of the identified one.
 
-Estimates are ``{"value", "interval95"}``: median and central 95 % of single units or repetitions.
+Estimates are ``{"value", "interval95"}``: median and central 95 % of single units or repetitions; of sizes of what may
+have either sign, median and from 0 the smallest 95 %.
 """
 
 from __future__ import annotations
@@ -139,6 +140,7 @@ def exact(streams: Streams, seen: Sequence[observability.Row]) -> dict[str, Any]
         "counts_feedback_ppm": (steps[1] / steps[0] - 1.0) / PPM,
         "counts_on": on,
         "counts_off": off,
+        "counts_per_g": loop.counts_per_g,
         "counts_on_less_off": steps[0],
         "counts_on_less_off_expected": -loop["reference_current"] / loop.amperes_per_count,
         "output_feedback_ug": (outputs[0] - off) / ug,
@@ -221,13 +223,15 @@ def of_population(members: Sequence[population.Member], seed: int) -> dict[str, 
     """The population's summary, and what the rows hold against the tables: of units and of single repetitions."""
     key = f"{FEEDBACK_PPM:g}"
     single = {name: np.concatenate([one[key][name] for one in members]) for name in ("change_ug", "remaining_ug")}
-    found = {
-        "uncompensated_ug": np.abs(single["change_ug"]),
+    found = {"uncompensated_ug": np.abs(single["change_ug"])}
+    sizes = {  # of what may have either sign
         "compensated_ug": np.abs(single["remaining_ug"]),
         "output_residual_percent": 100.0 * np.abs(single["remaining_ug"] / single["change_ug"]),
     }
     for channel, gain in zip(CHANNELS, ("gain", "current_step"), strict=True):
         of_units = [one[key][f"{channel}_ppm"] for one in members]
+        shift = np.array([one[key][f"{channel}_shift_ppm"].mean() for one in members])
+        sizes[f"{channel}_residual_percent"] = 100.0 * np.abs(shift) / FEEDBACK_PPM
         baselines = [np.std(one[key][gain][0], ddof=1) / abs(np.mean(one[key][gain][0])) / PPM for one in members]
         found |= {
             f"{channel}_ppm": np.array([values.mean() for values in of_units]),
@@ -235,8 +239,18 @@ def of_population(members: Sequence[population.Member], seed: int) -> dict[str, 
             f"{channel}_baseline_scatter_ppm": np.array(baselines),
         }
     shifts = [np.concatenate([one[key][f"{channel}_shift_ppm"] for one in members]) for channel in CHANNELS]
-    found["estimation_error_ppm"] = np.abs(np.concatenate(shifts))
-    return {**population.summary(members, seed), **{name: central(values).as_tree() for name, values in found.items()}}
+    sizes["estimation_error_ppm"] = np.abs(np.concatenate(shifts))
+    return {
+        **population.summary(members, seed),
+        **{name: central(values).as_tree() for name, values in found.items()},
+        **{name: _up_to(values) for name, values in sizes.items()},
+    }
+
+
+def _up_to(sizes: np.ndarray) -> dict[str, Any]:
+    """Median of sizes of what may have either sign, and from 0 what 95 % of them stay below."""
+    value, most = np.quantile(sizes, (0.5, 0.95))
+    return {"value": float(value), "interval95": [0.0, float(most)]}
 
 
 def scaling(members: Sequence[population.Member]) -> dict[str, float]:

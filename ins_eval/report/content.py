@@ -19,7 +19,7 @@ class Table:
     """Rows of ready-made text; `align` has one of ``l`` and ``r`` a column, by default ``lrr...``.
 
     A row may have a remark, which is set below it across the columns, and a tone, in which its last cell is coloured:
-    ``good``, ``bad``, ``odd`` or ``quiet``. `remarks` and `tones` hold one a row or are empty.
+    ``good``, ``weak``, ``bad``, ``odd`` or ``quiet``. `remarks` and `tones` hold one a row or are empty.
     """
 
     title: str

@@ -10,20 +10,21 @@ from dataclasses import asdict
 import pytest
 
 from ins_eval.metrics import DEFINITIONS
-from ins_eval.paper_a.rows import GROUPS, REQUIRED, rows
+from ins_eval.paper_a.rows import CHOSEN, GROUPS, REQUIRED, rows
 from ins_eval.papers import (
+    COMPATIBLE,
     CONTRADICTS,
+    GIVEN,
     NOT_COMPUTED,
     NOT_REPRODUCED,
     REPRODUCED,
-    VERDICT_RULE,
+    VERDICTS,
     Row,
     between,
-    decided,
     find,
+    head,
     number,
     same,
-    simulated,
 )
 
 # everything that Paper A contains, listed apart from the code
@@ -145,12 +146,13 @@ DEPENDENT = (  # rows whose verdict rests on results of the run
     "A-T7/hysteresis/north",
     "A-CEP/final/simple",
     "A-P7",
-    "A-P12",
     "A-F9/a",
-    "A-F12/b",
+    "A-F13/a",
     "A-C4",
+    "A-C28",
     "A-C36/at_least",
     "A-C37",
+    "A-C38/difference",
     "A24/simple",
     "A26/east",
     "A30/given/north",
@@ -185,6 +187,7 @@ def make_results() -> dict:
         "gain": {c: {"east": estimate(0.6), "north": estimate(0.8)} for c in ("given", "aligned")},
         "runs_improved": {"given": 0.7, "aligned": 0.6},
         "refinement": {str(n): estimate(1.0 - 0.01 * n) for n in range(1, 6)},
+        "choice_percent": estimate(5.0),
     }
     for case in ("given", "aligned"):
         oven[case] = {a: {x: estimate(v * level[a]) for x, v in (("east", 1.0), ("north", 1.05), ("horizontal", 1.5))}
@@ -235,6 +238,10 @@ def make_results() -> dict:
                 },  # fmt: skip
                 "gain_percent": {m: {"value": 15.0, "interval95": [-60.0, 70.0]} for m in SINGLE},
             },
+            "early_excess_m": estimate(-260.0, -0.1),
+            "late_growth_m": estimate(400.0),
+            "position_ratio": {what: estimate(0.8) for what in ("latitude", "longitude", "position")},
+            "position_improved": {what: 0.7 for what in ("latitude", "longitude", "position")},
             "difference_m": {
                 "1800": estimate(20.0),
                 "3600": estimate(90.0),
@@ -274,7 +281,7 @@ def test_the_rows_are_the_same_whatever_was_computed(full: list[Row], bare: list
 @pytest.mark.parametrize("which", ["full", "bare"])
 def test_every_row_is_complete(which: str, request: pytest.FixtureRequest) -> None:
     for row in request.getfixturevalue(which):
-        assert row.verdict in (REPRODUCED, NOT_REPRODUCED, CONTRADICTS)
+        assert row.verdict in VERDICTS
         assert row.group in GROUPS and row.title and row.reason.endswith("."), row
         assert "None" not in row.reason and "nan" not in row.reason, row
         for value in (row.printed, row.recomputed, row.ours):
@@ -316,8 +323,8 @@ def test_a_contradiction_rests_on_the_paper_alone(full: list[Row], bare: list[Ro
 def test_the_interval_decides() -> None:
     results = make_results()
     inside = by_id(rows(results))["A-T7/simple/east"]
-    assert inside.verdict == REPRODUCED and inside.printed == 1.36
-    assert inside.ours == 1.3 and inside.interval95 == (0.2, 3.0)
+    assert inside.verdict == COMPATIBLE and inside.printed == 1.36
+    assert inside.ours == 1.3 and inside.interval95 == inside.passes == (0.2, 3.0)
     assert "single flights" in inside.reason and "1.30 (1.17 to 1.43)" in inside.reason
     results["flight"]["single"]["simple"]["velocity_rms_east"]["interval95"] = [0.2, 1.35]
     outside = by_id(rows(results))["A-T7/simple/east"]
@@ -328,7 +335,7 @@ def test_without_single_flights_the_narrower_interval_stands_and_is_named() -> N
     results = make_results()
     del results["flight"]["single"]
     row = by_id(rows(results))["A-T7/simple/east"]
-    assert row.interval95 == pytest.approx((1.17, 1.43)) and row.verdict == REPRODUCED
+    assert row.interval95 == pytest.approx((1.17, 1.43)) and row.verdict == COMPATIBLE
     assert "value over all our flights" in row.reason
 
 
@@ -349,7 +356,7 @@ def test_table_4(full: list[Row]) -> None:
     assert found["A-T4/#2/none"].recomputed == pytest.approx(165.0, abs=0.5)
     assert found["A-T4/#3/none"].recomputed == pytest.approx(136.0, abs=0.5)
     assert found["A-T4/#3/simple"].verdict == CONTRADICTS  # no line leaves less than 24.5
-    assert found["A-T4/#1/simple"].verdict == REPRODUCED  # 12.78 in 12.6 to 15.4
+    assert found["A-T4/#1/simple"].verdict == COMPATIBLE  # 12.78 in 12.6 to 15.4, but the loop was chosen after it
     assert found["A-C24"].recomputed == "5.2 / 3.3 / 2.8"
 
 
@@ -380,18 +387,38 @@ def test_every_definition_of_cep_is_shown(full: list[Row]) -> None:
 
 
 @pytest.mark.parametrize(
+    ("path", "fails", "open_", "id"),
+    [
+        (("flight", "late_growth_m"), (-500.0, -100.0), (-300.0, 500.0), "A-C38/difference"),
+        (("flight", "early_excess_m"), (100.0, 500.0), (-300.0, 500.0), "A-C37"),
+        (("flight", "position_ratio", "latitude"), (1.1, 1.3), (0.8, 1.1), "A-F13/a"),
+        (("flight", "position_ratio", "longitude"), (1.1, 1.3), (0.8, 1.1), "A-F13/b"),
+        (("oven", "choice_percent"), (20.0, 30.0), (5.0, 20.0), "A-C28"),
+        (("oven", "gain", "given", "east"), (0.95, 1.1), (0.6, 0.95), "A-C29/oven"),
+    ],
+)
+def test_a_claim_is_judged_by_the_whole_interval_of_its_quantity(
+    path: tuple[str, ...], fails: tuple[float, float], open_: tuple[float, float], id: str
+) -> None:
+    def judged(interval: tuple[float, float]) -> Row:
+        changed = copy.deepcopy(make_results())
+        find(changed, *path[:-1])[path[-1]] = {"value": sum(interval) / 2.0, "interval95": list(interval)}
+        return by_id(rows(changed))[id]
+
+    assert by_id(rows(make_results()))[id].verdict == REPRODUCED
+    assert judged(fails).verdict == NOT_REPRODUCED
+    assert judged(open_).verdict == COMPATIBLE and "only a part" in judged(open_).reason
+
+
+@pytest.mark.parametrize(
     ("path", "value", "id"),
     [
-        (("flight", "difference_m", "8400"), estimate(310.0), "A-C38/difference"),
-        (("flight", "difference_m", "3600"), estimate(400.0), "A-C37"),
         (
             ("flight", "budget", "accelerometer_scale_factor", "simple", "velocity_rms_horizontal"),
             estimate(2.0),
             "A-C4",
         ),
-        (("flight", "ensemble", "improvement", "hysteresis_refined/simple", "cep_rate_final"), ratio(1.2), "A-F13/c"),
         (("oven", "refinement", "1"), estimate(9.0), "A-P7"),
-        (("oven", "gain", "given", "east"), estimate(0.9), "A-C29/oven"),
     ],
 )
 def test_a_statement_that_fails_is_not_reproduced(path: tuple[str, ...], value: dict, id: str) -> None:
@@ -400,6 +427,29 @@ def test_a_statement_that_fails_is_not_reproduced(path: tuple[str, ...], value: 
     changed = copy.deepcopy(results)
     find(changed, *path[:-1])[path[-1]] = value
     assert by_id(rows(changed))[id].verdict == NOT_REPRODUCED
+
+
+def test_the_published_reduction_of_one_flight_says_little(full: list[Row]) -> None:
+    found = by_id(full)  # single flights range from -60 to 70 %, the best of ten oven runs from -10 to 80 %
+    for id in ("A-T7/reduction/east", "A-T6/given/reduction/north", "A26/north", "A-F9/a", "A-F9/b"):
+        assert found[id].verdict == COMPATIBLE, id
+    assert "holds zero" in found["A-T7/reduction/east"].reason
+
+
+def test_what_was_chosen_with_a_table_in_view_is_marked_there_and_never_reproduced(full: list[Row]) -> None:
+    for row in full:
+        assert bool(row.chosen) == (head(row.id) in CHOSEN and row.ours is not None and row.verdict != CONTRADICTS)
+        assert not (row.chosen and row.verdict == REPRODUCED), row.id
+    found = by_id(full)
+    assert "28 combinations" in found["A-T7/simple/east"].chosen and "Table 7" in found["A-T7/simple/east"].chosen
+    assert "200 ppm" in found["A-T4/#1/simple"].chosen
+    assert not found["A-C40"].chosen and found["A-C40"].verdict == REPRODUCED
+
+
+def test_a_procedure_or_a_definition_is_no_test(full: list[Row]) -> None:
+    found = by_id(full)
+    for id in ("A-E6", "A-P8", "A-P11", "A-P12", "A-F12/a", "A11"):
+        assert found[id].verdict == NOT_REPRODUCED and found[id].reason.startswith(GIVEN), id
 
 
 def test_scale_factor_hysteresis_has_to_matter(full: list[Row]) -> None:
@@ -415,7 +465,3 @@ def test_helpers() -> None:
     assert number(18702.66, 6) == "18702.7" and number(0.0) == "0" and number(-165.09) == "-165"
     assert number(2.2e-16) == "2.20e-16" and number(0.05) == "0.0500"
     assert between({"value": 1.0, "interval95": [0.5, 2.0]}) == "1.00 (0.500 to 2.00)"
-    assert decided("x", "t", None, None, ours=3.0).ours is None
-    assert decided("x", "t", False, "No.", CONTRADICTS).verdict == CONTRADICTS
-    assert simulated("x", "t", 1.0, {"value": 2.0, "interval95": [1.0, 3.0]}, "i").verdict == REPRODUCED
-    assert "before the other two" in VERDICT_RULE

@@ -9,8 +9,19 @@ from dataclasses import asdict
 
 import pytest
 
-from ins_eval.paper_b.rows import GROUPS, REQUIRED, rows
-from ins_eval.papers import CONTRADICTS, GIVEN, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED, Row, find
+from ins_eval.paper_b.rows import CHOSEN, GROUPS, REQUIRED, rows
+from ins_eval.papers import (
+    COMPATIBLE,
+    CONTRADICTS,
+    GIVEN,
+    NOT_COMPUTED,
+    NOT_REPRODUCED,
+    REPRODUCED,
+    VERDICTS,
+    Row,
+    find,
+    head,
+)
 
 # everything that Paper B contains, listed apart from the code
 TABLES = ["B-T1", "B-T2", "B-T3", "B-T4"]
@@ -129,7 +140,7 @@ def test_the_rows_are_the_same_whatever_was_computed(full: list[Row], bare: list
 @pytest.mark.parametrize("which", ["full", "bare"])
 def test_every_row_is_complete(which: str, request: pytest.FixtureRequest) -> None:
     for row in request.getfixturevalue(which):
-        assert row.verdict in (REPRODUCED, NOT_REPRODUCED, CONTRADICTS)
+        assert row.verdict in VERDICTS
         assert row.group in GROUPS and row.title and row.reason.endswith("."), row
         assert "None" not in row.reason and "nan" not in row.reason, row
         for value in (row.printed, row.recomputed, row.ours):
@@ -168,8 +179,9 @@ def test_a_contradiction_rests_on_the_paper_alone(full: list[Row], bare: list[Ro
 
 def test_the_interval_decides(results: dict) -> None:
     inside = by_id(rows(results))["B-T4/1"]
-    assert inside.verdict == REPRODUCED and inside.printed == 223.03
-    assert inside.ours == 200.0 and inside.interval95 == (168.0, 232.0)
+    assert inside.verdict == COMPATIBLE and inside.printed == 223.03
+    assert inside.ours == 200.0 and inside.interval95 == inside.passes == (168.0, 232.0)
+    assert "holds 200, where nothing is found" in inside.reason and "about 10 %" in inside.chosen
     assert "single repetitions" in inside.reason and "chosen after this table" in inside.reason
     results["population"]["feedback_repetition_ppm"]["interval95"] = [168.0, 222.0]
     outside = by_id(rows(results))["B-T4/1"]
@@ -207,14 +219,18 @@ def test_numbers_of_the_audit_stand_in_their_rows(full: list[Row]) -> None:
         (("exact", "switch_open_ug"), 0.4, "B-M11"),
         (("exact", "rejected_scatter_ppm"), 3.0, "B-E23"),
         (("exact", "forward_current_ppm"), 7.0, "B-C15"),
+        (("exact", "counts_off"), 25200.0, "B-E25"),
+        (("exact", "counts_on"), -46600.0, "B-E24"),
+        (("exact", "counts_on_less_off"), -71700.0, "B-F7"),
+        (("exact", "forward_ppm"), -180.0, "B-F5"),
+        (("population", "feedback_baseline_scatter_ppm", "interval95"), [2.0, 90.0], "B-F12"),
         (("quiet", "feedback_scatter_ppm"), 4.0, "B-C17"),
         (("stability", "compensated", "crossover_hz"), 121.0, "B-C11"),
         (("year", "after_ug"), 80.0, "B-C22"),
-        (("population", "output_residual_percent", "interval95"), [1.0, 120.0], "B-F13"),
-        (("population", "compensated_ug", "interval95"), [1.0, 20.0], "B-P4"),
         (("temperature", "far", "tests_and_output", "output_ug", "interval95"), [20.0, 30.0], "B-C24"),
         (("temperature", "far", "tests_and_output", "feedback_ppm", "interval95"), [9.0, 11.0], "B-C24"),
         (("temperature", "far", "other_unit", "forward_ppm", "interval95"), [5.0, 9.0], "B-C24"),
+        (("population", "output_residual_percent", "interval95"), [101.0, 120.0], "B-F13"),
     ],
 )
 def test_a_statement_that_fails_is_not_reproduced(path: tuple[str, ...], value: object, id: str, results: dict) -> None:
@@ -233,3 +249,33 @@ def test_attraction_spoils_the_rejected_test_where_it_scatters_or_pulls_in(
     assert by_id(rows(results))["B-C12"].verdict == NOT_REPRODUCED
     find(results, "attraction", *path[:-1])[path[-1]] = value
     assert by_id(rows(results))["B-C12"].verdict == REPRODUCED
+
+
+def test_a_claim_that_the_interval_holds_in_part_is_compatible(results: dict) -> None:
+    results["population"]["output_residual_percent"]["interval95"] = [1.0, 120.0]
+    assert by_id(rows(results))["B-F13"].verdict == COMPATIBLE
+
+
+def test_sizes_that_the_smallest_would_pass_prove_little(results: dict, full: list[Row]) -> None:
+    found = by_id(full)
+    for id in ("B-T3/mean", "B-T4/mean", "B-T3/residual", "B-P4", "B-P5/value", "B-C1", "B-C3", "B-C20", "B13", "B20"):
+        assert found[id].verdict == COMPATIBLE, id
+    results["population"]["compensated_ug"]["interval95"] = [0.0, 20.0]
+    assert by_id(rows(results))["B-P4"].verdict == NOT_REPRODUCED
+
+
+def test_what_was_chosen_with_a_table_in_view_is_marked_there_and_never_reproduced(full: list[Row]) -> None:
+    for row in full:
+        assert bool(row.chosen) == (head(row.id) in CHOSEN and row.ours is not None and row.verdict != CONTRADICTS)
+        assert not (row.chosen and row.verdict == REPRODUCED), row.id
+
+
+def test_a_definition_or_a_step_is_no_test(full: list[Row]) -> None:
+    found = by_id(full)
+    for id in ("B-M12", "B-E14", "B-E18", "B-E20", "B-E27", "B-E29", "B-P1", "B-P2", "B-F2", "B-F9"):
+        assert found[id].verdict == NOT_REPRODUCED and found[id].reason.startswith(GIVEN), id
+
+
+def test_closure_passes_only_near_the_printed_value(full: list[Row]) -> None:
+    low, high = by_id(full)["B21"].passes
+    assert low == pytest.approx(25.15 - 1.98, abs=0.05) and high == pytest.approx(25.15 + 1.98, abs=0.05)

@@ -304,6 +304,11 @@ def make_figures(s: dict, metrics: dict) -> dict:
         "cep_over_time": figures.cep_over_time(
             time_s=t, cep_m=cep, size=200, band_m={n: np.column_stack([0.9 * v, 1.12 * v]) for n, v in cep.items()}
         ),
+        "missions_by_temperature": figures.missions_by_temperature(
+            warmer_c=np.linspace(-25.0, 30.0, 50),
+            ratios={"hysteresis": s["ratios"]["velocity_rms_horizontal"][:50]},
+            turns=np.arange(50) % 12,
+        ),
         "improvement_per_instrument": figures.improvement_per_instrument(
             ratios=s["ratios"],
             paper={"radial_error_rate_final": 1.29 / 1.54},

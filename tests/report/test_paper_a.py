@@ -15,7 +15,7 @@ from ins_eval.calibration.four_point import four_point
 from ins_eval.ensemble.sensitivity import CASES
 from ins_eval.laboratory import Chamber, draw_printed_units, magnet
 from ins_eval.laboratory.creep_rig import CreepRig
-from ins_eval.papers import CONTRADICTS, GIVEN, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED, Row
+from ins_eval.papers import COMPATIBLE, CONTRADICTS, GIVEN, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED, Row
 from ins_eval.report import figures, page, style, text
 from ins_eval.report.content import Paragraph, Picture, Section, Table
 from ins_eval.report.figures import paper_a, rigs
@@ -53,7 +53,18 @@ def rows() -> list[Row]:
         row("A-T4/#1/none", CONTRADICTS, printed=74.14, recomputed=107.25, ours=104.4, interval95=(99.96, 110.2)),
         row("A-T5", NOT_REPRODUCED, GIVEN + "drawn after it.", printed="-28 to 78"),
         row("A-T6", NOT_REPRODUCED, "Outside.", printed=0.98, ours=1.2, interval95=(1.1, 1.3)),
-        row("A-E15/gamma", printed=320320.0, group="equations"),
+        row(
+            "A-T7",
+            COMPATIBLE,
+            "Inside.",
+            printed=1.36,
+            ours=1.25,
+            interval95=(0.378, 2.24),
+            passes=(0.378, 2.24),
+            chosen="the path was chosen so",
+        ),
+        row("A-E15/gamma", printed=320320.0, group="equations", passes=(320319.5, 320320.5)),
+        row("A-E16", group="equations", fails="it were not so"),
         row("A-P7", NOT_REPRODUCED, NOT_COMPUTED, group="procedures"),
         *(row(id, group="figures") for id in figures_of_paper),
         row("A30", printed=1.39, recomputed=1.3878, group="inconsistencies"),
@@ -110,12 +121,13 @@ def test_every_row_is_on_the_page_and_in_the_text_with_its_verdict_and_reason(ro
     html = page.render(title="Paper A", answer=answer, sections=sections, drawings={}, metrics=results)
     assert "://" not in html and "<script" not in html
     words = said(rows, results)
-    bodies = re.findall(r"<tr class=\"(?:good|bad|odd|quiet)\">.*?</tr>\s*<tr class=\"remark\">.*?</tr>", html)
+    bodies = re.findall(r"<tr class=\"(?:good|weak|bad|odd|quiet)\">.*?</tr>\s*<tr class=\"remark\">.*?</tr>", html)
     assert len(bodies) == len(rows)
     for one, body in zip(rows, bodies, strict=True):
         assert f"<strong>{one.id}</strong>" in body and one.title.split()[0] in body
         assert one.reason.replace("-55", "−55").replace(" °C", " °C") in body.replace("\u00a0", " ")
-        assert one.verdict.removeprefix("the paper ") in body
+        untested = one.reason.startswith((GIVEN, NOT_COMPUTED))
+        assert ("– not tested" if untested else one.verdict.removeprefix("the paper ").split(",")[0]) in body
         assert re.search(rf"^    {re.escape(one.id)} ", words, re.MULTILINE), one.id
 
 
@@ -135,13 +147,22 @@ def test_numbers_keep_what_is_printed_and_show_their_interval(rows, results):
 def test_verdicts_are_counted_and_what_was_not_tested_is_told_apart(rows, results):
     first = paper_a_content(rows, results)[0].splitlines()[0]
     assert first == (
-        "Of 20 statements of Paper A 15 are reproduced; in 2 the paper contradicts itself; 3 are not reproduced, of "
-        "which 2 could not be put to a test."
+        "Of 22 statements of Paper A 16 are reproduced by a test that could have failed; 1 are compatible with ours, "
+        "but the test has little power; in 2 the paper contradicts itself; 3 are not reproduced, of which 2 could not "
+        "be put to a test."
     )
     tables = [b for s in paper_a_content(rows, results)[1] for b in s.blocks if isinstance(b, Table)]
-    assert tables[0].rows[-1] == ("together", "15", "2", "3", "2", "20")
+    assert tables[0].rows[-1] == ("together", "16", "1", "2", "3", "2", "22")
     tones = [tone for table in tables for tone in table.tones]
-    assert tones[:4] == ["odd", "odd", "quiet", "bad"] and tones[4] == "good"
+    assert tones[:6] == ["odd", "odd", "quiet", "bad", "weak", "good"]
+
+
+def test_a_row_says_what_would_have_passed_or_failed_and_what_was_chosen(rows, results):
+    words = re.sub(r"\s+", " ", said(rows, results).replace("\u00a0", " "))
+    assert "Inside. A printed value would have passed from 0.378 to 2.24. Chosen with this in view: the path" in words
+    assert "~ compatible, little power; chosen in view" in words
+    assert "would have passed from 320319.5 to 320320.5." in words
+    assert "It holds. It would have failed if it were not so." in words
 
 
 def test_figures_stand_below_the_rows_of_their_id(rows, results):
@@ -195,17 +216,22 @@ def put(results: dict, pair: str, value: float, low: float, high: float) -> None
     found["velocity_rms_horizontal"] = {"ratio": value, "interval95": [low, high]}
 
 
-def test_what_it_means_follows_the_fair_comparison(rows, results):
+def test_what_it_means_has_no_order_and_advises_nothing_of_other_flights(rows, results):
     def last() -> str:
         return paper_a_content(rows, results)[0].splitlines()[-1]
 
-    assert "brings 80 % of the gain in velocity; the model with hysteresis brings the rest." in last()
-    put(results, "hysteresis_refined/simple_refined", 0.99, 0.95, 1.03)
-    assert "brings more is not established" in last()
-    put(results, "simple_refined/simple", 1.0, 0.97, 1.02)
-    assert "the gain comes from the model" in last()
+    assert "Shapley" not in last()
+    part = {"ratio": 0.8, "interval95": [0.7, 0.9]}
+    order = {"model": part, "refinement": part}
+    results["flight"]["ensemble"]["attribution"] = {
+        "velocity_rms_horizontal": {
+            "model_first": order, "refinement_first": order, "shapley": order, "together": part,
+        }
+    }  # fmt: skip
+    assert "Shared without an order (Shapley)" in last()
+    assert "the flight report tells, over missions" in last()
+    assert "first put" not in last()
     put(results, "hysteresis_refined/simple", 1.1, 1.05, 1.2)
-    assert "is not established here" in last()
     gain = paper_a_content(rows, results)[0].splitlines()[1]
     assert "raises the horizontal velocity RMS by 10 % (95 % interval 5 to 20 %; Paper A: −17 %)" in gain
 

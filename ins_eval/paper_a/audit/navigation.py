@@ -43,8 +43,14 @@ def landing_at_s() -> float:
 
 
 def reduction_percent(of: Mapping, axis: str | None = None) -> float:
-    """What the compensation takes off, in % of the simple one: a velocity of Table 6 or 7, or the CEP."""
-    before, after = (of[arm] if axis is None else of[arm][axis] for arm in ("simple", "hysteresis"))
+    """What the compensation takes off, in % of the simple one: a velocity of Table 6 or 7, or the CEP.
+
+    The axis is east, north or horizontal, or None for the CEP.
+    """
+    if axis == "horizontal":
+        before, after = (hypot(*of[arm].values()) for arm in ("simple", "hysteresis"))
+    else:
+        before, after = (of[arm] if axis is None else of[arm][axis] for arm in ("simple", "hysteresis"))
     return 100.0 * (before - after) / before
 
 

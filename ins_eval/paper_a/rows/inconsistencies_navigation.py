@@ -14,15 +14,16 @@ from ins_eval.papers import (
     GIVEN,
     NOT_COMPUTED,
     NOT_REPRODUCED,
-    REPRODUCED,
     Row,
     as_printed,
     between,
+    claimed,
     decided,
     find,
     listed,
     number,
     percent_off,
+    recalculated,
     row,
     same,
     simulated,
@@ -70,17 +71,16 @@ def _flight(ours: Mapping) -> Iterator[Row]:
         printed=of["ins_installed"][0],
         recomputed=of["ins_installed"][1],
     )
-    yield decided(
+    yield recalculated(
         "A21",
         "Durations, and what begins after 6000 s",
-        same(of["duration_h"], navigation.duration_h(), 0.1),
+        of["duration_h"],
+        navigation.duration_h(),
+        0.1,
         f"The phases make {number(navigation.duration_h())} h. At {of['early_late_s']:.0f} s the cruise is "
         f"{of['early_late_s'] - 60 * of['climb_min']:.0f} s old and ends "
         f"{navigation.landing_at_s() - of['early_late_s']:.0f} s later; read as the rest of the cruise and the "
         "landing, the statement fits.",
-        CONTRADICTS,
-        printed=of["duration_h"],
-        recomputed=navigation.duration_h(),
         unit="h",
     )
     printed, found = [], []
@@ -96,6 +96,7 @@ def _flight(ours: Mapping) -> Iterator[Row]:
         all(same(p, f, 0.1) for p, f in zip(printed, found, strict=True)),
         "All five reductions follow from the numbers beside them.",
         CONTRADICTS,
+        fails="one of them, computed again, rounded to another number",
         printed=as_printed(printed),
         recomputed=listed(found, 4),
         unit="%",
@@ -208,18 +209,18 @@ def _scale_hysteresis(results: Mapping) -> Row:
         f"0; {number(navigation.force_for_turn_on_g(0.2), 2)} g would be needed for the largest to equal the bias "
         "repeatability."
     )
-    if rate is None:
-        return row("A29", title, NOT_REPRODUCED, f"{NOT_COMPUTED} {physics}", unit="%")
     ours = percent_off(rate)
-    matters = ours["interval95"][0] > NOTHING_PERCENT
-    return row(
+    if ours is None:
+        return row("A29", title, NOT_REPRODUCED, f"{NOT_COMPUTED} {physics}", unit="%")
+    return claimed(
         "A29",
         title,
-        REPRODUCED if matters else NOT_REPRODUCED,
+        ours,
         f"{physics} Ours: the rate terms, added to a model that is otherwise the same, take {between(ours)} % off "
         f"the horizontal velocity RMS; to matter they would have to take more than {NOTHING_PERCENT:g} % with "
         "certainty.",
-        ours=ours,
+        above=NOTHING_PERCENT,
+        what="what they take off",
         unit="%",
     )
 

@@ -15,15 +15,16 @@ from ins_eval.paper_a.printed import GJN096, INS, PRINTED, QA3000, UNITS
 from ins_eval.paper_a.single import FIRST, SECOND
 from ins_eval.papers import (
     CONTRADICTS,
+    NOT_COMPUTED,
     NOT_REPRODUCED,
     Estimate,
     Row,
     between,
-    decided,
     find,
     given,
     number,
     percent_off,
+    recalculated,
     row,
     same,
     simulated,
@@ -59,14 +60,13 @@ def _table1() -> Iterator[Row]:
         ("bias", drift.bias_ug / 1e3, "mg", PRINTED["drift"]["bias_mg"], 0.01),
         ("scale", drift.scale_ppm, "ppm", PRINTED["drift"]["scale_ppm"], 100.0),
     ):
-        yield decided(
+        yield recalculated(
             f"A-T1/drift/{key}",
             f"QA3000-030: largest drift of {'bias' if key == 'bias' else 'the scale factor'} without compensation",
-            same(printed, value, digit),
+            printed,
+            value,
+            digit,
             f"Sensitivity times {drift.span_c:g} °C gives {number(value)} {unit}.",
-            CONTRADICTS,
-            printed=printed,
-            recomputed=value,
             unit=unit,
         )
     yield row(
@@ -124,14 +124,13 @@ def _epoxy(id: str, key: str, what: str, ours: Mapping) -> Iterator[Row]:
                 " Ours: median and central 95 % of virtual experiments that scatter as much as the table, "
                 f"{between(virtual[k])} %."
             )
-        yield decided(
+        yield recalculated(
             f"{id}/{celsius:g}",
             f"Variation of the {what} at {celsius:g} °C over ten repetitions",
-            holds,
+            printed[k],
+            found.variation_percent[k],
+            digits[k],
             reason,
-            CONTRADICTS,
-            printed=printed[k],
-            recomputed=found.variation_percent[k],
             ours=virtual[k] if virtual else None,
             unit="%",
         )
@@ -173,7 +172,7 @@ def _of_table4(unit: str, arm: str, est: Mapping | None, results: Mapping) -> Ro
         "magnet's loop in the simulation was chosen after this column, so an agreement would show nothing."
     )
     if est is None:
-        return decided(id, title, None, "", printed=printed, unit="ppm/°C")
+        return row(id, title, NOT_REPRODUCED, NOT_COMPUTED, printed=printed, unit="ppm/°C")
     return row(id, title, NOT_REPRODUCED, reason, printed=printed, ours=est, unit="ppm/°C")
 
 

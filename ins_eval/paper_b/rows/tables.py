@@ -64,6 +64,7 @@ def _classes() -> Iterator[Row]:
         f"{static['bias_stability_ug']:g} µg lie within {_range(bias)} µg, and "
         f"{static['scale_repeatability_ppm']:g} ppm within {_range(scale)} ppm.",
         CONTRADICTS,
+        fails="one of the two left the range of its class",
     )
 
 
@@ -111,6 +112,7 @@ def _gain(table: estimation.Table, results: Mapping) -> Iterator[Row]:
             find(population, f"{channel}_repetition_ppm"),
             "the central 95 % of single repetitions of our units",
             reason,
+            nothing=found.injected_ppm,
             recomputed=float(found.drift_ppm[k]),
             unit="ppm",
         )
@@ -130,6 +132,7 @@ def _gain(table: estimation.Table, results: Mapping) -> Iterator[Row]:
             if population
             else ""
         ),
+        nothing=found.injected_ppm,
         recomputed=float(found.drift_ppm.mean()),
         unit="ppm",
     )
@@ -139,7 +142,7 @@ def _gain(table: estimation.Table, results: Mapping) -> Iterator[Row]:
         f"{name}: mean residual",
         residual,
         find(population, f"{channel}_residual_percent"),
-        "the central 95 % of our units",
+        "what 95 % of our units stay below",
         f"The gains give {number(of_gains, 4)} %, the mean of the six printed residuals is {number(of_rows, 4)} %.",
         recomputed=of_gains,
         unit="%",
