@@ -66,7 +66,7 @@ def run(
         result["storage"] = after_storage.numbers(plans, members, units)
     if missions:
         result["missions"] = missions_study.numbers(plans, members, names, tuple(names[u] for u in users))
-    write_whole(output / "manifest.json", as_json(manifest(plan, size)))
+    write_whole(output / "manifest.json", as_json(manifest(plan, size, missions, flights)))
     answer, sections = flight_content(result)
     arms = by_arm(members, names)
     drawn = {**flight_figures(shown, result), **ensemble_figures(arms, result, Streams(seed).at("bootstrap"))}
@@ -76,16 +76,18 @@ def run(
     return 0
 
 
-def manifest(plan: Plan, size: int) -> dict[str, Any]:
+def manifest(plan: Plan, size: int, missions: int = 0, flights: Sequence[str] = ()) -> dict[str, Any]:
     """What the numbers were made from: plan, inputs, versions, machine."""
-    file = find(plan.profile)
+    files = [find(plan.profile), *(find(name) for name in flights), *model_files(plan.arms)]
+    if missions:
+        files.append(missions_study.file())
     return {
         "plan": asdict(plan),
         "key": plan.key(),
         "size": size,
-        "inputs": {
-            Path(f).name: hashlib.sha256(Path(f).read_bytes()).hexdigest() for f in [file, *model_files(plan.arms)]
-        },
+        "missions": missions,
+        "flights": list(flights),
+        "inputs": {Path(f).name: hashlib.sha256(Path(f).read_bytes()).hexdigest() for f in files},
         **made_with(),
     }
 

@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from ins_eval.report.content import Paragraph, Table
+from ins_eval.report.content import Paragraph, Picture, Table
 from ins_eval.report.flight import flight_content
 from ins_eval.report.missions import AFTER_MODEL, EQUAL, GROUP_WORDS, MODEL, OVEN, WHO, substitutes
 from ins_eval.report.vocabulary import CEP, HEADLINE, VELOCITY
@@ -76,7 +76,7 @@ def test_without_missions_nothing_is_said_of_them(flight_metrics) -> None:
     assert "missions" not in answer
 
 
-@pytest.mark.parametrize("found", product((BETTER, WORSE, OPEN), repeat=4))
+@pytest.mark.parametrize("found", list(product((BETTER, WORSE, OPEN), repeat=4)))
 def test_no_advice_that_the_missions_do_not_carry(flight_metrics, missions, found) -> None:
     for pair, ratio in zip((MODEL, OVEN, AFTER_MODEL, EQUAL), found, strict=True):
         missions["ensemble"]["improvement"][pair][VELOCITY] = ratio
@@ -120,3 +120,9 @@ def test_what_each_brings_is_told_in_both_orders(missions) -> None:
     assert "the model multiplies the error by 0.80 [0.70, 0.90] without the oven run and by 0.97 [0.90, 1.05]" in text
     assert "Shapley" in text
     assert substitutes({"ensemble": {}}) == ""
+
+
+def test_each_figure_of_missions_has_a_place(flight_metrics, missions) -> None:
+    sections = flight_content({**flight_metrics, "missions": missions})[1]
+    shown = [b.name for s in sections for b in s.blocks if isinstance(b, Picture) and b.name.startswith("missions_")]
+    assert sorted(shown) == ["missions_by_temperature", "missions_cep_over_time"]
