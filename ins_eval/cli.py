@@ -62,6 +62,14 @@ def _parser() -> argparse.ArgumentParser:
         help="missions, one for each of N instruments; 0 leaves them out (default: 50, or --ensemble if that is less)",
     )
     flight.add_argument(
+        "--missions-from",
+        default="worldwide",
+        dest="population_of_missions",
+        metavar="NAME",
+        help="how missions differ: a population of missions or a TOML file; a table left out does not vary "
+        "(default: %(default)s)",
+    )
+    flight.add_argument(
         "--flights",
         nargs="+",
         default=(),

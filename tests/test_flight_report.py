@@ -46,7 +46,7 @@ def manifest(small_report: Path) -> dict[str, Any]:
 def flown(small_report: Path, manifest: dict[str, Any]) -> dict[str, dict[str, np.ndarray]]:
     """What the members contribute, stacked here."""
     store = Store(small_report / "members" / manifest["key"])
-    members = [store.read(i) for i in range(manifest["size"])]
+    members = [store.read(i) for i in range(manifest["sizes"]["all"])]
     return {arm: {key: np.array([m[arm][key] for m in members]) for key in members[0][arm]} for arm in members[0]}
 
 
@@ -137,7 +137,7 @@ def test_metrics_hold_no_clock_host_or_path(small_report: Path, numbers: dict[st
 
 def test_manifest_says_versions_seed_and_inputs(manifest: dict[str, Any], repository: Path) -> None:
     assert manifest["plan"]["seed"] == 1
-    assert manifest["size"] == 4
+    assert manifest["sizes"]["all"] == 4
     assert {"python", "ins-eval", "numpy", "scipy", "numba", "filterpy"} <= set(manifest["versions"])
     assert manifest["versions"]["numpy"] == np.__version__
     profile = repository / "trajectories" / "climb-cruise-landing.toml"

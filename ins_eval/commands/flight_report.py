@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from ins_eval.compensation.check import require_sound
 from ins_eval.compensation.registry import load_model, model_files
 from ins_eval.ensemble import ARMS, SOURCES, Plan, World
 from ins_eval.ensemble.stored import stored
+from ins_eval.missions import find as find_missions
 from ins_eval.profile import find
 from ins_eval.report import figures
 from ins_eval.report.flight import flight_content
@@ -40,6 +41,7 @@ def run(
     storage_years: float = 1.0,
     missions: int | None = None,
     flights: Sequence[str] = (),
+    population_of_missions: str = missions_study.POPULATION,
 ) -> int:
     """Compute, write ``metrics.json``, ``manifest.json``, figures, page and text into `output`, print the text.
 
@@ -58,7 +60,7 @@ def run(
     if storage_years:
         plans |= after_storage.plans(plan, size, units)
     missions = min(size, missions_study.SIZE) if missions is None else missions
-    plans |= missions_study.plans(plan, missions, flights)
+    plans |= missions_study.plans(plan, missions, flights, population_of_missions)
     members = ensemble.run(plans, output / "members", workers, quiet)
     shown = flight_study.fly_shown(world, [*SHOWN_ARMS, *users], names)
     result = flight_study.numbers(plan, size, members, shown, names, tuple(names[u] for u in users))
@@ -66,7 +68,7 @@ def run(
         result["storage"] = after_storage.numbers(plans, members, units)
     if missions:
         result["missions"] = missions_study.numbers(plans, members, names, tuple(names[u] for u in users))
-    write_whole(output / "manifest.json", as_json(manifest(plan, size, missions, flights)))
+    write_whole(output / "manifest.json", as_json(manifest(plan, plans)))
     answer, sections = flight_content(result)
     arms = by_arm(members, names)
     drawn = {**flight_figures(shown, result), **ensemble_figures(arms, result, Streams(seed).at("bootstrap"))}
@@ -76,17 +78,15 @@ def run(
     return 0
 
 
-def manifest(plan: Plan, size: int, missions: int = 0, flights: Sequence[str] = ()) -> dict[str, Any]:
-    """What the numbers were made from: plan, inputs, versions, machine."""
-    files = [find(plan.profile), *(find(name) for name in flights), *model_files(plan.arms)]
-    if missions:
-        files.append(missions_study.file())
+def manifest(plan: Plan, plans: Mapping[str, tuple[Plan, int]]) -> dict[str, Any]:
+    """What the numbers were made from: plan, inputs, versions, machine; `plans` holds the others beside it."""
+    profiles = {other.profile for other, _ in plans.values()}
+    populations = {other.missions for other, _ in plans.values() if other.missions}
+    files = [*map(find, sorted(profiles)), *map(find_missions, sorted(populations)), *model_files(plan.arms)]
     return {
         "plan": asdict(plan),
         "key": plan.key(),
-        "size": size,
-        "missions": missions,
-        "flights": list(flights),
+        "sizes": {label: size for label, (_, size) in plans.items()},
         "inputs": {Path(f).name: hashlib.sha256(Path(f).read_bytes()).hexdigest() for f in files},
         **made_with(),
     }

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from ins_eval.commands.flight_study import SHOWN_ARMS, ensemble_numbers
 from ins_eval.ensemble import MISSION, Plan, World
 from ins_eval.ensemble.conditions import VELOCITY, by_condition
 from ins_eval.errors import UsageError
-from ins_eval.missions import Missions, find
+from ins_eval.missions import Missions
 from ins_eval.profile import load
 from ins_eval.report import figures
 from ins_eval.streams import Streams
@@ -43,17 +42,13 @@ def plans(fresh: Plan, size: int, flights: Sequence[str], population: str = POPU
             raise UsageError(f"missions: {size} of them; expected at least 2, or 0 and no other flights")
         return {}
     oven = fresh.oven or fresh.profile
+    Missions.load(population)  # refuses what cannot be flown
     for name in flights:
-        World(replace(fresh, profile=name, oven=oven))  # refuses what cannot be flown
+        World(replace(fresh, profile=name, oven=oven))
     return {
         LABEL: (replace(fresh, missions=population), size),
         **{f"flight/{name}": (replace(fresh, arms=SHOWN_ARMS, profile=name, oven=oven), size) for name in flights},
     }
-
-
-def file(population: str = POPULATION) -> Path:
-    """The file that says how missions differ."""
-    return find(population)
 
 
 def numbers(

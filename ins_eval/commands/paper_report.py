@@ -49,7 +49,7 @@ def run(output: Path, size: int, seed: int, workers: int | None, quiet: bool) ->
     results = _results(flight, size, members, shown)
     found = rows(results)
     write_whole(output / "rows.json", as_json([asdict(row) for row in found]))
-    write_whole(output / "manifest.json", as_json(manifest(flight, size)))
+    write_whole(output / "manifest.json", as_json(manifest(flight, plans)))
     answer, sections = paper_a_content(found, results)
     drawn = _figures(members, results, shown)
     write_results(output, "Paper A, statement by statement", answer, sections, results, drawn, quiet)

@@ -227,6 +227,8 @@ def make_results() -> dict:
                     ("accelerometer_bias_thermal", 1.0),
                     ("accelerometer_bias_of_the_run", 0.4),
                     ("accelerometer_scale_factor", 0.2),
+                    ("accelerometer_bias_thermal_with_gradient", 0.9),
+                    ("accelerometer_cross_terms", 0.05),
                     ("gyro", 0.7),
                 )
             },
@@ -419,6 +421,12 @@ def test_a_claim_is_judged_by_the_whole_interval_of_its_quantity(
             "A-C4",
         ),
         (("oven", "refinement", "1"), estimate(9.0), "A-P7"),
+        (("flight", "budget", "accelerometer_cross_terms", "simple", "velocity_rms_horizontal"), estimate(0.5), "A-C9"),
+        (
+            ("flight", "budget", "accelerometer_bias_thermal_with_gradient", "simple", "velocity_rms_horizontal"),
+            estimate(1.5),
+            "A-P10",
+        ),
     ],
 )
 def test_a_statement_that_fails_is_not_reproduced(path: tuple[str, ...], value: dict, id: str) -> None:

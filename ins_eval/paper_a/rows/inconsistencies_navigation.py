@@ -8,6 +8,7 @@ from ins_eval.metrics import DEFINITIONS
 from ins_eval.paper_a.audit import devices, navigation
 from ins_eval.paper_a.audit import scale_factor as audit
 from ins_eval.paper_a.printed import PRINTED
+from ins_eval.paper_a.rows.claims_sensors import NOTHING_PERCENT
 from ins_eval.paper_a.single import FIRST, SECOND
 from ins_eval.papers import (
     CONTRADICTS,
@@ -29,8 +30,6 @@ from ins_eval.papers import (
     simulated,
 )
 from ins_eval.units import HOUR, NMI
-
-NOTHING_PERCENT = 1.0  # an effect on the velocity RMS that is at most so large does not matter
 
 
 def navigation_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
