@@ -19,6 +19,7 @@ from ins_eval.report.vocabulary import (
 )
 from ins_eval.report.wording import (
     MISSING,
+    SHORT_VERDICT,
     certainty,
     change,
     effect,
@@ -78,18 +79,21 @@ STEP_WORDS = {
 def answer(metrics: Mapping) -> str:
     """What the headline says of missions; empty where there were none."""
     missions = metrics.get("missions") or {}
-    size = pick(missions, "ensemble", "size")
-    texts = []
-    for pair in (HEADLINE, MODEL, EQUAL):
-        if ratio := improvement(missions, pair, VELOCITY):
-            what = "the " + measure_name(VELOCITY) if not texts else "it"
-            texts.append(f"{effect(WHO[pair], what, ratio)} ({certainty(ratio)})")
-    if not texts:
+    words = {
+        HEADLINE: "with refined hysteresis against simple compensation",
+        MODEL: "with hysteresis as the chamber left it",
+        EQUAL: "where both are refined alike",
+    }
+    found = {pair: ratio for pair in words if (ratio := improvement(missions, pair, VELOCITY))}
+    if not found:
         return ""
-    said = f"On {size} missions of other places, courses and days, with the oven run of the flight above, "
-    text = sentence(said + "; ".join(texts))
+    texts = [f"{change(ratio)} {words[pair]} ({SHORT_VERDICT[verdict(ratio)]})" for pair, ratio in found.items()]
+    text = (
+        f"On {pick(missions, 'ensemble', 'size')} missions of other places, courses and days, with the same chamber "
+        f"and oven run, the {measure_name(VELOCITY)} changes by {listed(texts)}."
+    )
     if cep := improvement(missions, HEADLINE, CEP):
-        text += f" The {measure_name(CEP)} changes by {change(cep)}: {certainty(cep)}."
+        text += f" The {measure_name(CEP)} changes by {change(cep)} in the first case ({SHORT_VERDICT[verdict(cep)]})."
     return text
 
 

@@ -67,7 +67,8 @@ def test_the_headline_speaks_of_missions_after_the_flight(flight_metrics, missio
     first, second, *_ = told({**flight_metrics, "missions": missions})[0].splitlines()
     assert first.startswith("Hysteresis compensation lowers")
     assert second.startswith("On 50 missions of other places, courses and days")
-    assert "lowers the horizontal velocity RMS by 20 % (95 % interval 10 to 30 %) (the difference is real)" in second
+    assert "changes by −20 % [−30, −10] with refined hysteresis against simple compensation (better)" in second
+    assert "The CEP rate (final) changes by −3 % [−10, +5] in the first case (not established)." in second
 
 
 def test_without_missions_nothing_is_said_of_them(flight_metrics) -> None:

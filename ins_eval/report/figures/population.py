@@ -77,7 +77,7 @@ def missions_by_temperature(
     """
     note = (
         f"Horizontal velocity RMS of each of {warmer_c.size} missions over that of the same mission with simple "
-        "compensation. Below 1 is better; the shaded side is worse. Line: geometric mean of a tenth of the missions."
+        "compensation. Below 1 is better; the shaded side is worse. Line: geometric mean of neighbouring missions."
     )
     figure, panels = sheet(3.9, title, note, columns=len(ratios), sharey=True, squeeze=False)
     kinds = {"at most 2 turns": turns < 3, "3 to 5 turns": (turns >= 3) & (turns < 6), "6 turns or more": turns >= 6}
