@@ -170,7 +170,7 @@ def test_a_users_model_of_ten_lines_stands_beside_the_others(folder: Path) -> No
     assert (folder / "out" / "report.txt").read_text() in result.stdout
     assert "instruments" in result.stderr and "<00:00" in result.stderr  # progress with the time to go
     manifest = json.loads((folder / "out" / "manifest.json").read_text())
-    assert {"hop.toml", "my.py"} == set(manifest["inputs"])
+    assert {"hop.toml", "my.py", "worldwide.toml"} == set(manifest["inputs"])
     assert str(folder) not in (folder / "out" / "metrics.json").read_text()
     assert not (folder / "__pycache__").exists()
 
