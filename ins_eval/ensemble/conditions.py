@@ -18,8 +18,8 @@ VELOCITY = "velocity_rms_horizontal"
 LEAST = 5  # missions of which a ratio is given
 RESAMPLES = 2000
 
-# Groups of missions: the condition, then the ends of each group. They were set before any result was seen: thirds of
-# what the population draws, as round numbers; "warmer_c" around the day that the oven repeats.
+# Groups of missions: the condition, then the ends of each group, round numbers that were set from what the population
+# draws and before any result was seen; "warmer_c" around the day that the oven repeats.
 GROUPS: dict[str, tuple[float, ...]] = {
     "warmer_c": (-np.inf, -10.0, 10.0, np.inf),
     "span_c": (0.0, 15.0, 25.0, np.inf),

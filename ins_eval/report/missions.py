@@ -20,7 +20,6 @@ from ins_eval.report.vocabulary import (
 from ins_eval.report.wording import (
     MISSING,
     SHORT_VERDICT,
-    certainty,
     change,
     effect,
     listed,
@@ -39,6 +38,13 @@ WHO = {
     HEADLINE: "hysteresis compensation, refined in the oven,",
     EQUAL: "the hysteresis model, with the same oven run on both sides,",
     AFTER_MODEL: "the oven run, given to hysteresis compensation,",
+}
+# Whether the oven run helps with the model in place, whether the model helps with the oven run in place.
+TOGETHER = {
+    (False, False): "that both together are better than one is not established: take the one that is cheaper to have.",
+    (True, True): "both together are better than either.",
+    (True, False): "with the model in place the oven run still helps, with the oven run in place the model does not.",
+    (False, True): "with the oven run in place the model still helps, with the model in place the oven run does not.",
 }
 SOURCE_WORDS = {
     "place": "place",
@@ -123,40 +129,41 @@ def _what(missions: Mapping) -> list[Block]:
 
 
 def _meaning(missions: Mapping) -> list[Block]:
-    """What to do, as far as the missions decide it."""
+    """What to do, as far as the missions decide it: one of the two measures may gain what the other loses."""
     texts = []
     for pair in (MODEL, OVEN, AFTER_MODEL, EQUAL):
         if ratio := improvement(missions, pair, VELOCITY):
-            shares = pick(missions, "ensemble", "improvement", pair, "fraction_improved", VELOCITY)
-            share = f"; it helps on {percent(shares)} of the missions" if shares else ""
-            text = f"{effect(WHO[pair], 'the ' + measure_name(VELOCITY), ratio)}: {certainty(ratio)}{share}"
+            text = f"{effect(WHO[pair], 'the ' + measure_name(VELOCITY), ratio)} ({SHORT_VERDICT[verdict(ratio)]})"
+            if shares := pick(missions, "ensemble", "improvement", pair, "fraction_improved", VELOCITY):
+                text += f", on {percent(shares)} of the missions"
+            if cep := improvement(missions, pair, CEP):
+                text += f"; it changes the {measure_name(CEP)} by {change(cep)} ({SHORT_VERDICT[verdict(cep)]})"
             texts.append(sentence(text))
-    texts.append(_advice(missions))
+    advice = {measure: _advice(missions, measure) for measure in (VELOCITY, CEP)}
+    if advice[VELOCITY] == advice[CEP]:
+        texts.append(advice[VELOCITY])
+    else:
+        texts += [f"For the {measure_name(measure)}: {said}" for measure, said in advice.items() if said]
     return [Paragraph(" ".join(filter(None, texts)), "What to do.")] if texts else []
 
 
-def _advice(missions: Mapping) -> str:
-    found = {pair: improvement(missions, pair, VELOCITY) for pair in (MODEL, OVEN, EQUAL, AFTER_MODEL)}
+def _advice(missions: Mapping, measure: str) -> str:
+    found = {pair: improvement(missions, pair, measure) for pair in (MODEL, OVEN, EQUAL, AFTER_MODEL)}
     if not all(found.values()):
         return ""
     decided = {pair: verdict(ratio) for pair, ratio in found.items()}
     model, oven = decided[MODEL] == "better", decided[OVEN] == "better"
+    if not model and not oven:
+        return "neither step by itself is established to help on other flights; more missions would tell."
     if model and oven:
-        text = "Either step is worth having by itself, the model and the oven run."
-        if decided[AFTER_MODEL] != "better" and decided[EQUAL] != "better":
-            text += " That both together are better than one is not established: take the one that is cheaper to have."
-        elif decided[AFTER_MODEL] == "better" and decided[EQUAL] == "better":
-            text += " Both together are better than either."
-        elif decided[AFTER_MODEL] == "better":
-            text += " With the model in place the oven run still helps; with the oven run in place the model does not."
-        else:
-            text += " With the oven run in place the model still helps; with the model in place the oven run does not."
-        return text
+        text = "either step is worth having by itself, the model and the oven run; "
+        return text + TOGETHER[decided[AFTER_MODEL] == "better", decided[EQUAL] == "better"]
     if model:
-        return "Calibrate the hysteresis model; that an oven run alone helps on other flights is not established."
-    if oven:
-        return "Make the oven run; that the hysteresis model alone helps on other flights is not established."
-    return "Neither step by itself is established to help on other flights; more missions would tell."
+        text = "calibrate the hysteresis model; that an oven run alone helps on other flights is not established"
+        spoils = "; on top of the model it makes things worse, so leave it out unless the flight is that of the oven."
+        return text + (spoils if decided[AFTER_MODEL] == "worse" else ".")
+    text = "make the oven run; that the hysteresis model alone helps on other flights is not established"
+    return text + ("; on top of the oven run it makes things worse." if decided[EQUAL] == "worse" else ".")
 
 
 def _arms(missions: Mapping) -> list[Block]:
@@ -224,16 +231,18 @@ def _helps_and_hurts(missions: Mapping, pair: str) -> str:
     for condition, groups in missions["conditions"][pair]["groups"].items():
         for words, group in zip(GROUP_WORDS[condition], groups, strict=True):
             if "ratio" in group:
-                found.setdefault(verdict(group), []).append(words)
-    parts = []
-    if found["better"]:
-        parts.append("helps where: " + "; ".join(found["better"]))
-    if found["worse"]:
-        parts.append("hurts where: " + "; ".join(found["worse"]))
-    if not parts:
-        return sentence(f"{WHO[pair].rstrip(',')}: in no group of missions below is it established to help or to hurt")
-    rest = " Elsewhere in the table neither is established." if found["open"] else ""
-    return sentence(f"{WHO[pair]} {', and '.join(parts)}") + rest
+                found[{"equal": "open"}.get(judged := verdict(group), judged)].append(words)
+    who, better, worse, rest = WHO[pair], found["better"], found["worse"], found["open"]
+    if not better and not worse:
+        return sentence(f"{who} is in no group of missions below established to help or to hurt")
+    hurts = f" hurts where: {'; '.join(worse)}" if worse else ""
+    if len(better) > len(rest) + len(worse):  # the exceptions say more
+        text = f"{who} helps in {len(better)} of the {len(better) + len(rest) + len(worse)} groups of missions below"
+        text += f", and{hurts}" if worse else ""
+        return sentence(text + (f". Neither is established where: {'; '.join(rest)}" if rest else ""))
+    helps = f" helps where: {'; '.join(better)}" if better else ""
+    text = who + helps + (", and" if better and worse else "") + hurts
+    return sentence(text) + (" Elsewhere in the table neither is established." if rest else "")
 
 
 def _slopes(missions: Mapping) -> list[Block]:

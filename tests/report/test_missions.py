@@ -77,17 +77,31 @@ def test_without_missions_nothing_is_said_of_them(flight_metrics) -> None:
     assert "missions" not in answer
 
 
+@pytest.mark.parametrize("measure", [VELOCITY, CEP])
 @pytest.mark.parametrize("found", list(product((BETTER, WORSE, OPEN), repeat=4)))
-def test_no_advice_that_the_missions_do_not_carry(flight_metrics, missions, found) -> None:
+def test_no_advice_that_the_missions_do_not_carry(flight_metrics, missions, measure, found) -> None:
+    other = {VELOCITY: CEP, CEP: VELOCITY}[measure]
     for pair, ratio in zip((MODEL, OVEN, AFTER_MODEL, EQUAL), found, strict=True):
-        missions["ensemble"]["improvement"][pair][VELOCITY] = ratio
+        missions["ensemble"]["improvement"][pair][measure] = ratio
+        del missions["ensemble"]["improvement"][pair][other]
+    missions["ensemble"]["improvement"][MODEL].setdefault(VELOCITY, OPEN)
     text = told({**flight_metrics, "missions": missions})[1]
     model, oven, oven_after, model_after = (ratio is BETTER for ratio in found)
-    assert ("Either step is worth having" in text) == (model and oven)
-    assert ("Both together are better than either" in text) == (model and oven and oven_after and model_after)
-    assert ("Calibrate the hysteresis model" in text) == (model and not oven)
-    assert ("Make the oven run" in text) == (oven and not model)
-    assert ("Neither step by itself" in text) == (not model and not oven)
+    assert ("either step is worth having" in text) == (model and oven)
+    assert ("both together are better than either" in text) == (model and oven and oven_after and model_after)
+    assert ("calibrate the hysteresis model" in text) == (model and not oven)
+    assert ("so leave it out unless" in text) == (model and not oven and found[2] is WORSE)
+    assert ("make the oven run" in text) == (oven and not model)
+    assert ("neither step by itself" in text) == (not model and not oven)
+
+
+def test_advice_may_differ_between_velocity_and_cep(flight_metrics, missions) -> None:
+    tree = missions["ensemble"]["improvement"]
+    tree[MODEL][CEP], tree[OVEN][CEP] = OPEN, BETTER
+    tree[OVEN][VELOCITY], tree[AFTER_MODEL][VELOCITY] = OPEN, WORSE
+    text = told({**flight_metrics, "missions": missions})[1]
+    assert "For the horizontal velocity RMS: calibrate the hysteresis model" in text
+    assert "For the CEP rate (final): make the oven run" in text
 
 
 def test_where_it_helps_and_where_it_hurts(flight_metrics, missions) -> None:
@@ -101,8 +115,8 @@ def test_where_it_helps_and_where_it_hurts(flight_metrics, missions) -> None:
             missions["conditions"][OVEN]["groups"][condition] = [{"from": 0.0, "to": 1.0, "count": 3} for _ in words]
     _, text, tables = told({**flight_metrics, "missions": missions})
     assert (
-        "The oven run, given to simple compensation, helps where: more than 10 °C colder than the oven run, "
-        "and hurts where: more than 10 °C warmer than the oven run. Elsewhere in the table neither is established."
+        "The oven run, given to simple compensation, helps where: more than 10 °C colder than the oven run, and "
+        "hurts where: more than 10 °C warmer than the oven run. Elsewhere in the table neither is established."
     ) in text
     rows = next(t.rows for t in tables if t.title.startswith("Where a compensation helps"))
     assert rows[0][3] == "−20 % [−30, −10]; 60 %"
@@ -127,3 +141,9 @@ def test_each_figure_of_missions_has_a_place(flight_metrics, missions) -> None:
     sections = flight_content({**flight_metrics, "missions": missions})[1]
     shown = [b.name for s in sections for b in s.blocks if isinstance(b, Picture) and b.name.startswith("missions_")]
     assert sorted(shown) == ["missions_by_temperature", "missions_cep_over_time"]
+
+
+def test_where_nearly_all_groups_are_better_the_exceptions_are_named(flight_metrics, missions) -> None:
+    missions["conditions"][MODEL]["groups"]["turns"][0] |= OPEN
+    text = told({**flight_metrics, "missions": missions})[1]
+    assert "helps in 12 of the 13 groups of missions below. Neither is established where: at most 2 turns" in text
