@@ -11,6 +11,7 @@ from ins_eval.report.vocabulary import (
     DEFINITIONS,
     FIRST,
     HEADLINE,
+    NOT_IN_THE_FLIGHT,
     SECOND,
     VELOCITY,
     definition_name,
@@ -162,7 +163,7 @@ def largest_source(budget: Mapping, measure: str, unit: str) -> str:
     single = {
         source: arms[FIRST][measure]["value"]
         for source, arms in budget.items()
-        if not source.startswith("all") and pick(arms, FIRST, measure)
+        if not source.startswith("all") and source not in NOT_IN_THE_FLIGHT and pick(arms, FIRST, measure)
     }
     if not single:
         return ""

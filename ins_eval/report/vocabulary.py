@@ -38,12 +38,15 @@ MEASURE_NAME = {
 
 SOURCE_NAME = {
     "accelerometer_bias_thermal": "accelerometer bias: temperature and creep",
-    "accelerometer_bias_thermal_with_gradient": "the same, axes unequally warm",
+    "accelerometer_bias_thermal_with_gradient": "not in the flight: the same, axes unequally warm",
     "accelerometer_bias_of_the_run": "accelerometer bias: turn-on and in-run",
     "accelerometer_scale_factor": "accelerometer scale factor",
-    "accelerometer_cross_terms": "accelerometer K3, Kip, Kio, misalignment",
+    "accelerometer_cross_terms": "not in the flight: K3, Kip, Kio, misalignment",
     "gyro": "gyros",
 }
+
+# What the budget holds beside the sources of the flight, to show what they would do.
+NOT_IN_THE_FLIGHT = ("accelerometer_bias_thermal_with_gradient", "accelerometer_cross_terms")
 
 DEFINITIONS = tuple(key for key in DEFINITION_NAME if key != "velocity_rms")  # of a CEP rate
 MAIN_DEFINITIONS = ("final", "least_squares", "radial_error_rate_rms")  # those that one flight has too

@@ -99,6 +99,9 @@ def test_budget_names_the_largest_source_and_whether_it_is_touched(flight_metric
     text = words(flight_metrics, "Where the error comes from")
     assert "CEP rate (final) the largest single source under simple compensation is gyros" in text
     assert "does not act on it" in text
+    beside = {"simple": {"cep_rate_final": {"value": 9.0, "interval95": [8.0, 10.0]}}}
+    flight_metrics["budget"]["accelerometer_cross_terms"] = beside  # not in the flight, so not its largest source
+    assert "CEP rate (final) the largest single source under simple compensation is gyros" in words(flight_metrics)
     flight_metrics["budget"]["gyro"]["hysteresis_refined"]["cep_rate_final"]["value"] = 0.1
     assert "does not act on it" not in words(flight_metrics, "Where the error comes from")
 
