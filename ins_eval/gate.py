@@ -19,7 +19,6 @@ in one of the k conditions, so that all of them together hold with the probabili
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import exp, inf, log, sqrt
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -46,8 +45,8 @@ REFINED_ALIKE = "hysteresis_refined/simple_refined"
 GAINS = ((1, "paper", AS_PAPER_A), (2, "missions", UNREFINED))
 NOT_WORSE = tuple((3, flight, REFINED_ALIKE) for flight in FLIGHTS)
 ERRORS = tuple((4, flight, arm) for flight in FLIGHTS for arm in ARMS)
-CONTROLS = {"mirrored": f"{MIRRORED}/simple", "same": "simple/simple"}  # on the paper's flight
-PAIRS = {"paper": (AS_PAPER_A, REFINED_ALIKE, *CONTROLS.values()), "missions": (UNREFINED, REFINED_ALIKE)}
+MIRROR, ITSELF = CONTROLS = f"{MIRRORED}/simple", "simple/simple"  # on the paper's flight
+PAIRS = {"paper": (AS_PAPER_A, REFINED_ALIKE, *CONTROLS), "missions": (UNREFINED, REFINED_ALIKE)}
 
 HELD_SHARE = 0.5  # of a committed gain
 POWER = 0.995  # of all conditions together
@@ -152,23 +151,15 @@ class Condition(NamedTuple):
         return f"{self.number}, {self.flight}, {self.quantity}, {MEASURES[self.measure]}"
 
 
-@dataclass(frozen=True)
-class Seen:
-    """What a run found: quantities by flight, and the controls of `CONTROLS`."""
-
-    flights: Mapping[str, Quantities]
-    controls: Quantities
-
-
-def conditions(seen: Seen, committed: Committed, size: int) -> list[Condition]:
-    """Every condition with what `size` instruments have shown."""
+def conditions(seen: Mapping[str, Quantities], committed: Committed, size: int) -> list[Condition]:
+    """Every condition with what `size` instruments have shown, by flight."""
     found = []
     for number, flight, quantity, measure in committed.gains():
         gain = committed.found(flight, quantity, measure)
-        found += gain_conditions((number, flight, quantity, measure), seen.flights[flight][quantity][measure], gain)
+        found += gain_conditions((number, flight, quantity, measure), seen[flight][quantity][measure], gain)
     for (number, flight, quantity), sides in [(q, 1) for q in NOT_WORSE] + [(q, 2) for q in ERRORS]:
         for measure in MEASURES:
-            value, before = seen.flights[flight][quantity][measure].value, committed.found(flight, quantity, measure)
+            value, before = seen[flight][quantity][measure].value, committed.found(flight, quantity, measure)
             width = band(before, committed.size, size, sides)
             low = before.value * exp(-width) if sides == 2 else 0.0
             words = f"committed {before.value:.3f} {'+-' if sides == 2 else '+'}{100.0 * (exp(width) - 1.0):.1f} %"
@@ -191,16 +182,16 @@ def band(committed: Found, n: int, size: int, sides: int) -> float:
     return float(stats.norm.isf(EACH / sides)) * committed.log_sd * sqrt(n / size + 1.0)
 
 
-def control_faults(controls: Quantities, committed: Committed) -> list[str]:
+def control_faults(paper: Quantities, committed: Committed) -> list[str]:
     """The gate must fail a model as much worse as hysteresis is better, and see nothing where nothing differs."""
     faults = []
     number, flight, quantity = GAINS[0]
     for measure in MEASURES:
         gain = committed.found(flight, quantity, measure)
-        mirrored = gain_conditions((number, flight, MIRRORED, measure), controls["mirrored"][measure], gain)
+        mirrored = gain_conditions((number, flight, MIRRORED, measure), paper[MIRROR][measure], gain)
         if all(condition.met for condition in mirrored):
             faults.append(f"the control '{MIRRORED}' passed in {MEASURES[measure]}, so the gate proves nothing")
-    if any(tuple(ratio) != (1.0, 1.0, 1.0) for ratio in controls["same"].values()):
+    if any(tuple(ratio) != (1.0, 1.0, 1.0) for ratio in paper[ITSELF].values()):
         faults.append("'simple' against itself is not exactly 1, so the pairs are not paired")
     return faults
 
@@ -215,9 +206,9 @@ def fly(output: Path, profile: str, seed: int, size: int, workers: int | None, q
     return {flight: ensemble.stacked(of_flight) for flight, of_flight in members.items()}
 
 
-def compare(flown: Mapping[str, Arms], seed: int) -> Seen:
-    """Every quantity with its paired bootstrap interval."""
-    flights = {}
+def compare(flown: Mapping[str, Arms], seed: int) -> dict[str, Quantities]:
+    """Every quantity with its paired bootstrap interval, by flight."""
+    seen = {}
     for flight, pairs in PAIRS.items():
         split = [tuple(pair.split("/")) for pair in pairs]
         rng = Streams(seed).at("gate", flight).rng()
@@ -226,8 +217,8 @@ def compare(flown: Mapping[str, Arms], seed: int) -> Seen:
             pair: {measure: Estimate(*ratio[:3]) for measure, ratio in of_measure.items()}
             for pair, of_measure in compared.ratios.items()
         }
-        flights[flight] = compared.arms | ratios
-    return Seen(flights, {name: flights["paper"][quantity] for name, quantity in CONTROLS.items()})
+        seen[flight] = compared.arms | ratios
+    return seen
 
 
 def commit(flown: Mapping[str, Arms], size: int, seed: int) -> str:

@@ -179,7 +179,6 @@ def test_the_gate_fails_a_mutant(
     print(result.stdout)
     named = failed(result)
     assert result.returncode == 1
-    assert result.stderr.startswith("ins-eval: check-cep: condition"), result.stderr
     assert set(mutant.fails) <= named
     bands = {condition for condition in mutant.fails if condition.startswith(("3", "4"))}
     assert not bands or not bands & unspoiled(mutant.size)
