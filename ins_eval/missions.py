@@ -4,8 +4,8 @@ A source of difference is a table of a file in ``trajectories/missions``. It dra
 changes the profile that all missions begin with, so adding or leaving out a source moves no other draw.
 
     place, heading     where it starts, and the way out
-    course             turns of the cruise: out and back, box, survey
     cruise             height and speed
+    course             turns of the cruise, which take the longer the faster it is: out and back, box, survey
     day                temperature of the ground and of the tropopause, from which the lapse follows
     stand              how long it stands, switched on
     history            the flight before: elements, magnet and epoxy are not in equilibrium when it is switched on
@@ -188,8 +188,8 @@ class Gradient(Source):
 class _Tables(Strict):
     place: Place | None = None
     heading: Heading | None = None
-    course: Course | None = None
     cruise: Cruise | None = None
+    course: Course | None = None
     day: Day | None = None
     stand: Stand | None = None
     history: History | None = None
