@@ -78,11 +78,22 @@ class Measured(Strict):
     velocity_rms_horizontal: Found
 
 
+class Sizes(Strict):
+    """How many instruments flew."""
+
+    paper: Annotated[int, Field(ge=2)]
+    missions: Annotated[int, Field(ge=2)]
+
+    def of(self, flight: str) -> int:
+        """Of one of `FLIGHTS`."""
+        return getattr(self, flight)
+
+
 class Committed(Strict):
     """What was found with so many instruments: ``paper`` and ``missions`` by arm or "arm/other"."""
 
-    size: Annotated[int, Field(ge=2)]
     seed: int
+    size: Sizes
     paper: dict[str, Measured]
     missions: dict[str, Measured]
 
@@ -106,8 +117,8 @@ class Committed(Strict):
         gain = self.found(flight, quantity, measure)
         room = log(_half(gain.value)) - log(gain.value)  # between the gain and half of it
         return max(
-            metrics.power_size(log(gain.value), gain.log_sd, self.size, power=1.0 - EACH),
-            metrics.power_size(-room, gain.log_sd, self.size, confidence=0.0, power=1.0 - EACH),
+            metrics.power_size(log(gain.value), gain.log_sd, self.size.of(flight), power=1.0 - EACH),
+            metrics.power_size(-room, gain.log_sd, self.size.of(flight), confidence=0.0, power=1.0 - EACH),
         )
 
     def gains(self, held: bool = True) -> list[tuple[int, str, str, str]]:
@@ -160,7 +171,7 @@ def conditions(seen: Mapping[str, Quantities], committed: Committed, size: int) 
     for (number, flight, quantity), sides in [(q, 1) for q in NOT_WORSE] + [(q, 2) for q in ERRORS]:
         for measure in MEASURES:
             value, before = seen[flight][quantity][measure].value, committed.found(flight, quantity, measure)
-            width = band(before, committed.size, size, sides)
+            width = band(before, committed.size.of(flight), size, sides)
             low = before.value * exp(-width) if sides == 2 else 0.0
             words = f"committed {before.value:.3f} {'+-' if sides == 2 else '+'}{100.0 * (exp(width) - 1.0):.1f} %"
             high = before.value * exp(width)
@@ -196,11 +207,11 @@ def control_faults(paper: Quantities, committed: Committed) -> list[str]:
     return faults
 
 
-def fly(output: Path, profile: str, seed: int, size: int, workers: int | None, quiet: bool) -> dict[str, Arms]:
-    """Fly `size` instruments: what each contributes to every measure, by flight."""
+def fly(output: Path, profile: str, seed: int, sizes: Sizes, workers: int | None, quiet: bool) -> dict[str, Arms]:
+    """Fly so many instruments: what each contributes to every measure, by flight."""
     plans = {
-        "paper": (Plan(profile=profile, arms=(*ARMS, MIRRORED), seed=seed), size),
-        "missions": (Plan(profile=profile, arms=ARMS, seed=seed, missions=MISSIONS), size),
+        "paper": (Plan(profile=profile, arms=(*ARMS, MIRRORED), seed=seed), sizes.paper),
+        "missions": (Plan(profile=profile, arms=ARMS, seed=seed, missions=MISSIONS), sizes.missions),
     }
     members = ensemble.run(plans, output / "members", workers, quiet)
     return {flight: ensemble.stacked(of_flight) for flight, of_flight in members.items()}
@@ -221,17 +232,20 @@ def compare(flown: Mapping[str, Arms], seed: int) -> dict[str, Quantities]:
     return seen
 
 
-def commit(flown: Mapping[str, Arms], size: int, seed: int) -> str:
+def commit(flown: Mapping[str, Arms], sizes: Sizes, seed: int) -> str:
     """The text of a file that `Committed` reads."""
     lines = [
         "# What `ins-eval check-cep` holds, written by its option --commit: errors of each compensation (CEP rate in",
         "# nmi/h, velocity RMS in m/s), and those of one over those of another. log_sd is the standard deviation of",
         "# the logarithm over ensembles of this size.",
-        f"size = {size}",
         f"seed = {seed}",
+        "",
+        "[size]",
+        *(f"{flight} = {sizes.of(flight)}" for flight in FLIGHTS),
     ]
-    part = max(2, size // PARTS)
     for flight, arms in flown.items():
+        size = sizes.of(flight)
+        part = max(2, size // PARTS)
         drawn = Streams(seed).at("gate", "scatter", flight).rng().integers(0, size, (RESAMPLES, part))
         for _, _, quantity in (held for held in (*GAINS, *NOT_WORSE, *ERRORS) if held[1] == flight):
             lines += ["", f'[{flight}."{quantity}"]']

@@ -214,14 +214,14 @@ def misses(committed: Committed, size: int) -> dict[tuple[str, ...], float]:
     found = {}
     for gain in committed.gains():
         value = committed.found(*gain[1:])
-        sd = value.log_sd * np.sqrt(committed.size / size)
+        sd = value.log_sd * np.sqrt(committed.size.of(gain[1]) / size)
         found["bound", *gain[1:]] = stats.norm.sf((0.0 - 1.96 * sd - log(value.value)) / sd)
         half = log(1.0 - HELD_SHARE * (1.0 - value.value)) - log(value.value)
         found["half", *gain[1:]] = stats.norm.sf(half / sd)
     for condition in gate.conditions(as_committed(committed), committed, size):
         if condition.number > 2:
             value = committed.found(condition.flight, condition.quantity, condition.measure)
-            sd = value.log_sd * np.sqrt(committed.size / size + 1.0)
+            sd = value.log_sd * np.sqrt(committed.size.of(condition.flight) / size + 1.0)
             below = stats.norm.cdf(log(condition.low / value.value) / sd) if condition.low else 0.0
             above = stats.norm.sf(log(condition.high / value.value) / sd)
             found["band", condition.flight, condition.quantity, condition.measure] = below + above
@@ -263,7 +263,7 @@ def test_a_gain_that_needs_too_many_instruments_is_not_held(committed: Committed
 
 def test_bands_widen_with_fewer_instruments(committed: Committed) -> None:
     value = committed.found("paper", "simple", "cep_rate_final")
-    widths = [gate.band(value, committed.size, size, sides=2) for size in (100, 400, 10**9)]
+    widths = [gate.band(value, COMMITTED_SIZE, size, sides=2) for size in (100, 400, 10**9)]
     assert widths[0] / widths[1] == pytest.approx(np.sqrt((15.0 + 1.0) / (3.75 + 1.0)))
     assert widths[2] == pytest.approx(stats.norm.isf(0.0025 / COUNT) * value.log_sd, rel=1e-5)
 
@@ -274,7 +274,7 @@ def test_log_sd_of_a_median_describes_the_scatter_between_parts_of_an_ensemble(c
     for arm in ARMS:
         split = members[arm]["cep_rate_final"].reshape(parts, of)
         scatter = np.std(np.log(np.median(split, axis=1)), ddof=1)
-        expected = committed.found("paper", arm, "cep_rate_final").log_sd * np.sqrt(committed.size / of)
+        expected = committed.found("paper", arm, "cep_rate_final").log_sd * np.sqrt(COMMITTED_SIZE / of)
         assert scatter == pytest.approx(expected, rel=4.0 / np.sqrt(2.0 * parts))
 
 
@@ -283,7 +283,7 @@ def test_log_sd_of_a_median_describes_the_scatter_between_parts_of_an_ensemble(c
 
 def test_what_is_committed_is_what_is_then_held(made_up: Gate, committed: Committed) -> None:
     members = gate.ensemble.stacked(ensembles(COMMITTED_SIZE, seed=0)["missions"])
-    assert committed.size == COMMITTED_SIZE
+    assert committed.size == gate.Sizes(paper=COMMITTED_SIZE, missions=COMMITTED_SIZE)
     ratio = np.median(members["hysteresis"]["cep_rate_final"]) / np.median(members["simple"]["cep_rate_final"])
     assert committed.found("missions", "hysteresis/simple", "cep_rate_final").value == pytest.approx(ratio, abs=1e-5)
 
@@ -291,7 +291,7 @@ def test_what_is_committed_is_what_is_then_held(made_up: Gate, committed: Commit
 def test_committed_numbers_were_not_found_with_the_seed_of_the_gate(repository: Path) -> None:
     committed = parse(Committed, read_toml(repository / "tests/golden/cep-gate.toml"), "")
     assert committed.seed != DEFAULT_SEED
-    assert committed.size >= 1000
+    assert min(committed.size.paper, committed.size.missions) >= 1000
     assert [gain for gain, *_ in committed.gains()] == [1, 1, 2]
     assert committed.gains(held=False) == [(2, "missions", gate.UNREFINED, "cep_rate_final")]
 

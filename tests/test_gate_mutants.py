@@ -113,6 +113,17 @@ MUTANTS = {
     ),
     "navigation started from the true attitude": Mutant(
         ((SHARED, 'if alignment == "given":', "if True:"),),
+        fails=("4, paper, simple, CEP rate", "4, paper, hysteresis_refined, CEP rate"),
+        size=60,
+    ),
+    "gyros without errors": Mutant(
+        (
+            (
+                SHARED,
+                "Population(accelerometers, gyros, setting.gradient)",
+                "Population(accelerometers, gyros.perfect(), setting.gradient)",
+            ),
+        ),
         fails=("4, paper, hysteresis_refined, velocity RMS",),
         met=("1, paper",),
         size=150,

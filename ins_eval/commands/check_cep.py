@@ -6,11 +6,11 @@ from pathlib import Path
 
 from ins_eval import gate
 from ins_eval.errors import GateNotMet
-from ins_eval.gate import MEASURES, Committed, Condition, Quantities
+from ins_eval.gate import MEASURES, Committed, Condition, Quantities, Sizes
 from ins_eval.storage import write_whole
 from ins_eval.tables import parse, read_toml
 
-COMMIT_SIZE = 2000
+COMMIT_SIZES = Sizes(paper=2400, missions=1000)
 HEADINGS = {
     1: "the gain of the paper's comparison: hysteresis with the oven refinement, simple without",
     2: "the gain without refinement, over missions",
@@ -34,14 +34,15 @@ def run(
     With `commit` what was found is written to `committed_file` instead of being held against it.
     """
     if commit:
-        size = size or COMMIT_SIZE
-        flown = gate.fly(output, profile, seed, size, workers, quiet)
-        write_whole(committed_file, gate.commit(flown, size, seed).encode())
+        sizes = Sizes(paper=size, missions=size) if size else COMMIT_SIZES
+        flown = gate.fly(output, profile, seed, sizes, workers, quiet)
+        write_whole(committed_file, gate.commit(flown, sizes, seed).encode())
         print(f"committed: {committed_file}")
         return 0
     committed = parse(Committed, read_toml(committed_file), str(committed_file))
     size = size or committed.power_size
-    seen = gate.compare(gate.fly(output, profile, seed, size, workers, quiet), seed)
+    sizes = Sizes(paper=size, missions=size)
+    seen = gate.compare(gate.fly(output, profile, seed, sizes, workers, quiet), seed)
     conditions = gate.conditions(seen, committed, size)
     if not quiet:
         _print(conditions, seen["paper"], committed, size, seed)
@@ -56,8 +57,11 @@ def run(
 
 def _print(conditions: list[Condition], paper: Quantities, committed: Committed, size: int, seed: int) -> None:
     print(f"gate: {size} paired instruments, seed {seed}, each on the paper's flight and on a mission of its own;")
-    print(f"      with {committed.power_size} all conditions together have a power of {100 * gate.POWER:g} % at what")
-    print(f"      {committed.size} others have shown; CEP rate (final) in nmi/h, horizontal velocity RMS in m/s")
+    print(
+        f"      with {committed.power_size} all conditions together have a power of {100 * gate.POWER:g} % at what was"
+    )
+    print(f"      committed of {committed.size.paper} on the paper's flight and {committed.size.missions} on missions;")
+    print("      CEP rate (final) in nmi/h, horizontal velocity RMS in m/s")
     for number, heading in HEADINGS.items():
         print(f"{number}  {heading}")
         for condition in (c for c in conditions if c.number == number):

@@ -115,7 +115,9 @@ def commands(short_profile: Path) -> Commands:
     committed = short_profile.with_name("gate.toml")
     tables = [f'[{flight}."{quantity}"]\n' for _, flight, quantity in (*GAINS, *NOT_WORSE, *ERRORS)]
     values = "".join(f"{measure} = {VAGUE}\n" for measure in MEASURES)
-    committed.write_text("size = 3000\nseed = 0\n" + "".join(table + values for table in tables))
+    committed.write_text(
+        "seed = 0\n[size]\npaper = 3000\nmissions = 3000\n" + "".join(table + values for table in tables)
+    )
     return Commands(short_profile, committed)
 
 

@@ -107,7 +107,7 @@ def test_population_with_an_unknown_key(tmp_path: Path, output: Path, refused) -
 
 COMMITTED = {
     "rubbish": (lambda good: RUBBISH, "not valid TOML"),
-    "empty": (lambda good: b"", "'size' is missing"),
+    "empty": (lambda good: b"", "'seed' is missing"),
     "no gain": (lambda good: good.replace(b"value = 0.99", b"value = 1.2"), "1.2 is no gain; expected below 1"),
     "one measure only": (lambda good: good.replace(b"cep_rate_final", b"# "), ".cep_rate_final' is missing"),
     "one compensation less": (
