@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from ins_eval.cli import main
+from ins_eval.gate import ERRORS, GAINS, MEASURES, NOT_WORSE
 
 # A circuit of ten minutes: the same code as the flight of two hours, in seconds.
 SHORT = """\
@@ -42,6 +43,7 @@ self_heating_c = 20.0
 time_constant_s = 600.0
 """
 SIZE = 4
+VAGUE = "{ value = 0.99, log_sd = 1.0 }"  # committed like this, any number is met by the gate and no gain is held
 LONGEST_SENTENCE = 400  # characters, without the paths in it
 TIMEOUT_S = 300.0
 
@@ -108,9 +110,15 @@ def short_profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def commands(short_profile: Path, repository: Path) -> Commands:
-    """The verbs on the short flight."""
-    return Commands(short_profile, repository / "tests" / "golden" / "cep-gate.toml")
+def commands(short_profile: Path) -> Commands:
+    """The verbs on the short flight, which meets a gate that holds next to nothing."""
+    committed = short_profile.with_name("gate.toml")
+    tables = [f'[{flight}."{quantity}"]\n' for _, flight, quantity in (*GAINS, *NOT_WORSE, *ERRORS)]
+    values = "".join(f"{measure} = {VAGUE}\n" for measure in MEASURES)
+    committed.write_text(
+        "seed = 0\n[size]\npaper = 3000\nmissions = 3000\n" + "".join(table + values for table in tables)
+    )
+    return Commands(short_profile, committed)
 
 
 @pytest.fixture(scope="session")

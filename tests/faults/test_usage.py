@@ -106,21 +106,30 @@ def test_population_with_an_unknown_key(tmp_path: Path, output: Path, refused) -
 
 
 COMMITTED = {
-    "missing": (None, "no such file"),
-    "rubbish": (RUBBISH, "not valid TOML"),
-    "empty": (b"", "'size' is missing"),
-    "no gain": (b"size = 3000\nseed = 0\n[cep_rate_final]\nratio = 1.2\nlog_sd = 0.02\n", "cep_rate_final.ratio"),
-    "one measure only": (b"size = 3000\nseed = 0\n[cep_rate_final]\nratio = 0.8\nlog_sd = 0.02\n", "velocity_rms"),
-    "another file": (b'name = "box"\n', "unknown key 'name'"),
+    "rubbish": (lambda good: RUBBISH, "not valid TOML"),
+    "empty": (lambda good: b"", "'seed' is missing"),
+    "no gain": (lambda good: good.replace(b"value = 0.99", b"value = 1.2"), "1.2 is no gain; expected below 1"),
+    "one measure only": (lambda good: good.replace(b"cep_rate_final", b"# "), ".cep_rate_final' is missing"),
+    "one compensation less": (
+        lambda good: good.replace(b'missions."simple"', b'missions."other"'),
+        "'missions.\"simple\"' is missing",
+    ),
+    "another file": (lambda good: b'name = "box"\n', "unknown key 'name'"),
 }
 
 
-@pytest.mark.parametrize("fault", COMMITTED)
-def test_committed_gains_that_cannot_be_used(tmp_path: Path, output: Path, refused, fault: str) -> None:
-    content, said = COMMITTED[fault]
+def test_committed_file_that_is_missing(tmp_path: Path, output: Path, refused) -> None:
     path = tmp_path / "gate.toml"
-    if content is not None:
-        path.write_bytes(content)
+    sentence = refused(["check-cep", "--committed", str(path), "--output", str(output), "--quiet"], 2)
+    assert f"{path}: no such file" in sentence
+    assert not output.exists()
+
+
+@pytest.mark.parametrize("fault", COMMITTED)
+def test_committed_file_that_cannot_be_used(commands, tmp_path: Path, output: Path, refused, fault: str) -> None:
+    spoil, said = COMMITTED[fault]
+    path = tmp_path / "gate.toml"
+    path.write_bytes(spoil(commands.committed.read_bytes()))
     sentence = refused(["check-cep", "--committed", str(path), "--output", str(output), "--quiet"], 2)
     assert said in sentence
     assert str(path) in sentence
