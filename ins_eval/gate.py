@@ -214,7 +214,8 @@ def fly(output: Path, profile: str, seed: int, sizes: Sizes, workers: int | None
         "missions": (Plan(profile=profile, arms=ARMS, seed=seed, missions=MISSIONS), sizes.missions),
     }
     members = ensemble.run(plans, output / "members", workers, quiet)
-    return {flight: ensemble.stacked(of_flight) for flight, of_flight in members.items()}
+    groups = {flight: ensemble.stacked(of_flight) for flight, of_flight in members.items()}
+    return {flight: {arm: groups[flight][arm] for arm in plan.arms} for flight, (plan, _) in plans.items()}
 
 
 def compare(flown: Mapping[str, Arms], seed: int) -> dict[str, Quantities]:

@@ -52,9 +52,11 @@ def files_under(folder: Path) -> set[str]:
 
 def test_the_wheel_holds_the_package_and_its_data_and_nothing_else(repository: Path, wheel: Path) -> None:
     held = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    profiles = {f"ins_eval/trajectories/{path.name}" for path in (repository / "trajectories").glob("*.toml")}
+    folder = repository / "trajectories"
+    profiles = {f"ins_eval/trajectories/{path.relative_to(folder)}" for path in folder.rglob("*.toml")}
     assert held == files_under(repository / "ins_eval") | profiles
     assert "ins_eval/trajectories/climb-cruise-landing.toml" in held
+    assert "ins_eval/trajectories/missions/worldwide.toml" in held
     assert any(re.fullmatch(r"ins_eval/accelerometer/presets/.*\.toml", name) for name in held)
     assert any(re.fullmatch(r"ins_eval/report/templates/.*", name) for name in held)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ins_eval import gate
 from ins_eval.ensemble import MISSION, Plan, World, fly
 from ins_eval.ensemble.attribution import CORNERS, attribution
 from ins_eval.ensemble.conditions import VELOCITY, by_condition, conditions
@@ -155,3 +156,12 @@ def test_slopes_are_found_back() -> None:
         low, high = slopes[name]["interval95"]
         assert slopes[name]["ratio"] == pytest.approx(np.exp(expected), abs=0.05)
         assert low < high < low + 0.2
+
+
+def test_the_gate_compares_arms_and_not_what_missions_were_like(profile: Path, tmp_path: Path) -> None:
+    """Real members, unlike those that the tests of the gate make up."""
+    flown = gate.fly(tmp_path, str(profile), 1, gate.Sizes(paper=3, missions=3), workers=1, quiet=True)
+    seen = gate.compare(flown, 1)
+    assert set(seen["missions"]) == {*gate.ARMS, *gate.PAIRS["missions"]}
+    assert set(seen["paper"]) == {*gate.ARMS, gate.MIRRORED, *gate.PAIRS["paper"]}
+    assert seen["paper"][gate.ITSELF]["cep_rate_final"] == (1.0, 1.0, 1.0)
