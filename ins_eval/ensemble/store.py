@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from ins_eval.errors import StorageError
 from ins_eval.storage import cannot_write, write_whole
 
 CHECKSUM_BYTES = 32  # SHA-256
+CONTENTS = "contents"  # of each array its key and the arms
 
 
 @dataclass(frozen=True)
@@ -49,13 +51,19 @@ class Store:
             return None
         result: dict[str, dict[str, np.ndarray]] = {}
         with np.load(io.BytesIO(arrays), allow_pickle=False) as stored:
-            for name in stored.files:
-                arm, _, key = name.rpartition("|")
-                result.setdefault(arm, {})[key] = stored[name]
+            for number, (key, arms) in enumerate(json.loads(stored[CONTENTS].tobytes())):
+                for arm, value in zip(arms, stored[f"arr_{number}"], strict=True):
+                    result.setdefault(arm, {})[key] = value
         return result
 
     def write(self, index: int, result: Mapping[str, Mapping[str, np.ndarray]]) -> None:
         """Keep a member, its checksum behind it. Raises StorageError, with everything finished before still there."""
+        alike: dict[tuple, list[str]] = {}  # with one key, shape and type: in one array, read faster
+        for arm, values in result.items():
+            for key, value in values.items():
+                alike.setdefault((key, np.shape(value), np.asarray(value).dtype.str), []).append(arm)
+        contents = json.dumps([(key, arms) for (key, _, _), arms in alike.items()]).encode()
+        arrays = [np.stack([result[arm][key] for arm in arms]) for (key, _, _), arms in alike.items()]
         buffer = io.BytesIO()
-        np.savez(buffer, **{f"{arm}|{key}": value for arm, values in result.items() for key, value in values.items()})
+        np.savez(buffer, *arrays, **{CONTENTS: np.frombuffer(contents, np.uint8)})
         write_whole(self.path(index), buffer.getvalue() + hashlib.sha256(buffer.getvalue()).digest())
