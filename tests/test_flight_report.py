@@ -71,7 +71,7 @@ def test_promised_keys_are_there(numbers: dict[str, Any]) -> None:
         for measure in ("velocity_rms_north", "velocity_rms_horizontal", "cep_rate_final"):
             assert set(of_all["improvement"][pair][measure]) >= {"ratio", "interval95"}
     assert numbers["floor"]["horizontal_m"] > 0.0
-    assert set(numbers["budget"]) == {"size", *SOURCES}
+    assert set(numbers["budget"]) == {"size", "size_beside", *SOURCES}
 
 
 def test_every_definition_has_words_formula_and_window(numbers: dict[str, Any]) -> None:

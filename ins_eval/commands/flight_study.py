@@ -25,6 +25,7 @@ from ins_eval.units import ARCSEC, HOUR, NMI
 
 SHOWN_RATE_HZ = 100.0
 BUDGET_SIZE = 40
+BESIDE_SIZE = 20  # of sources that are not in the flight: these show what they would do
 BUDGET_ARMS = ("simple", "simple_refined", "hysteresis", "hysteresis_refined")
 SHOWN_ARMS = ("simple", "simple_refined", "hysteresis", "hysteresis_refined")
 CEP_TIMES_S = (1800.0, 3600.0, 7200.0)
@@ -60,7 +61,7 @@ def plans(plan: Plan, size: int) -> dict[str, tuple[Plan, int]]:
     """The ensembles that are needed: all errors together, and each source of the budget alone."""
     return {
         "all": (plan, size),
-        **{source: (replace(plan, arms=BUDGET_ARMS, source=source), min(size, BUDGET_SIZE)) for source in SOURCES},
+        **{name: (replace(plan, arms=BUDGET_ARMS, source=name), _budget_size(name, size)) for name in SOURCES},
     }
 
 
@@ -88,7 +89,11 @@ def numbers(
         "definitions": _definitions(),
         "floor": _floor(shown.world),
         "ensemble": ensemble_numbers(arms, size, rng, users),
-        "budget": {"size": min(size, BUDGET_SIZE), **{s: _budget(ensemble.stacked(members[s]), rng) for s in SOURCES}},
+        "budget": {
+            "size": min(size, BUDGET_SIZE),
+            "size_beside": min(size, BESIDE_SIZE),
+            **{s: _budget(ensemble.stacked(members[s]), rng) for s in SOURCES},
+        },
         "flight": {name: measures(e) for name, e in shown.navigated.items()},
         "gps": _gps(shown.recording.gps),
         "alignment": _alignment_errors(shown),
@@ -178,6 +183,10 @@ def ensemble_numbers(
             },
         }
     return result
+
+
+def _budget_size(source: str, size: int) -> int:
+    return min(size, BESIDE_SIZE if SOURCES[source].changes else BUDGET_SIZE)
 
 
 def _budget(arms, rng: Streams) -> dict[str, Any]:

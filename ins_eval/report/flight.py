@@ -256,7 +256,8 @@ def _budget(metrics: Mapping) -> list[Block]:
         Picture(
             "error_budget",
             "Each source alone, all others off. A source whose bars are equally long in every colour is "
-            "one that no compensation of accelerometers can touch. What is not in the flight shows what it would do.",
+            "one that no compensation of accelerometers can touch. What is not in the flight shows what it would do"
+            + (f", with {beside} instruments." if (beside := pick(metrics, "budget", "size_beside")) else "."),
         ),
     ]
     for measure, unit in UNITS.items():
