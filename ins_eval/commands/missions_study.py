@@ -24,7 +24,7 @@ from ins_eval.report import figures
 from ins_eval.streams import Streams
 
 POPULATION = "worldwide"
-SIZE = 50
+SIZE = 50  # what a report of a minute has time for; a sure sign in velocity takes some 400
 LABEL = "missions"
 PAIRS = (
     ("hysteresis", "simple"),

@@ -19,12 +19,12 @@ LEAST = 5  # missions of which a ratio is given
 RESAMPLES = 2000
 
 # Groups of missions: the condition, then the ends of each group, round numbers that were set from what the population
-# draws and before any result was seen; "warmer_c" around the day that the oven repeats.
+# draws, before any result by condition was seen; "warmer_c" around the day that the oven repeats.
 GROUPS: dict[str, tuple[float, ...]] = {
     "warmer_c": (-np.inf, -10.0, 10.0, np.inf),
     "span_c": (0.0, 15.0, 25.0, np.inf),
     "turns": (0, 3, 6, np.inf),
-    "along_meridian": (0.0, 0.5, 1.0 + 1e-9),
+    "along_meridian": (0.0, 0.5, 1.0),
     "since_on_h": (0.0, 3.5, np.inf),
 }
 # What the logarithm of the ratio is regressed on, each in the step stated.
@@ -80,9 +80,9 @@ def by_condition(
     """
     groups = {}
     for condition, ends in GROUPS.items():
-        values = flown[condition]
+        group = np.searchsorted(ends[1:-1], flown[condition], side="right")  # the outer groups hold what lies beyond
         groups[condition] = [
-            _group(arms, (values >= low) & (values < high), (low, high), pair, streams.at(condition, k))
+            _group(arms, group == k, (low, high), pair, streams.at(condition, k))
             for k, (low, high) in enumerate(zip(ends, ends[1:], strict=False))
         ]
     return {"groups": groups, "slopes": _slopes(arms, flown, pair, streams.at("slopes").rng())}

@@ -145,6 +145,13 @@ def test_groups_tell_where_it_helps_and_where_it_hurts() -> None:
     assert all("ratio" not in g for g in few["groups"]["warmer_c"] if g["count"] < 5)
 
 
+def test_a_mission_that_was_never_on_before_has_a_group() -> None:
+    flown, arms = made_up(20)
+    flown["since_on_h"][:] = np.inf
+    groups = by_condition(arms, flown, ("new", "old"), Streams(1))["groups"]["since_on_h"]
+    assert [g["count"] for g in groups] == [0, 20]
+
+
 def test_slopes_are_found_back() -> None:
     """ln ratio = 0.1 |warmer| / 10 - 0.05 span / 10 + 0.2 turns / 5, and noise."""
     flown, arms = made_up(400)
