@@ -40,7 +40,6 @@ def samples(recording: Recording) -> tuple[Samples, ...]:
     Without a thermometer the temperature is the believed reference temperature and its rate zero.
     """
     imu, believed = recording.imu, recording.belief.accelerometer
-    interval_s = np.diff(imu.time_s, prepend=recording.start.time_s)
     if imu.temperature_c is None:
         readings = [np.full(imu.time_s.size, believed.reference_temperature_c)]
     else:
@@ -50,7 +49,7 @@ def samples(recording: Recording) -> tuple[Samples, ...]:
     return tuple(
         Samples(
             imu.time_s,
-            imu.accelerometer[:, axis] / interval_s,
+            imu.accelerometer[:, axis] / recording.interval_s,
             readings[axis % len(readings)],
             rates[axis % len(rates)],
         )
@@ -58,9 +57,8 @@ def samples(recording: Recording) -> tuple[Samples, ...]:
     )
 
 
-def compensate(seen: Sequence[Samples], triad: Sequence[CompensationModel], start_s: float) -> np.ndarray:
-    """Velocity increments (n, 3) in m/s that the three fitted models make of the samples they see."""
-    interval_s = np.diff(seen[0].time_s, prepend=start_s)
+def compensate(seen: Sequence[Samples], triad: Sequence[CompensationModel], interval_s: np.ndarray) -> np.ndarray:
+    """Velocity increments (n, 3) in m/s that three fitted models make of the samples they see, each of `interval_s`."""
     return np.stack(
         [model.specific_force(of_axis) * interval_s for of_axis, model in zip(seen, triad, strict=True)], axis=1
     )
@@ -126,9 +124,8 @@ def evaluate(
     """
     recording, velocity = without_effects(recording, velocity, folder)
     imu, believed = recording.imu, recording.belief
-    interval_s = np.diff(imu.time_s, prepend=recording.start.time_s)
     gyro = (
-        imu.gyro - np.asarray(believed.gyro.bias_radps) * interval_s[:, None]
+        imu.gyro - np.asarray(believed.gyro.bias_radps) * recording.interval_s[:, None]
         if any(believed.gyro.bias_radps)
         else imu.gyro
     )

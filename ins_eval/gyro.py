@@ -62,7 +62,9 @@ class GyroPopulation:
         scale = PPM * self.scale_ppm * streams.at("scale").rng().standard_normal(3)
         asymmetry = PPM * self.asymmetry_ppm * streams.at("asymmetry").rng().standard_normal(3)
         bias = DEG_PER_H * self.bias_deg_per_h * streams.at("bias").rng().standard_normal(3)
-        out = true_increments * (1.0 + scale) + np.abs(true_increments) * asymmetry + bias * dt[:, None]
+        out = np.empty_like(true_increments)
+        for axis, true in enumerate(true_increments.T):
+            out[:, axis] = true * (1.0 + scale[axis]) + np.abs(true) * asymmetry[axis] + bias[axis] * dt
         if self.thermal_deg_per_h_per_c:
             per_c = DEG_PER_H * self.thermal_deg_per_h_per_c * streams.at("thermal").rng().standard_normal(3)
             out += ((temperature_c - REFERENCE_C) * dt)[:, None] * per_c

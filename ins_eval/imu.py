@@ -101,6 +101,11 @@ class Mission:
         return reading[latest]
 
     @cached_property
+    def imu_c(self) -> np.ndarray:
+        """True temperature of the IMU at every sample."""
+        return np.interp(self.increments.time_s, self.temperature.time_s, self.temperature.temperature_c)
+
+    @cached_property
     def height_m(self) -> np.ndarray:
         """True height at every sample."""
         return self.trajectory.truth(self.increments.time_s).height_m
@@ -126,7 +131,6 @@ class Mission:
             run = self.run_at(gradient) if gradient else self.run
             slow = unit.slow(run, streams)
             counts[:, axis] = unit.pulses(true.time_s, self.trajectory.start_s, true.velocity, run, slow, streams)
-        imu_c = np.interp(true.time_s, self.temperature.time_s, self.temperature.temperature_c)
         return Recording(
             name=self.profile.name,
             kind="oven" if self.profile.kind == "static" else "flight",
@@ -134,7 +138,7 @@ class Mission:
             imu=Imu(
                 time_s=true.time_s,
                 gyro=instrument.gyros.increments(
-                    true.time_s, self.trajectory.start_s, true.gyro, streams.at("gyros"), imu_c
+                    true.time_s, self.trajectory.start_s, true.gyro, streams.at("gyros"), self.imu_c
                 ),
                 accelerometer=counts,
                 accelerometer_form="pulse",

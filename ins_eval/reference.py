@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from ins_eval import earth
@@ -187,10 +188,10 @@ def _with_missing_rows(fixes: Fixes) -> Fixes:
     finite = np.isfinite(columns)
     delivered = finite.any(axis=0)  # a quantity that is never there is not an outage
     valid = np.asarray(fixes.valid, dtype=bool) & finite[:, delivered].all(axis=1) & delivered.any()
-    if time_s.size < 2:
-        return _from_columns(fixes, time_s, columns, valid)
     spacing = np.diff(time_s)
-    intervals = spacing / np.median(spacing)
+    intervals = spacing / np.median(spacing) if spacing.size else spacing
+    if not (intervals > MISSING_ROW_FACTOR).any():
+        return _from_columns(fixes, time_s, columns, valid)
     # number of rows that stand for each row: itself, and after it the missing ones
     copies = np.append(np.where(intervals > MISSING_ROW_FACTOR, np.rint(intervals), 1), 1).astype(int)
     row = np.repeat(np.arange(time_s.size), copies)
@@ -250,29 +251,46 @@ def _interpolated(solution: Solution, time_s: np.ndarray) -> tuple[np.ndarray, n
     samples = solution.time_s
     if samples.size < 2:
         raise DataRefused(f"solution: {samples.size} sample(s), expected at least 2 to compare with a reference")
-    pair, step, u, nodes, weights = _places(samples.tobytes(), np.asarray(time_s, dtype=float).tobytes())
+    left, step, u, nodes, weights = _places(samples.tobytes(), np.asarray(time_s, dtype=float).tobytes())
 
-    latitude, height = solution.latitude_rad[pair], solution.height_m[pair]
-    longitude = np.unwrap(solution.longitude_rad[pair], axis=1)
-    north, east, down = np.moveaxis(solution.velocity_n[pair], -1, 0)
-    meridian_m, transverse_m = earth.radii(latitude)
-    latitude_rate = north / (meridian_m + height)
-    longitude_rate = east / ((transverse_m + height) * np.cos(latitude))
+    state = (solution.latitude_rad, solution.longitude_rad, solution.height_m, solution.velocity_n)
+    position, velocity_n = _between(left, step, u, nodes, weights, *(np.ascontiguousarray(one) for one in state))
+    return *position, velocity_n
 
-    return (
-        _hermite(u, step, latitude, latitude_rate),
-        _hermite(u, step, longitude, longitude_rate),
-        _hermite(u, step, height, -down),
-        np.einsum("ij,ijk->ik", weights, solution.velocity_n[nodes]),
-    )
+
+@numba.njit(cache=True)
+def _between(left, step, u, nodes, weights, latitude, longitude, height, velocity_n):
+    """Latitude, longitude and height (3, m) and velocity (m, 3) at instants between samples."""
+    position = np.empty((3, left.size))
+    velocity = np.zeros((left.size, 3))
+    values, rates = np.empty((3, 2)), np.empty((3, 2))
+    for k in range(left.size):
+        for end in range(2):
+            i = left[k] + end
+            meridian_m, transverse_m = earth.radii(latitude[i])
+            values[0, end], values[1, end], values[2, end] = latitude[i], longitude[i], height[i]
+            rates[0, end] = velocity_n[i, 0] / (meridian_m + height[i])
+            rates[1, end] = velocity_n[i, 1] / ((transverse_m + height[i]) * np.cos(latitude[i]))
+            rates[2, end] = -velocity_n[i, 2]
+        turn = 2.0 * np.pi * np.round((values[1, 1] - values[1, 0]) / (2.0 * np.pi))  # across 180 degrees
+        values[1, 1] -= turn
+        for quantity in range(3):
+            change = values[quantity, 1] - values[quantity, 0]
+            excess_0, excess_1 = rates[quantity, 0] * step[k] - change, rates[quantity, 1] * step[k] - change
+            bend = u[k] * (1.0 - u[k]) * ((1.0 - u[k]) * excess_0 - u[k] * excess_1)
+            position[quantity, k] = values[quantity, 0] + u[k] * change + bend
+        for j in range(nodes.shape[1]):
+            for axis in range(3):
+                velocity[k, axis] += weights[k, j] * velocity_n[nodes[k, j], axis]
+    return position, velocity
 
 
 @lru_cache(maxsize=2)  # every compensation of a recording is compared at the same instants
 def _places(sample_bytes: bytes, time_bytes: bytes) -> tuple[np.ndarray, ...]:
     """Where instants (m,) lie among samples (n,), both in s, as bytes.
 
-    The samples around each (m, 2), their distance (m,), the fraction of it (m,), and the nearest nodes (m, k) with
-    their weights (m, k).
+    The sample before each (m,), its distance to the next (m,), the fraction of it (m,), and the nearest nodes (m, k)
+    with their weights (m, k).
     """
     samples, time_s = np.frombuffer(sample_bytes), np.frombuffer(time_bytes)
     left = np.clip(np.searchsorted(samples, time_s, side="right") - 1, 0, samples.size - 2)
@@ -281,14 +299,7 @@ def _places(sample_bytes: bytes, time_bytes: bytes) -> tuple[np.ndarray, ...]:
     first = np.clip(left - count // 2 + 1, 0, samples.size - count)
     nodes = first[:, None] + np.arange(count)
     weights = _lagrange_weights(samples[nodes] - time_s[:, None])
-    return left[:, None] + np.arange(2), step, (time_s - samples[left]) / step, nodes, weights
-
-
-def _hermite(u: np.ndarray, step: np.ndarray, value: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """Cubic with `value` and `rate` (m, 2) at both ends of an interval of length `step`, at the fraction `u`."""
-    change = value[:, 1] - value[:, 0]
-    excess_0, excess_1 = rate[:, 0] * step - change, rate[:, 1] * step - change
-    return value[:, 0] + u * change + u * (1.0 - u) * ((1.0 - u) * excess_0 - u * excess_1)
+    return left, step, (time_s - samples[left]) / step, nodes, weights
 
 
 def _lagrange_weights(offset_s: np.ndarray) -> np.ndarray:

@@ -146,7 +146,7 @@ class Gain:
 def test_compensation_gives_velocity_increments_of_each_axis() -> None:
     """Force times interval: with a gain alone, the counts times it."""
     recording = pulses(None)
-    velocity = compensate(samples(recording), [Gain(0.1), Gain(0.2), Gain(-1.0)], 0.0)
+    velocity = compensate(samples(recording), [Gain(0.1), Gain(0.2), Gain(-1.0)], recording.interval_s)
     assert velocity == pytest.approx(recording.imu.accelerometer * [0.1, 0.2, -1.0])
 
 

@@ -109,7 +109,7 @@ class Accelerometer:
         """
         force = np.asarray(specific_force_g, dtype=float)[..., SENSOR_AXES[self.axis]]
         error_ug = bias_ug
-        for effect in self.effects:
+        for effect in self._acting("force_error_ug"):
             error_ug = error_ug + effect.force_error_ug(self.units[effect.name], force)
         return scale * (1e-6 * error_ug + force[..., 0])
 
@@ -126,7 +126,7 @@ class Accelerometer:
         for effect in self._acting("noise_ug"):
             bias_ug = bias_ug + effect.noise_ug(interval_s, node.at(effect.name, "samples").rng())
         pulses = self.output(specific_force_g, slow.scale, bias_ug) * interval_s
-        for effect in self.effects:
+        for effect in self._acting("counted"):
             pulses = effect.counted(pulses)
         return pulses
 

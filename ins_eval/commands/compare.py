@@ -95,7 +95,7 @@ def _velocity(recording: Recording, folder: Path) -> np.ndarray:
             "[accelerometer.x], [accelerometer.y] and [accelerometer.z], add them"
         )
     triad = [believed_model(recording.belief, axis, folder) for axis in "xyz"]
-    return compensate(samples(recording), triad, recording.start.time_s)
+    return compensate(samples(recording), triad, recording.interval_s)
 
 
 def _known(recording: Recording, recorded: Increments) -> _Known:

@@ -105,7 +105,7 @@ def _arms(recording: Recording, folder: Path, wanted: Sequence[str]) -> dict[str
 
 
 def _of_pulses(recording: Recording, folder: Path, wanted: Sequence[str]) -> dict[str, _Arm]:
-    seen, start_s, believed = samples(recording), recording.start.time_s, recording.belief.accelerometer
+    seen, believed = samples(recording), recording.belief.accelerometer
     triads = {}
     if all(getattr(believed, axis) is not None for axis in "xyz"):
         triads[BELIEVED] = [believed_model(recording.belief, axis, folder) for axis in "xyz"]
@@ -117,9 +117,10 @@ def _of_pulses(recording: Recording, folder: Path, wanted: Sequence[str]) -> dic
             "[accelerometer.x], .y and .z in recording.toml, or a model with --compensation FILE.toml"
         )
     other = replace(recording, belief=_of_other_accelerometers(recording.belief))
+    velocity = {name: compensate(seen, triad, recording.interval_s) for name, triad in triads.items()}
     return {
-        name: _Arm(*without_effects(recording if name == BELIEVED else other, compensate(seen, triad, start_s), folder))
-        for name, triad in triads.items()
+        name: _Arm(*without_effects(recording if name == BELIEVED else other, of_arm, folder))
+        for name, of_arm in velocity.items()
     }
 
 
@@ -148,8 +149,7 @@ def _of_increments(recording: Recording, folder: Path) -> dict[str, _Arm]:
     arms = {AS_RECORDED: _Arm(replace(recording, belief=bare), recording.imu.accelerometer)}
     bias = np.asarray(belief.accelerometer.bias_mps2)
     if bias.any() or any(belief.gyro.bias_radps) or belief.effects:
-        interval_s = np.diff(recording.imu.time_s, prepend=recording.start.time_s)
-        velocity = recording.imu.accelerometer - bias * interval_s[:, None]
+        velocity = recording.imu.accelerometer - bias * recording.interval_s[:, None]
         arms[BELIEVED] = _Arm(*without_effects(recording, velocity, folder))
     return arms
 

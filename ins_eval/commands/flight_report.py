@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -61,8 +62,10 @@ def run(
         plans |= after_storage.plans(plan, size, units)
     missions = min(size, missions_study.SIZE) if missions is None else missions
     plans |= missions_study.plans(plan, missions, flights, population_of_missions)
-    members = ensemble.run(plans, output / "members", workers, quiet)
-    shown = flight_study.fly_shown(world, [*SHOWN_ARMS, *users], names)
+    with ThreadPoolExecutor(1) as beside:  # the workers compute the members meanwhile
+        first = beside.submit(flight_study.fly_shown, world, [*SHOWN_ARMS, *users], names)
+        members = ensemble.run(plans, output / "members", workers, quiet)
+        shown = first.result()
     result = flight_study.numbers(plan, size, members, shown, names, tuple(names[u] for u in users))
     if storage_years:
         result["storage"] = after_storage.numbers(plans, members, units)

@@ -114,7 +114,7 @@ def fly_shown(world: World, specs: Sequence[str], names: Mapping[str, str]) -> S
     triads = world.triads(0)
     navigated = {}
     for spec in specs:
-        velocity = compensate(seen, triads[spec], recording.start.time_s)
+        velocity = compensate(seen, triads[spec], recording.interval_s)
         navigated[names[spec]] = evaluate(recording, velocity, align_on=stand)
     return Shown(world, mission, recording, navigated)
 

@@ -198,7 +198,7 @@ def recording(name: str, kind: str, motion: Motion, temperature_c: np.ndarray, l
 
 def _in_pulses(made: Recording, like: Believed) -> Recording:
     """The same in pulses; force is linear in the output at a given temperature, so two values give the inverse."""
-    dt = np.diff(made.imu.time_s, prepend=made.start.time_s)
+    dt = made.interval_s
     counts = np.empty_like(made.imu.accelerometer)
     for axis, (model, told) in enumerate(zip(triad(like), samples(made), strict=True)):
         none, some = (model.specific_force(replace(told, output=np.full(dt.size, output))) for output in (0.0, _GAMMA))

@@ -56,7 +56,7 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
 
     Raises DataRefused where nothing says what a pulse is worth, or where there is nothing to align on.
     """
-    interval_s = np.diff(recording.imu.time_s, prepend=recording.start.time_s)[:, None]
+    interval_s = recording.interval_s[:, None]
     finds_north = recording.belief.earth.rotation
     recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
     imu, belief = recording.imu, recording.belief
@@ -138,7 +138,7 @@ def _velocity(recording: Recording, folder: str | Path, interval_s: np.ndarray) 
             f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
             "[accelerometer.x], .y and .z in recording.toml, or --belief FILE"
         )
-    return compensate(samples(recording), _triad(recording, folder), recording.start.time_s)
+    return compensate(samples(recording), _triad(recording, folder), recording.interval_s)
 
 
 def triad(believed: Believed) -> list[CompensationModel]:

@@ -30,7 +30,7 @@ def fly(world: World, index: int) -> dict[str, dict[str, np.ndarray]]:
     seen, begin = samples(recording), beginning(mission, recording, world.alignment)
     result = {}
     for arm, triad in world.triads(index).items():
-        velocity = compensate(seen, triad, recording.start.time_s)
+        velocity = compensate(seen, triad, recording.interval_s)
         flown = evaluate(recording, velocity, **begin)
         result[arm] = contributions(flown.errors)
     if world.missions is not None:

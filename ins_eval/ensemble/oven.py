@@ -78,7 +78,7 @@ def _navigated(
     world: World, recording: Recording, seen: Sequence[Samples], triad: Triad, cases: Sequence[str]
 ) -> dict[str, Errors]:
     """Errors of a run with one compensation, by case."""
-    velocity = compensate(seen, triad, recording.start.time_s)
+    velocity = compensate(seen, triad, recording.interval_s)
     return {c: evaluate(recording, velocity, **beginning(world.oven, recording, CASES[c])).errors for c in cases}
 
 

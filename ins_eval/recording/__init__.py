@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -80,6 +81,11 @@ class Recording:
     reference: Fixes | None = None
     belief: Belief = field(default_factory=Belief)
     notes: tuple[str, ...] = field(default=())  # what a reader found and what it assumed, one sentence each
+
+    @cached_property
+    def interval_s(self) -> np.ndarray:
+        """Length of each sample of the IMU, (n,) s; the first begins at the start."""
+        return np.diff(self.imu.time_s, prepend=self.start.time_s)
 
 
 @dataclass(frozen=True, eq=False)

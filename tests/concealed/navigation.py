@@ -34,7 +34,7 @@ def reached(folder: Path) -> dict[str, float]:
     velocity = recording.imu.accelerometer
     if recording.imu.accelerometer_form == "pulse":
         triad = [believed_model(recording.belief, axis, folder) for axis in "xyz"]
-        velocity = compensate(samples(recording), triad, recording.start.time_s)
+        velocity = compensate(samples(recording), triad, recording.interval_s)
     found = measures(evaluate(recording, velocity, standstill_to_align_on(recording)))
     return {
         "velocity_rms_mps": found["velocity_rms_mps"]["horizontal"],

@@ -108,10 +108,10 @@ class Backwards:
         for number in range(FLIGHTS):
             streams = self.world.streams(index).at("another day", number)
             recording = self.later.record(self.world.instrument(index), streams)
-            seen, start_s = samples(recording), recording.start.time_s
+            seen, interval_s = samples(recording), recording.interval_s
             for name, triad in triads.items():
                 of_arm = replace(recording, belief=told if name == "told" else believed)
-                found.setdefault(name, []).append(errors(of_arm, compensate(seen, triad, start_s)))
+                found.setdefault(name, []).append(errors(of_arm, compensate(seen, triad, interval_s)))
             of_arm = replace(recording, belief=believed)
             found.setdefault("oracle", []).append(errors(of_arm, self._known(recording, index)))
         pooled = {

@@ -134,4 +134,4 @@ def increments(flight: Recording) -> np.ndarray:
     from ins_eval.compensation.file import believed_model
 
     triad = [believed_model(flight.belief, axis, ".") for axis in "xyz"]
-    return compensate(samples(flight), triad, flight.start.time_s)
+    return compensate(samples(flight), triad, flight.interval_s)

@@ -112,9 +112,8 @@ def _check_force(recording: Recording, where: str) -> None:
         if not all(scales):
             return
         per_g = np.array([scale.gamma for scale in scales])
-    interval_s = np.diff(imu.time_s, prepend=recording.start.time_s)
-    step_s = float(np.median(interval_s))
-    force_g = float(np.median(np.linalg.norm(imu.accelerometer / per_g, axis=1) / interval_s))
+    step_s = float(np.median(recording.interval_s))
+    force_g = float(np.median(np.linalg.norm(imu.accelerometer / per_g, axis=1) / recording.interval_s))
     if ORDINARY_FORCE[0] <= force_g <= ORDINARY_FORCE[1]:
         return
     mix_ups = {1.0 / step_s: "rates given for increments", step_s: "increments given for rates"}
