@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -24,19 +23,20 @@ import numpy as np
 
 from ins_eval import errors
 from ins_eval.compensation import Samples
+from ins_eval.compensation.connection import Connection
 from ins_eval.recording import ChamberReadings
 
 ANSWER_WITHIN_S = 300.0  # a loop in Python over the samples of two hours at 100 Hz takes a few seconds
 END_WITHIN_S = 5.0
-LENGTH_BYTES = 3  # of a message without its arrays: 16 MB
-PLAIN = "biufcUSmM"  # kinds of arrays that are nothing but their bytes
 SAMPLES = tuple(field.name for field in fields(Samples))
 READINGS = ("time_s", "run", "input_g", "rate_c_per_min", "temperature_c", "output")
 # The number of threads decides the last bits of a result: one, as in `ensemble.running`.
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL", "BLIS")}
+# Else memory of large arrays goes back to the system at once and is cleared again for the next: four times slower.
+_KEEP_MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(2**25), "MALLOC_TRIM_THRESHOLD_": str(2**28)}  # bytes
 _START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[2]); "
-    "from ins_eval.compensation.serve import serve; serve(int(sys.argv[1]))"
+    "from ins_eval.compensation.serve import serve; serve(json.loads(sys.argv[1]))"
 )
 
 
@@ -48,49 +48,17 @@ class ModelFailed(Exception):
         self.described = described
 
 
-def send(connection: socket.socket, message: dict[str, Any], arrays: Sequence[np.ndarray] = ()) -> None:
-    """Send a message and arrays of `PLAIN` kinds."""
-    arrays = [np.asarray(array) for array in arrays]
-    text = json.dumps({**message, "arrays": [(array.dtype.str, array.shape) for array in arrays]}).encode()
-    connection.sendall(len(text).to_bytes(LENGTH_BYTES, "big") + text)
-    for array in arrays:
-        connection.sendall(np.ascontiguousarray(array).reshape(-1).view(np.uint8))
-
-
-def receive(connection: socket.socket) -> tuple[dict[str, Any], list[np.ndarray]]:
-    """A message and its arrays, each in memory of its own. Raises EOFError or OSError where the other side is gone."""
-    length = int.from_bytes(_filled(connection, bytearray(LENGTH_BYTES)), "big")
-    message = json.loads(_filled(connection, bytearray(length)))
-    arrays = []
-    for kind, shape in message.pop("arrays"):
-        if np.dtype(kind).kind not in PLAIN:
-            raise ValueError(f"an array of {kind}")
-        arrays.append(np.empty(shape, kind))
-        _filled(connection, arrays[-1].reshape(-1).view(np.uint8))
-    return message, arrays
-
-
-def _filled(connection: socket.socket, into: bytearray | np.ndarray) -> bytearray | np.ndarray:
-    rest = memoryview(into)
-    while rest:
-        count = connection.recv_into(rest)
-        if not count:
-            raise EOFError
-        rest = rest[count:]
-    return into
-
-
 class Child:
     """A process that holds models; it ends with this one, however this one ends."""
 
     def __init__(self) -> None:
-        self._connection, theirs = socket.socketpair()
+        self._connection, theirs = Connection.pair()
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-c", _START, str(theirs.fileno()), json.dumps(sys.path)],
+            [sys.executable, "-P", "-c", _START, json.dumps(theirs.handles), json.dumps(sys.path)],
             stdin=subprocess.DEVNULL,
             stdout=2,  # what a model prints is not our text
-            pass_fds=[theirs.fileno()],
-            env=os.environ | _ONE_THREAD,
+            pass_fds=theirs.handles,
+            env=os.environ | _ONE_THREAD | _KEEP_MEMORY,
             start_new_session=True,  # an interrupt from the terminal is for the parent to answer
         )
         theirs.close()
@@ -110,9 +78,9 @@ class Child:
         with self._lock:
             left = [self.left.pop() for _ in range(len(self.left))]
             try:
-                self._connection.settimeout(ANSWER_WITHIN_S)
-                send(self._connection, {"do": do, "left": left, **request}, arrays)
-                answer, results = receive(self._connection)
+                self._connection.messages.settimeout(ANSWER_WITHIN_S)
+                self._connection.send({"do": do, "left": left, **request}, arrays)
+                answer, results = self._connection.receive()
                 error = _error(answer)
             except BaseException as failed:  # whatever it may still answer must not be taken for the next answer
                 self._end()
@@ -221,7 +189,7 @@ def _ending(code: int) -> str:
     return signal.Signals(-code).name if code < 0 else f"exit code {code}"
 
 
-def _end(connection: socket.socket, process: subprocess.Popen) -> None:
+def _end(connection: Connection, process: subprocess.Popen) -> None:
     """Close the connection, upon which a child ends by itself."""
     connection.close()
     try:

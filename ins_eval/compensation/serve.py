@@ -18,28 +18,28 @@ import numpy as np
 from ins_eval import errors
 from ins_eval.compensation import CompensationModel, Samples
 from ins_eval.compensation.check import check_model, kind
-from ins_eval.compensation.child import PLAIN, READINGS, SAMPLES, receive, send
+from ins_eval.compensation.child import READINGS, SAMPLES
+from ins_eval.compensation.connection import PLAIN, Connection
 from ins_eval.compensation.registry import describe_error, make_model
 from ins_eval.recording import ChamberReadings
 
 Answer = tuple[dict[str, Any], list[np.ndarray]]
 
 
-def serve(handle: int) -> None:
-    """Answer what the parent asks on the connection `handle`, until the parent is gone."""
+def serve(handles: tuple[int, int]) -> None:
+    """Answer what the parent asks on the connection with these `handles`, until the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.set_inheritable(handle, False)  # what a model starts must not hold the connection
-    threading.Thread(target=_end_with_parent, args=(handle,), daemon=True).start()
-    connection = socket.socket(fileno=handle)
+    connection = Connection.inherited(handles)
+    threading.Thread(target=_end_with_parent, args=(connection.messages,), daemon=True).start()
     models = Models()
     while True:
         try:
-            request, arrays = receive(connection)
+            request, arrays = connection.receive()
         except (EOFError, OSError):
             os._exit(0)
         answer, results = models.answer(arrays, **request)
         del arrays
-        send(connection, answer, results)
+        connection.send(answer, results)
         del answer, results
 
 
@@ -116,9 +116,9 @@ class Models:
         return number
 
 
-def _end_with_parent(handle: int) -> None:
+def _end_with_parent(messages: socket.socket) -> None:
     """End this process when the other end of the connection is closed, also while a model is at work."""
     waiting = select.poll()
-    waiting.register(handle, 0)  # POLLHUP comes unasked
+    waiting.register(messages, 0)  # POLLHUP comes unasked
     waiting.poll()
     os._exit(0)

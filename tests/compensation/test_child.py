@@ -1,6 +1,7 @@
 """A user's model in its child: the same numbers, whatever it prints; one sentence, however it ends."""
 
 import gc
+import json
 import subprocess
 import sys
 import time
@@ -11,6 +12,7 @@ import pytest
 
 from ins_eval.cli import main
 from ins_eval.compensation import Samples, child
+from ins_eval.compensation.connection import LENGTH_BYTES, Connection
 from ins_eval.compensation.guard import working_model
 from ins_eval.compensation.registry import load_model, make_model, model_files
 from ins_eval.errors import UsageError
@@ -134,6 +136,18 @@ def test_what_is_no_array_comes_back_as_its_type_alone(folder):
     assert type(answer).__name__ == "tuple"
 
 
+@pytest.mark.parametrize("claim", [["|O", [3]], ["<f8", [-3]], ["<f8", [10**12]], ["<f8", "x"], "<f8", [3, [3]]])
+def test_what_is_no_plain_array_is_not_taken(claim):
+    """Nor memory that is not there."""
+    here, there = Connection.pair()
+    text = json.dumps({"arrays": [claim]}).encode()
+    there.messages.sendall(len(text).to_bytes(LENGTH_BYTES, "big") + text)
+    with pytest.raises((ValueError, TypeError)):
+        here.receive()
+    here.close()
+    there.close()
+
+
 def test_models_that_nobody_holds_are_freed(folder):
     """In an ensemble of thousands of instruments each has its own models."""
     for _ in range(10):
@@ -174,7 +188,7 @@ def test_an_interrupt_leaves_no_answer_behind(folder, monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(child, "receive", interrupted)
+        patch.setattr(child.Connection, "receive", interrupted)
         model.specific_force(samples(3))
     with pytest.raises(child.ModelFailed, match="ended its process"):
         model.specific_force(samples(4))
