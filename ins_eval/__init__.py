@@ -31,6 +31,8 @@ profile -> trajectory -> thermal -> imu -> recording -> compensation -> alignmen
 from __future__ import annotations
 
 import importlib
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
 
 _PUBLIC = {
     "Recording": "recording",
@@ -45,14 +47,43 @@ _PUBLIC = {
     "four_point": "calibration.four_point",
     "align": "alignment",
     "navigate": "strapdown",
-    "compare": "reference",
+    "read": "interface",
+    "simulate": "interface",
+    "evaluate": "interface",
+    "compare": "interface",
+    "calibrate": "interface",
+    "diagnose": "interface",
+    "fly": "interface",
+    "Result": "interface",
 }
+_MODULES = ("metrics", "units")
 
-__all__ = list(_PUBLIC)
+__all__ = [*_PUBLIC, *_MODULES, "__version__"]
+
+if TYPE_CHECKING:
+    from ins_eval import metrics, units
+    from ins_eval.alignment import align
+    from ins_eval.calibration.four_point import four_point
+    from ins_eval.compensation import CompensationModel, Samples
+    from ins_eval.compensation.check import check_model
+    from ins_eval.compensation.registry import load_model
+    from ins_eval.interface import Result, calibrate, compare, diagnose, evaluate, fly, read, simulate
+    from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start
+    from ins_eval.strapdown import navigate
+
+    __version__: str
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> Any:
     """Public names are imported when first asked for, so that the command line starts quickly."""
+    if name == "__version__":
+        return version("ins-eval")
+    if name in _MODULES:
+        return importlib.import_module(f"ins_eval.{name}")
     if name not in _PUBLIC:
         raise AttributeError(f"module 'ins_eval' has no attribute '{name}'")
     return getattr(importlib.import_module(f"ins_eval.{_PUBLIC[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

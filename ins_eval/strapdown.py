@@ -21,7 +21,6 @@ from typing import Literal
 
 import numba
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ins_eval.earth import EARTH_RATE, gravity, radii
 from ins_eval.recording import Start
@@ -75,12 +74,16 @@ class Solution:
 
 def attitude_from_quaternion(quaternion_nb: np.ndarray) -> np.ndarray:
     """Roll, pitch, heading (..., 3) of scalar-first quaternions (..., 4)."""
+    from scipy.spatial.transform import Rotation  # here, as in the next: it takes longer to import than all else
+
     angles = Rotation.from_quat(quaternion_nb, scalar_first=True).as_euler("ZYX")
     return np.ascontiguousarray(angles[..., ::-1])
 
 
 def quaternion_from_attitude(attitude_rad) -> np.ndarray:
     """Scalar-first quaternion, body to navigation frame, of roll, pitch, heading."""
+    from scipy.spatial.transform import Rotation
+
     return Rotation.from_euler("ZYX", np.asarray(attitude_rad, dtype=float)[::-1]).as_quat(scalar_first=True)
 
 

@@ -15,7 +15,7 @@ from ins_eval.commands import calibrate, evaluate, simulate
 from ins_eval.compensation.file import read_model
 from ins_eval.ensemble import Plan, World
 from ins_eval.errors import DataRefused, InsEvalError, StorageError, UsageError
-from ins_eval.evaluate import samples
+from ins_eval.navigation import samples
 from ins_eval.recording import ChamberReadings, form
 
 textbook_chamber = runpy.run_path(str(Path(__file__).with_name("calibration") / "conftest.py"))["textbook_chamber"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -65,6 +66,23 @@ def test_the_installed_wheel_runs_outside_the_checkout(installed: Path, tmp_path
     where = run_installed(installed, tmp_path, "-c", "import ins_eval; print(ins_eval.__file__)")
     assert Path(where.strip()).is_relative_to(installed)
     assert "flight-report" in run_installed(installed, tmp_path, "-m", "ins_eval.cli", "--help")
+
+
+NOTEBOOK = """
+import ins_eval as ie
+result = ie.evaluate(ie.read("flight"))
+print(result.to_frame()["velocity_rms_horizontal_mps"].to_json())
+result.plot("position_error").savefig("position_error.png")
+"""
+
+
+def test_the_installed_wheel_loads_navigates_and_scores_a_recording_in_five_lines(installed: Path, tmp_path: Path):
+    assert len(NOTEBOOK.strip().splitlines()) < 5
+    simulate = ("-m", "ins_eval.cli", "simulate", "flight", "--profile", "straight", "--rate", "10", "-o", "flight")
+    run_installed(installed, tmp_path, *simulate)
+    found = json.loads(run_installed(installed, tmp_path, "-c", NOTEBOOK))
+    assert found["hysteresis"] < found["none"]
+    assert (tmp_path / "position_error.png").stat().st_size > 10_000
 
 
 @pytest.mark.slow

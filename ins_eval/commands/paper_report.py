@@ -11,11 +11,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ins_eval import ensemble
+from ins_eval.analysis import flight as flight_study
 from ins_eval.calibration import FITS
 from ins_eval.calibration.four_point import FourPoint, four_point
-from ins_eval.commands import flight_study
-from ins_eval.commands.flight_figures import metres_per_arcmin
-from ins_eval.commands.flight_report import ensemble_figures, flight_figures, manifest
+from ins_eval.commands.flight_report import manifest
 from ins_eval.ensemble import ARMS, Plan, World, chamber, oven, sensitivity
 from ins_eval.laboratory import Chamber, draw_printed_units
 from ins_eval.laboratory.creep_rig import CreepRig
@@ -26,7 +25,9 @@ from ins_eval.paper_a.rows import rows
 from ins_eval.paper_a.single import single_flights, single_runs
 from ins_eval.report.figures import paper_a as figures
 from ins_eval.report.figures import rigs
+from ins_eval.report.flight_figures import ensemble_figures, flight_figures
 from ins_eval.report.paper_a import paper_a_content
+from ins_eval.report.recording_figures import metres_per_arcmin
 from ins_eval.report.results import as_json, write_results
 from ins_eval.storage import write_whole
 from ins_eval.streams import Streams

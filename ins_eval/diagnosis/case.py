@@ -21,7 +21,7 @@ from ins_eval.diagnosis.observations import REFERENCE_POSITION_M, Observations
 from ins_eval.diagnosis.thermometer import step_noise
 from ins_eval.diagnosis.whitening import Whitened, whiten
 from ins_eval.effects.temperature import Temperature, temperature
-from ins_eval.evaluate import PARKED
+from ins_eval.navigation import PARKED
 from ins_eval.recording import Recording
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.units import DEG_PER_H, UG

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ins_eval.diagnosis.null import Believed
-from ins_eval.evaluate import PARKED
+from ins_eval.navigation import PARKED
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 

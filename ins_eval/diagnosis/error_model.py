@@ -23,7 +23,7 @@ from ins_eval.diagnosis import drives
 from ins_eval.diagnosis.geometry import States, at, cross_matrices
 from ins_eval.diagnosis.null import Believed
 from ins_eval.earth import EARTH_RATE, gravity, radii
-from ins_eval.evaluate import PARKED
+from ins_eval.navigation import PARKED
 from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S, Solution
 
 STATES = 9

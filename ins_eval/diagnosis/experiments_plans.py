@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ins_eval.diagnosis.null import Believed, triad
 from ins_eval.earth import EARTH_RATE, gravity, radii
-from ins_eval.evaluate import PARKED, samples
+from ins_eval.navigation import PARKED, samples
 from ins_eval.profile import HeightChange, Place, Profile, SpeedChange, Thermal, Turn
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start
 from ins_eval.recording.belief import AxisBelief, Belief, EarthBelief, ScaleBelief

@@ -32,7 +32,7 @@ from ins_eval.diagnosis.locate import Channel
 from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.search import ODDS, log_bayes_factor
 from ins_eval.diagnosis.whitening import Whitened
-from ins_eval.evaluate import PARKED
+from ins_eval.navigation import PARKED
 from ins_eval.units import STANDARD_GRAVITY
 
 SIDE = "the side of its own input"

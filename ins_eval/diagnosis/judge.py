@@ -57,7 +57,7 @@ from ins_eval.diagnosis.where import where
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
 from ins_eval.effects.vocabulary import VOCABULARY
-from ins_eval.evaluate import PARKED
+from ins_eval.navigation import PARKED
 from ins_eval.recording.belief import Belief
 from ins_eval.streams import Streams
 

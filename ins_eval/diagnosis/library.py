@@ -23,7 +23,7 @@ from ins_eval.effects.slow import Conditions
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.effects.temperature import Temperature
 from ins_eval.effects.vocabulary import VOCABULARY
-from ins_eval.evaluate import PARKED
+from ins_eval.navigation import PARKED
 
 Parameters = Mapping[str, float | str]
 # arguments of the shapes that are tried of a recorded column: s, and of a branch in ranges of the column

@@ -15,7 +15,7 @@ from ins_eval.diagnosis.geometry import moved, turned
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
-from ins_eval.evaluate import PARKED, compensate, height_aid, samples, standstill_to_align_on
+from ins_eval.navigation import PARKED, compensate, height_aid, samples, standstill_to_align_on
 from ins_eval.recording import Recording, Start
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG

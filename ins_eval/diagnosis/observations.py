@@ -17,7 +17,7 @@ from ins_eval.diagnosis.geometry import cross_matrices
 from ins_eval.diagnosis.null import Believed
 from ins_eval.earth import EARTH_RATE, radii
 from ins_eval.errors import DataRefused
-from ins_eval.evaluate import PARKED
+from ins_eval.navigation import PARKED
 from ins_eval.recording import Fixes
 from ins_eval.recording.belief import GpsBelief
 from ins_eval.units import DEG, DEG_PER_H

@@ -16,7 +16,7 @@ from ins_eval.diagnosis.experiments import Catalogue
 from ins_eval.diagnosis.search import log_bayes_factor, posterior
 from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.verdict import Rival
-from ins_eval.evaluate import PARKED
+from ins_eval.navigation import PARKED
 
 WITHIN, LISTED = 3.0, 4.6  # nats of the best: a rival, and what else is listed beside one, 1 % as probable
 ALIKE = 0.25  # nats of likelihood below which only priors tell two apart

@@ -12,7 +12,7 @@ import numpy as np
 from ins_eval.compensation import Samples
 from ins_eval.diagnosis.null import Believed, triad
 from ins_eval.effects.temperature import Temperature
-from ins_eval.evaluate import samples
+from ins_eval.navigation import samples
 from ins_eval.units import MINUTE
 
 SHORTEST_STEP_S, LONGEST_STEP_S = 5.0, 300.0

@@ -7,7 +7,7 @@ import numpy as np
 from ins_eval import metrics
 from ins_eval.ensemble.conditions import conditions
 from ins_eval.ensemble.world import World, beginning
-from ins_eval.evaluate import compensate, evaluate, samples
+from ins_eval.navigation import compensate, evaluate, samples
 from ins_eval.reference import bridge
 
 TRACK_PERIOD_S = 60.0

@@ -23,7 +23,7 @@ from ins_eval.compensation.refined import OvenRun, Refined
 from ins_eval.ensemble.changes import Attitude
 from ins_eval.ensemble.plan import Plan
 from ins_eval.ensemble.world import World, beginning
-from ins_eval.evaluate import compensate, evaluate, samples
+from ins_eval.navigation import compensate, evaluate, samples
 from ins_eval.recording import Recording
 from ins_eval.reference import Errors
 from ins_eval.streams import Streams

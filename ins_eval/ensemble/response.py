@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from ins_eval.ensemble.changes import Attitude
 from ins_eval.ensemble.world import beginning
-from ins_eval.evaluate import evaluate
 from ins_eval.imu import Mission
+from ins_eval.navigation import evaluate
 from ins_eval.recording import Imu, Recording
 from ins_eval.units import PPM
 

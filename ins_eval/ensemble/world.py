@@ -14,11 +14,11 @@ from ins_eval.earth import gravity
 from ins_eval.ensemble.changes import Attitude, Change, Setting
 from ins_eval.ensemble.plan import OVEN_RATE_HZ, SOURCES, Plan
 from ins_eval.errors import UsageError
-from ins_eval.evaluate import samples, standstill_to_align_on
 from ins_eval.gyro import GyroPopulation
 from ins_eval.imu import Instrument, Mission, Population
 from ins_eval.laboratory import Chamber
 from ins_eval.missions import Missions
+from ins_eval.navigation import samples, standstill_to_align_on
 from ins_eval.profile import Profile, load
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.streams import Streams

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -81,6 +82,7 @@ class Recording:
     reference: Fixes | None = None
     belief: Belief = field(default_factory=Belief)
     notes: tuple[str, ...] = field(default=())  # what a reader found and what it assumed, one sentence each
+    folder: Path = Path(".")  # to which files that the belief names are relative
 
     @cached_property
     def interval_s(self) -> np.ndarray:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from ins_eval.report import style
@@ -65,6 +65,15 @@ def render(
     return environment.get_template("page.html").render(
         title=title, answer=answer, sections=sections, drawings=inline, facts=facts
     )
+
+
+def embedded(
+    *, title: str, answer: str, sections: Sequence[Section], figures: Mapping[str, Figure], metrics: Mapping
+) -> str:
+    """The page as an element of another one, whose styles and those of this do not act on each other."""
+    drawings = {name: style.svg(figure) for name, figure in figures.items()}
+    html = render(title=title, answer=answer, sections=sections, drawings=drawings, metrics=metrics)
+    return f'<iframe srcdoc="{escape(html)}" style="width: 100%; height: 50em; border: 0"></iframe>'
 
 
 def inline_svg(name: str, drawing: str) -> str:

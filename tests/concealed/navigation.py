@@ -27,7 +27,7 @@ LEAST_GAIN = 0.05  # of the velocity RMS: where the truth itself gains less, the
 def reached(folder: Path) -> dict[str, float]:
     """Horizontal velocity RMS (m/s) and radial error rate (nmi/h) of a recording navigated as believed."""
     from ins_eval.compensation.file import believed_model
-    from ins_eval.evaluate import compensate, evaluate, measures, samples, standstill_to_align_on
+    from ins_eval.navigation import compensate, evaluate, measures, samples, standstill_to_align_on
     from ins_eval.recording import form
 
     recording = form.read(folder)

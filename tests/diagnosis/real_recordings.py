@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ins_eval.commands.diagnosis_page import page
 from ins_eval.diagnosis.answer import answer
 from ins_eval.diagnosis.verdict import Diagnosis
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EarthBelief, ScaleBelief
 from ins_eval.recording.readers import psins_mat, psins_text
 from ins_eval.report.diagnosis import diagnosis_content
+from ins_eval.report.diagnosis_page import page
 
 RECORDINGS = Path(__file__).parents[3] / "shared" / "recordings"
 LASER = RECORDINGS / "rlg_static_vehicle" / "lasergyro.imu"

@@ -35,8 +35,8 @@ from ins_eval import metrics
 from ins_eval.cli import main as ins_eval
 from ins_eval.compensation.file import believed_model, read_model
 from ins_eval.ensemble import Plan, World
-from ins_eval.evaluate import compensate, evaluate, measures, samples, standstill_to_align_on
 from ins_eval.imu import Mission
+from ins_eval.navigation import compensate, evaluate, measures, samples, standstill_to_align_on
 from ins_eval.profile import Anchor, Profile, load
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import Belief

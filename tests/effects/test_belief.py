@@ -11,7 +11,7 @@ import pytest
 from ins_eval.cli import main
 from ins_eval.effects import checked, without_effects
 from ins_eval.errors import DataRefused, UsageError
-from ins_eval.evaluate import compensate, evaluate, samples
+from ins_eval.navigation import compensate, evaluate, samples
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, EffectBelief
 from ins_eval.tables import parse, read_toml

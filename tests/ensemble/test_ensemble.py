@@ -20,7 +20,7 @@ from ins_eval.accelerometer import Contribution, Effect
 from ins_eval.accelerometer import Population as Accelerometers
 from ins_eval.ensemble import ARMS, SOURCES, Plan, World, fly
 from ins_eval.errors import UsageError
-from ins_eval.evaluate import evaluate
+from ins_eval.navigation import evaluate
 from ins_eval.reference import bridge
 
 MODEL = """\

@@ -14,8 +14,8 @@ import numpy as np
 from ins_eval import ensemble, metrics
 from ins_eval.ensemble import SOURCES, Plan, World
 from ins_eval.ensemble.attribution import attribution
-from ins_eval.evaluate import Evaluation, compensate, evaluate, measures, samples, standstill_to_align_on
 from ins_eval.imu import Mission
+from ins_eval.navigation import Evaluation, compensate, evaluate, measures, samples, standstill_to_align_on
 from ins_eval.paper_a.printed import FLIGHT as PAPER
 from ins_eval.profile import load
 from ins_eval.recording import Fixes, Recording

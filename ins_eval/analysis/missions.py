@@ -10,17 +10,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from ins_eval import ensemble, metrics
-from ins_eval.commands.flight_study import PAIRS as ALL_PAIRS
-from ins_eval.commands.flight_study import SHOWN_ARMS, ensemble_numbers
+from ins_eval.analysis.flight import PAIRS as ALL_PAIRS
+from ins_eval.analysis.flight import SHOWN_ARMS, ensemble_numbers
 from ins_eval.ensemble import MISSION, Plan, World
 from ins_eval.ensemble.conditions import VELOCITY, by_condition
 from ins_eval.errors import UsageError
 from ins_eval.missions import Missions
 from ins_eval.profile import load
-from ins_eval.report import figures
 from ins_eval.streams import Streams
 
 POPULATION = "worldwide"
@@ -68,7 +66,7 @@ def numbers(
     """
     plan, size = plans[LABEL]
     streams = Streams(plan.seed).at("missions")
-    arms, flown = _by_arm(members, names)
+    arms, flown = by_mission(members, names)
     missions = Missions.load(plan.missions).without(*plan.missions_off)
     flights = {label.partition("/")[2]: label for label in plans if label.startswith("flight/")}
     return {
@@ -86,29 +84,7 @@ def numbers(
     }
 
 
-def drawn(
-    members: Mapping[str, list[dict[str, Any]]], names: Mapping[str, str], streams: Streams
-) -> dict[str, Figure]:
-    """Figures of missions."""
-    arms, flown = _by_arm(members, names)
-    ceps = {n: metrics.cep(arms[n]["track_m"], streams.at("cep_band", n).rng()) for n in SHOWN_ARMS}
-    return {
-        "missions_cep_over_time": figures.cep_over_time(
-            time_s=arms["simple"]["track_s"][0],
-            cep_m={n: c.value for n, c in ceps.items()},
-            band_m={n: np.column_stack([c.low, c.high]) for n, c in ceps.items()},
-            size=flown["warmer_c"].size,
-            title="Circular error probable over time, over missions",
-        ),
-        "missions_by_temperature": figures.missions_by_temperature(
-            warmer_c=flown["warmer_c"],
-            ratios={n: arms[n][VELOCITY] / arms["simple"][VELOCITY] for n in SHOWN_ARMS if n != "simple"},
-            turns=flown["turns"],
-        ),
-    }
-
-
-def _by_arm(
+def by_mission(
     members: Mapping[str, list[dict[str, Any]]], names: Mapping[str, str]
 ) -> tuple[dict[str, dict[str, np.ndarray]], dict[str, np.ndarray]]:
     """Contributions of all missions by the name of the compensation, and what each mission was like."""

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ins_eval.earth import radii
-from ins_eval.evaluate import Evaluation, samples, since_start
+from ins_eval.navigation import Evaluation, samples, since_start
 from ins_eval.recording import Fixes, Recording
 from ins_eval.reference import Errors, bridge, raw_vertices
 from ins_eval.report import figures

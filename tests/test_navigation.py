@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from ins_eval.compensation import Samples
 from ins_eval.earth import gravity, radii
 from ins_eval.errors import DataRefused
-from ins_eval.evaluate import (
+from ins_eval.navigation import (
     at_antenna,
     compensate,
     evaluate,

@@ -1,0 +1,299 @@
+"""The recorded IMU against the one that a reference trajectory implies, channel by channel."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ins_eval import channels
+from ins_eval.alignment import Alignment, align
+from ins_eval.channels import Channel, Estimate, Windows, find_clock, fit_channels, in_windows
+from ins_eval.compensation.file import believed_model
+from ins_eval.effects import turned_start, without_effects
+from ins_eval.errors import DataRefused
+from ins_eval.implied import epoch_spacing_s, implied_increments
+from ins_eval.navigation import PARKED, compensate, samples
+from ins_eval.recording import Fixes, Recording, Start
+from ins_eval.recording.quiet import ENOUGH_FOR_ALIGNMENT_S, Stretch, choose_alignment, quiet_stretches
+from ins_eval.trajectory import Increments
+from ins_eval.units import DEG
+
+WINDOW_S = 1.0  # at least, and never below the spacing of the reference's epochs
+STANDSTILL_WINDOW_S, LONG_STANDSTILL_S = 5.0, 300.0  # coarse counts average out where there is time enough
+STANDSTILL_SPACING_S = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What the recording is held against, and how it is known."""
+
+    fixes: Fixes
+    kind: str  # "ins" or "standstill"
+    attitude: str  # "reference", "given" or "aligned"
+    time_offset_s: float = 0.0
+    lever_arm_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    attitude_sigma_rad: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingComparison:
+    """A recording against what its reference implies.
+
+    `fitted` holds one channel for each gyro and accelerometer, over `windows`; `close` are the shortest windows that
+    the reference allows. `clock` is the offset that the gyros show, None where they cannot; `fitted_with_clock` are
+    the channels with it, `used_s` is the offset that `windows` have.
+    """
+
+    recording: Recording
+    known: Known
+    windows: Windows
+    close: Windows
+    fitted: tuple[Channel, ...]
+    fitted_with_clock: tuple[Channel, ...] | None
+    clock: Estimate | None
+    used_s: float
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a channel: bias and scale factor with 95 % intervals, RMS as recorded and after the fit; SI."""
+        rows = {}
+        for channel in self.fitted:
+            bias, scale = channel.bias or channel.mean_difference, channel.terms[channel.axis]
+            rows[channel.name] = {
+                "bias": bias.value,
+                "bias_low": bias.low,
+                "bias_high": bias.high,
+                "scale_error": None if scale is None else scale.value,
+                "scale_error_low": None if scale is None else scale.low,
+                "scale_error_high": None if scale is None else scale.high,
+                "rms_as_recorded": channel.rms_before,
+                "rms_after_fit": channel.rms_after,
+            }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("channel")
+
+    @cached_property
+    def tree(self) -> dict[str, Any]:
+        """The tree ``ins-eval-comparison/1`` of ``metrics.json``."""
+        return _metrics(
+            self.recording, self.known, self.windows, self.fitted, self.fitted_with_clock, self.clock, self.used_s
+        )
+
+
+def compare_recording(recording: Recording, use_found_offset: bool = False) -> RecordingComparison:
+    """Compare a recording with its reference, or with the standstill that it is known to have had.
+
+    With `use_found_offset` the clock offset that the gyros show is used instead of the believed one.
+    Raises: DataRefused.
+    """
+    recording, velocity = without_effects(recording, _velocity(recording), recording.folder)
+    recording = replace(recording, start=turned_start(recording.start, recording.belief))
+    recorded = Increments(recording.imu.time_s, recording.imu.gyro, velocity)
+    known = _known(recording, recorded)
+    start_s, earth = recording.start.time_s, recording.belief.earth
+
+    def implied_at(offset_s: float) -> Increments:
+        return implied_increments(known.fixes, recorded.time_s, start_s, offset_s, known.lever_arm_m, earth)
+
+    def windows_at(offset_s: float, length_s: float) -> Windows:
+        return in_windows(recorded, implied_at(offset_s), start_s, length_s, stamp_s - offset_s)
+
+    length_s, stamp_s = _window_s(known), float(known.fixes.time_s[0])
+    clock = None
+    if known.kind == "ins":
+        clock = find_clock(recorded, implied_at, start_s, length_s, stamp_s, known.time_offset_s)
+    used_s = clock.value if clock is not None and use_found_offset else known.time_offset_s
+    windows = windows_at(used_s, length_s)
+    fitted = fit_channels(windows)
+    with_clock = None if clock is None else fit_channels(windows_at(clock.value, length_s))
+
+    close = windows_at(used_s, max(epoch_spacing_s(known.fixes), float(np.median(np.diff(recorded.time_s)))))
+    return RecordingComparison(recording, known, windows, close, fitted, with_clock, clock, used_s)
+
+
+def _window_s(known: Known) -> float:
+    spacing_s = epoch_spacing_s(known.fixes)
+    if known.kind == "standstill" and np.count_nonzero(known.fixes.valid) * spacing_s >= LONG_STANDSTILL_S:
+        return STANDSTILL_WINDOW_S
+    return spacing_s * max(1, round(WINDOW_S / spacing_s))
+
+
+def _velocity(recording: Recording) -> np.ndarray:
+    """Velocity increments (n, 3) in m/s as recorded; of pulses, what the recording believes they are worth."""
+    if recording.imu.accelerometer_form == "increment":
+        return recording.imu.accelerometer
+    if any(getattr(recording.belief.accelerometer, axis) is None for axis in "xyz"):
+        raise DataRefused(
+            f"{recording.folder}: the accelerometers deliver pulses, and recording.toml does not say what one is "
+            "worth; expected [accelerometer.x], [accelerometer.y] and [accelerometer.z], add them"
+        )
+    triad = [believed_model(recording.belief, axis, recording.folder) for axis in "xyz"]
+    return compensate(samples(recording), triad, recording.interval_s)
+
+
+def _known(recording: Recording, recorded: Increments) -> Known:
+    reference, believed = recording.reference, recording.belief.reference
+    if reference is not None and reference.attitude_rad is not None and np.isfinite(reference.attitude_rad).any():
+        return Known(reference, "ins", "reference", believed.time_offset_s, believed.lever_arm_m)
+    if recording.kind in PARKED or recording.start.still_until_s is not None:
+        return _standstill(recording, recorded)
+    raise DataRefused(
+        f"{recording.name}: it moves and has no reference with attitude, and only a known motion implies what an IMU "
+        "feels; expected a reference table with roll_deg, pitch_deg and heading_deg, or a recording at rest"
+    )
+
+
+def _standstill(recording: Recording, recorded: Increments) -> Known:
+    """The standstill at the start's position, in the stretches that are quiet.
+
+    An attitude that comes with its sigma is taken. Else each long quiet stretch is aligned by itself, since a vehicle
+    settles differently after every disturbance; where the gyros cannot find north, a given attitude is taken after all.
+    """
+    start = recording.start
+    stretches = _stretches(recording)
+    attitudes = [start.attitude_rad] * len(stretches)
+    sigmas, source = start.attitude_sigma_rad, "given"
+    if sigmas is None:
+        try:
+            found = [_aligned(start, recorded, stretch) for stretch in stretches]
+        except DataRefused:
+            if start.attitude_rad is None:
+                raise
+        else:
+            attitudes, source = [alignment.start.attitude_rad for alignment in found], "aligned"
+            level = max(alignment.level_sigma_rad for alignment in found)
+            sigmas = (level, level, max(alignment.heading_sigma_rad for alignment in found))
+    time_s = np.arange(start.time_s, recorded.time_s[-1] + STANDSTILL_SPACING_S, STANDSTILL_SPACING_S)
+    attitude = np.full((time_s.size, 3), np.nan)
+    for stretch, angles in zip(stretches, attitudes, strict=True):
+        attitude[(time_s >= stretch.start_s - 1e-6) & (time_s <= stretch.end_s + 1e-6)] = angles
+    fixes = Fixes(
+        time_s,
+        np.full(time_s.size, start.latitude_rad),
+        np.full(time_s.size, start.longitude_rad),
+        np.full(time_s.size, start.height_m),
+        np.zeros((time_s.size, 3)),
+        np.isfinite(attitude).all(axis=1),
+        attitude,
+    )
+    return Known(fixes, "standstill", source, attitude_sigma_rad=sigmas)
+
+
+def _stretches(recording: Recording) -> list[Stretch]:
+    """Where the vehicle stood: as written down, or the quiet stretches that are long enough, at least the longest."""
+    if recording.start.still_until_s is not None:
+        return [Stretch(recording.start.time_s, recording.start.still_until_s)]
+    quiet = quiet_stretches(recording.imu)
+    return [s for s in quiet if s.duration_s >= ENOUGH_FOR_ALIGNMENT_S] or [choose_alignment(quiet)]
+
+
+def _aligned(start: Start, recorded: Increments, stretch: Stretch) -> Alignment:
+    rows = slice(*np.searchsorted(recorded.time_s, [stretch.start_s + 1e-6, stretch.end_s + 1e-6]))
+    at = replace(start, time_s=stretch.start_s)
+    return align(recorded.time_s[rows], recorded.gyro[rows], recorded.velocity[rows], at)
+
+
+def _metrics(
+    recording: Recording,
+    known: Known,
+    windows: Windows,
+    fitted: tuple[Channel, ...],
+    with_clock: tuple[Channel, ...] | None,
+    clock: Estimate | None,
+    used_s: float,
+) -> dict[str, Any]:
+    reference = {
+        "kind": known.kind,
+        "attitude": known.attitude,
+        "epoch_spacing_s": epoch_spacing_s(known.fixes),
+        "window_s": windows.length_s,
+        "windows": int(windows.time_s.size),
+        "first_s": float(windows.time_s[0] - windows.length_s),
+        "last_s": float(windows.time_s[-1]),
+        "blocks": channels.BLOCKS,
+        "scale_limit": channels.LIMIT,
+    }
+    if known.attitude_sigma_rad is not None:
+        roll, pitch, heading = known.attitude_sigma_rad
+        reference |= {"level_sigma_deg": max(roll, pitch) / DEG, "heading_sigma_deg": heading / DEG}
+    result: dict[str, Any] = {
+        "format": "ins-eval-comparison/1",
+        "recording": {
+            "name": recording.name,
+            "kind": recording.kind,
+            "rate_hz": round(1.0 / float(np.median(np.diff(recording.imu.time_s))), 6),
+            "duration_s": float(recording.imu.time_s[-1] - recording.start.time_s),
+            "notes": list(recording.notes),
+        },
+        "reference": reference,
+        "clock": _clock(known, clock, used_s),
+        "gyro": {},
+        "accelerometer": {},
+    }
+    believed = {
+        "gyro": recording.belief.gyro.bias_radps,
+        "accelerometer": recording.belief.accelerometer.bias_mps2
+        if recording.imu.accelerometer_form == "increment"
+        else (0.0, 0.0, 0.0),  # of pulses it is in the velocity already
+    }
+    for k, channel in enumerate(fitted):
+        sensor, axis = channel.name.rsplit("_", 1)
+        entry = _channel(channel, believed[sensor][channel.axis])
+        if with_clock is not None:
+            entry["rms"]["after_fit_found_clock"] = with_clock[k].rms_after
+        result[sensor][axis] = entry
+    return result
+
+
+def _clock(known: Known, clock: Estimate | None, used_s: float) -> dict[str, Any]:
+    entry: dict[str, Any] = {"believed_s": known.time_offset_s, "used_s": used_s, "found_s": None}
+    if clock is not None:
+        return entry | {
+            "found_s": clock.value,
+            "standard_error_s": clock.standard_error,
+            "interval95_s": [clock.low, clock.high],
+        }
+    if known.kind == "standstill":
+        return entry | {"reason": "nothing moves at a standstill"}
+    return entry | {"reason": f"the motion does not determine it to {1e3 * channels.CLOCK_LIMIT_S:g} ms"}
+
+
+def _channel(channel: Channel, believed_bias: float) -> dict[str, Any]:
+    entry: dict[str, Any] = {
+        "mean_difference": _estimate(channel.mean_difference),
+        "bias": _estimate(channel.bias),
+        "scale_error": _estimate(channel.terms[channel.axis]),
+        "misalignment": {
+            other: _estimate(term)
+            for k, (other, term) in enumerate(zip("xyz", channel.terms, strict=True))
+            if k != channel.axis
+        },
+        "rms": {
+            "as_recorded": channel.rms_before,
+            "without_mean": channel.rms_without_mean,
+            "after_fit": channel.rms_after,
+        },
+        "attenuation": channel.attenuation if np.isfinite(channel.attenuation) else None,
+        "noise_density": channel.density if np.isfinite(channel.density) else None,
+        "neighbour_correlation": channel.neighbour_correlation,
+        "largest": {"value": channel.largest, "time_s": channel.largest_s},
+        "believed_bias": believed_bias,
+    }
+    if believed_bias:
+        found = asdict(channel.bias or channel.mean_difference)
+        for key in ("value", "low", "high"):
+            found[key] -= believed_bias
+        entry["found_minus_believed"] = _estimate(Estimate(**found))
+    return entry
+
+
+def _estimate(estimate: Estimate | None) -> dict[str, Any] | None:
+    if estimate is None:
+        return None
+    return {
+        "value": estimate.value,
+        "standard_error": estimate.standard_error,
+        "interval95": [estimate.low, estimate.high],
+    }

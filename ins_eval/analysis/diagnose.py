@@ -1,0 +1,87 @@
+"""Where recordings leave what is believed of them, from their folders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from ins_eval.diagnosis.answer import answer
+from ins_eval.diagnosis.case import Case, prepare
+from ins_eval.diagnosis.chamber import prepare_chamber
+from ins_eval.diagnosis.judge import judge
+from ins_eval.diagnosis.verdict import Diagnosis
+from ins_eval.errors import UsageError
+from ins_eval.recording import form
+from ins_eval.recording.belief import Belief, EffectBelief
+from ins_eval.recording.form.description import CHAMBER, open_folder
+from ins_eval.tables import parse, read_toml
+
+STEPS = 4  # of the search, beside one for each recording
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingsDiagnosis:
+    """A verdict over recordings; `written` are the effects of a belief that was written, if one was."""
+
+    diagnosis: Diagnosis
+    written: Sequence[EffectBelief] = ()
+
+    @cached_property
+    def answer(self) -> dict[str, Any]:
+        """The answer in the form ins-eval-diagnosis."""
+        return answer(self.diagnosis)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row an effect that was found, as the answer states it; empty where none was."""
+        return pd.json_normalize(self.answer["effects"], max_level=0)
+
+
+def diagnose_folders(
+    folders: Sequence[Path], belief_file: Path | None = None, step: Callable[[str], None] = lambda words: None
+) -> RecordingsDiagnosis:
+    """Diagnose recordings of one instrument together.
+
+    Parameters
+    ----------
+    folders : recordings in the form ins-recording/1
+    belief_file : believed of all of them, in place of what their own folders say
+    step : is told what comes next, once for each recording and `STEPS` times in the search
+
+    Raises: UsageError, DataRefused.
+    """
+    cases = []
+    for folder, name in zip(folders, _names(folders), strict=True):
+        step(folder.name)
+        cases.append(_case(folder, name, belief_file))
+    return RecordingsDiagnosis(judge(cases, step, belief_of(folders[0], belief_file)[0]))
+
+
+def belief_of(folder: Path, belief_file: Path | None) -> tuple[Belief, Path]:
+    """What is believed of a recording, and the folder to which the files that it names are relative."""
+    if belief_file is None:
+        return form.read_belief(folder), folder
+    tables = {key: table for key, table in read_toml(belief_file).items() if key in Belief.model_fields}
+    return parse(Belief, tables, str(belief_file)), belief_file.parent
+
+
+def _case(folder: Path, name: str, belief_file: Path | None) -> Case:
+    if not folder.is_dir():
+        raise UsageError(
+            f"{folder}: diagnose takes a folder in the form ins-recording/1; bring this file into the form first: "
+            "ins-eval import FORMAT FILE -o DIR"
+        )
+    belief, where = belief_of(folder, belief_file)
+    if open_folder(folder).description.kind == CHAMBER:
+        return prepare_chamber(form.read_chamber(folder), belief, name, where)
+    return prepare(replace(form.read(folder), name=name, belief=belief), where)
+
+
+def _names(folders: Sequence[Path]) -> list[str]:
+    """What the answer calls each recording: its own name, its folder where two have the same."""
+    names = [open_folder(folder).name if folder.is_dir() else folder.name for folder in folders]
+    return [str(f) if names.count(name) > 1 else name for f, name in zip(folders, names, strict=True)]

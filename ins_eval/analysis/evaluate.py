@@ -1,0 +1,311 @@
+"""How good an instrument is, from its own recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+
+from ins_eval.compensation import CompensationModel
+from ins_eval.compensation.file import SINGLE, believed_model, read_model
+from ins_eval.effects import without_effects
+from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.imu import Mission
+from ins_eval.navigation import (
+    PARKED,
+    Evaluation,
+    Restarts,
+    compensate,
+    evaluate,
+    height_aid,
+    measures,
+    restarts,
+    samples,
+    since_start,
+    standstill_to_align_on,
+)
+from ins_eval.profile import Place, Profile, Thermal, load
+from ins_eval.recording import Recording
+from ins_eval.recording.belief import Belief
+from ins_eval.recording.quiet import Stretch
+from ins_eval.tables import read_toml
+from ins_eval.trajectory import MAX_RATE_HZ, MIN_RATE_HZ
+from ins_eval.units import DEG
+
+AS_RECORDED, BELIEVED = "none", "believed"
+SHORTEST_NAVIGATION_S = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingEvaluation:
+    """A recording navigated once with each compensation.
+
+    `standstill` is the stretch it was aligned on (None: the attitude of its start was taken), `navigated` and
+    `restarts` are by compensation; `restarts` is empty where none were asked for.
+    """
+
+    recording: Recording
+    standstill: Stretch | None
+    navigated: Mapping[str, Evaluation]
+    restarts: Mapping[str, Restarts]
+
+    @property
+    def first(self) -> Evaluation:
+        """The first of the compensations; alignment and reference are the same for all."""
+        return next(iter(self.navigated.values()))
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples a second."""
+        return round(1.0 / float(np.median(np.diff(self.recording.imu.time_s))), 6)
+
+    @property
+    def reference(self) -> Literal["ins", "gps", "standstill"]:
+        """What the solution is compared with."""
+        reference = self.recording.reference
+        if reference is not None and np.isfinite(reference.latitude_rad).any():
+            return "ins"
+        return "gps" if self.recording.gps is not None else "standstill"
+
+    @cached_property
+    def floor(self) -> dict[str, Any]:
+        """The same navigation of an IMU without errors: at the same place for as long, or on the shipped flight."""
+        time_s = self.first.solution.time_s
+        return _floor(self.recording, float(time_s[-1] - time_s[0]), self.rate_hz)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a compensation: velocity RMS in m/s, radial error rates in nmi/h, last radial error in m."""
+        rows = {
+            name: {
+                **{f"velocity_rms_{axis}_mps": value for axis, value in found["velocity_rms_mps"].items()},
+                **{f"{rate}_nmi_per_h": value for rate, value in found["radial_error_rate_nmi_per_h"].items()},
+                "final_radial_error_m": found["final_radial_error_m"],
+            }
+            for name, found in self.tree["compensations"].items()
+        }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("compensation")
+
+    def errors_to_frame(self) -> pd.DataFrame:
+        """North, east and down errors of position in m and velocity in m/s at each epoch, by compensation."""
+        frames = {}
+        for name, navigated in self.navigated.items():
+            errors, time_s = since_start(navigated)
+            columns = {f"{axis}_m": getattr(errors, f"{axis}_m") for axis in ("north", "east", "down")}
+            columns |= {f"{axis}_mps": errors.velocity_n[:, k] for k, axis in enumerate(("north", "east", "down"))}
+            frames[name] = pd.DataFrame({"time_s": time_s, **columns, "valid": errors.valid})
+        return pd.concat(frames, names=["compensation", "epoch"])
+
+    @cached_property
+    def tree(self) -> dict[str, Any]:
+        """The tree ``ins-eval-evaluation/1`` of ``metrics.json``."""
+        recording, first = self.recording, self.first
+        errors, time_s = since_start(first)
+        result: dict[str, Any] = {
+            "format": "ins-eval-evaluation/1",
+            "recording": {
+                "name": recording.name,
+                "kind": recording.kind,
+                "rate_hz": self.rate_hz,
+                "duration_s": float(recording.imu.time_s[-1] - recording.start.time_s),
+                "notes": list(recording.notes),
+            },
+            "alignment": _alignment(recording, self.standstill, first),
+            "navigation": {
+                "start_s": float(first.solution.time_s[0]),
+                "end_s": float(first.solution.time_s[-1]),
+                "vertical": _vertical(recording),
+            },
+            "compensations": {
+                name: {**measures(e), "final_radial_error_m": _final_m(e)} for name, e in self.navigated.items()
+            },
+            "floor": self.floor,
+            "reference": {
+                "kind": self.reference,
+                "epochs": int(errors.valid.sum()),
+                "outages": len(errors.gaps),
+                "outage_s": float(sum(gap.duration_s for gap in errors.gaps)),
+                "first_s": float(time_s[0]),
+                "last_s": float(time_s[-1]),
+            },
+        }
+        if self.restarts:
+            result["restarts"] = {
+                name: {
+                    "count": piece.count,
+                    "after_s": [float(t) for t in piece.after_s],
+                    "position_rms_m": [float(p) for p in piece.position_rms_m],
+                    "velocity_rms_mps": [float(v) for v in piece.velocity_rms_mps],
+                }
+                for name, piece in self.restarts.items()
+            }
+        return result
+
+
+def evaluate_recording(
+    recording: Recording,
+    compensations: Sequence[str] = (),
+    restart_every_s: float | None = None,
+    models: Mapping[str, Sequence[CompensationModel]] | None = None,
+) -> RecordingEvaluation:
+    """Navigate a recording with each compensation and compare it with what is known.
+
+    Parameters
+    ----------
+    compensations : those wanted, by name or file; none: all that the recording has
+    restart_every_s : also in pieces of this length, see `navigation.restarts`
+    models : further compensations of pulses by name, a fitted model for each of x, y and z
+
+    Raises: DataRefused, UsageError.
+    """
+    arms = _arms(recording, compensations, models or {})
+    files = {name: file for name, file in _model_files(recording.folder, arms).items() if name in arms}
+    alike = [name for name, file in files.items() if SINGLE in read_toml(file)]
+    notes = [f"{name}: the one accelerometer of this file was taken for x, y and z alike." for name in alike]
+    recording = replace(recording, notes=(*recording.notes, *notes))
+    stand = standstill_to_align_on(recording)
+    left_s = recording.imu.time_s[-1] - (recording.start.time_s if stand is None else stand.end_s)
+    if left_s < SHORTEST_NAVIGATION_S:
+        raise DataRefused(
+            f"{recording.name}: the stretch to align on ends {left_s:.0f} s before the recording; expected at least "
+            f"{SHORTEST_NAVIGATION_S:.0f} s to navigate after it, record longer"
+        )
+    evaluations = {name: evaluate(arm.recording, arm.velocity, stand) for name, arm in arms.items()}
+    pieces = {}
+    if restart_every_s is not None:
+        pieces = {name: restarts(arm.recording, arm.velocity, restart_every_s) for name, arm in arms.items()}
+    return RecordingEvaluation(recording, stand, evaluations, pieces)
+
+
+@dataclass(frozen=True)
+class _Arm:
+    """One compensation of a recording: what is believed with it, and the velocity increments it makes."""
+
+    recording: Recording
+    velocity: np.ndarray
+
+
+def _arms(
+    recording: Recording, wanted: Sequence[str], models: Mapping[str, Sequence[CompensationModel]]
+) -> dict[str, _Arm]:
+    found = (
+        _of_pulses(recording, wanted, models)
+        if recording.imu.accelerometer_form == "pulse"
+        else _of_increments(recording)
+    )
+    unknown = [name for name in wanted if name not in found]
+    if unknown:
+        raise UsageError(f"{recording.name}: no compensation '{unknown[0]}' in it{did_you_mean(unknown[0], found)}")
+    return {name: arm for name, arm in found.items() if not wanted or name in wanted}
+
+
+def _of_pulses(
+    recording: Recording, wanted: Sequence[str], models: Mapping[str, Sequence[CompensationModel]]
+) -> dict[str, _Arm]:
+    folder = recording.folder
+    seen, believed = samples(recording), recording.belief.accelerometer
+    triads: dict[str, Sequence[CompensationModel]] = {}
+    if all(getattr(believed, axis) is not None for axis in "xyz"):
+        triads[BELIEVED] = [believed_model(recording.belief, axis, folder) for axis in "xyz"]
+    for name, file in _model_files(folder, wanted).items():
+        triads[name] = [read_model(file, axis) for axis in "xyz"]
+    triads |= models
+    if not triads:
+        raise DataRefused(
+            f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
+            "[accelerometer.x], .y and .z in recording.toml, or a model with --compensation FILE.toml"
+        )
+    other = replace(recording, belief=_of_other_accelerometers(recording.belief))
+    velocity = {name: compensate(seen, triad, recording.interval_s) for name, triad in triads.items()}
+    return {
+        name: _Arm(*without_effects(recording if name == BELIEVED else other, of_arm, folder))
+        for name, of_arm in velocity.items()
+    }
+
+
+def _of_other_accelerometers(belief: Belief) -> Belief:
+    """A belief without the effects that hold for its own compensation of the accelerometers only."""
+    own = ("accelerometer.", "temperature.")
+    kept = [
+        one
+        for one in belief.effects
+        if not one.name.startswith(own) and not (one.form or "").startswith("accelerometer")
+    ]
+    return belief.model_copy(update={"effects": tuple(kept)})
+
+
+def _model_files(folder: Path, wanted: Sequence[str]) -> dict[str, Path]:
+    """Compensation files beside the recording, and those that were asked for."""
+    files = {file.stem: file for file in sorted((folder / "compensation").glob("*.toml"))}
+    return files | {name: Path(name) for name in wanted if name.endswith(".toml")}
+
+
+def _of_increments(recording: Recording) -> dict[str, _Arm]:
+    belief = recording.belief
+    bare = belief.model_copy(
+        update={"gyro": belief.gyro.model_copy(update={"bias_radps": (0.0, 0.0, 0.0)}), "effects": ()}
+    )
+    arms = {AS_RECORDED: _Arm(replace(recording, belief=bare), recording.imu.accelerometer)}
+    bias = np.asarray(belief.accelerometer.bias_mps2)
+    if bias.any() or any(belief.gyro.bias_radps) or belief.effects:
+        velocity = recording.imu.accelerometer - bias * recording.interval_s[:, None]
+        arms[BELIEVED] = _Arm(*without_effects(recording, velocity, recording.folder))
+    return arms
+
+
+def _final_m(evaluation: Evaluation) -> float:
+    errors = evaluation.errors
+    last = np.flatnonzero(errors.valid)[-1]
+    return float(np.hypot(errors.north_m[last], errors.east_m[last]))
+
+
+def _alignment(recording: Recording, stand: Stretch | None, evaluation: Evaluation) -> dict[str, Any]:
+    begin = recording.start if evaluation.alignment is None else evaluation.alignment.start
+    roll, pitch, heading = (float(a / DEG) for a in begin.attitude_rad)
+    found = {"roll_deg": roll, "pitch_deg": pitch, "heading_deg": heading % 360.0}
+    if evaluation.alignment is not None:
+        found["stretch_s"] = [stand.start_s, stand.end_s]
+        found["heading_sigma_deg"] = evaluation.alignment.heading_sigma_rad / DEG
+        if recording.start.attitude_rad is not None:
+            found["documented_heading_deg"] = float(recording.start.attitude_rad[2] / DEG) % 360.0
+    return found
+
+
+def _vertical(recording: Recording) -> str:
+    """What steadied the vertical channel, in words."""
+    source = recording.belief.height.source
+    if source == "baro" and recording.imu.height_baro_m is not None:
+        return "damped by baro height"
+    if height_aid(recording) is not None:
+        return "damped by GPS height"
+    return "damped by the known height" if recording.kind in PARKED else "free: no height was recorded to steady it"
+
+
+def _floor(recording: Recording, duration_s: float, rate_hz: float) -> dict[str, float]:
+    """The same navigation of an IMU without errors: at the same place for as long, or on the shipped flight."""
+    if recording.kind in PARKED:
+        start = recording.start
+        place = Place(
+            latitude_deg=start.latitude_rad / DEG,
+            longitude_deg=start.longitude_rad / DEG,
+            height_m=start.height_m,
+            heading_deg=0.0,
+            stand_s=0.0,
+        )
+        still = Thermal(self_heating_c=0.0)
+        profile = Profile(name="standstill", kind="static", duration_s=duration_s, start=place, thermal=still)
+    else:
+        profile = load("climb-cruise-landing")
+    rate_hz = float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ))
+    ideal = Mission(profile, rate_hz).ideal()
+    errors = evaluate(ideal, ideal.imu.accelerometer).errors
+    return {
+        "rate_hz": rate_hz,
+        "profile": profile.name,
+        "horizontal_m": float(np.hypot(errors.north_m, errors.east_m).max()),
+        "velocity_mps": float(np.abs(errors.velocity_n[:, :2]).max()),
+    }

@@ -1,0 +1,62 @@
+"""Figures of a recording that was compared with its reference."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ins_eval.analysis.compare import RecordingComparison
+from ins_eval.channels import Windows
+from ins_eval.report import figures
+from ins_eval.report.comparison import axis_units, units
+
+SHOWN_EPOCHS = 300  # of the stretch that is drawn closely
+
+
+def comparison_figures(comparison: RecordingComparison, result: Mapping[str, Any]) -> dict[str, Figure]:
+    """Every figure by its name; `result` is the tree of the comparison."""
+    close, windows, fitted = comparison.close, comparison.windows, comparison.fitted
+    size = np.repeat([unit.size for unit in units(result).values()], 3)
+    shown = _liveliest(close)
+    names = axis_units(result)
+    drawn = {
+        "sensor_signals": figures.sensor_signals(
+            time_s=close.time_s[shown],
+            recorded=close.recorded[shown] / size,
+            implied=close.implied[shown] / size,
+            units=names,
+            window_s=close.length_s,
+        ),
+        "sensor_residuals": figures.sensor_residuals(
+            time_s=windows.time_s,
+            before=windows.difference / size,
+            after=np.column_stack([channel.remaining for channel in fitted]) / size,
+            units=names,
+            window_s=windows.length_s,
+        ),
+    }
+    if any(channel.terms[channel.axis] for channel in fitted):
+        own = np.column_stack([channel.remaining + channel.level_and_slope(windows) for channel in fitted])
+        drawn["sensor_scatter"] = figures.sensor_scatter(
+            implied=windows.implied / size,
+            difference=own / size,
+            fitted=[
+                (channel.bias.value / unit, channel.terms[channel.axis].value) if channel.terms[channel.axis] else None
+                for channel, unit in zip(fitted, size, strict=True)
+            ],
+            units=names,
+            window_s=windows.length_s,
+        )
+    return drawn
+
+
+def _liveliest(windows: Windows) -> slice:
+    """The stretch of at most `SHOWN_EPOCHS` windows in which the gyros move most."""
+    count = min(SHOWN_EPOCHS, windows.time_s.size)
+    power = np.square(windows.implied[:, :3]).sum(axis=1)
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    first = int(np.argmax(total[count:] - total[:-count]))
+    return slice(first, first + count)

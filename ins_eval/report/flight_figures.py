@@ -1,0 +1,105 @@
+"""Figures of the flight report: the flight shown in full, all instruments, missions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ins_eval import metrics
+from ins_eval.analysis.flight import PAPER, SHOWN_ARMS, SINGLE_FLIGHT, Shown
+from ins_eval.analysis.fly import FlightStudy
+from ins_eval.analysis.missions import by_mission
+from ins_eval.ensemble import ARMS, SOURCES
+from ins_eval.ensemble.conditions import VELOCITY
+from ins_eval.report import figures
+from ins_eval.report.recording_figures import path, temperature, traces
+from ins_eval.streams import Streams
+
+DRAWN = ("simple", "simple_refined", "hysteresis", "hysteresis_refined")  # in figures with one curve for each
+
+
+def study_figures(study: FlightStudy) -> dict[str, Figure]:
+    """Every figure by its name."""
+    tree, seed = study.tree, study.plan.seed
+    drawn = {
+        **flight_figures(study.shown, tree),
+        **ensemble_figures(study.arms, tree, Streams(seed).at("bootstrap")),
+    }
+    if "missions" in tree:
+        drawn |= missions_figures(*by_mission(study.members, study.names), Streams(seed).at("missions"))
+    return drawn
+
+
+def flight_figures(shown: Shown, result: dict[str, Any]) -> dict[str, Figure]:
+    """Figures of the flight shown."""
+    recording, profile = shown.recording, shown.mission.profile
+    gaps = next(iter(shown.navigated.values())).errors.gaps
+    return {
+        **path(recording.gps, 0.0, [(gap.start_s, gap.end_s) for gap in gaps]),
+        **temperature(recording, [(p.name, p.from_s, p.to_s) for p in profile.phase], shown.mission.temperature),
+        **traces(
+            recording,
+            shown.navigated,
+            floor_m=result["floor"]["horizontal_m"],
+            rms_mps={name: single["velocity_rms_mps"] for name, single in result["flight"].items()},
+            raw=("simple", "hysteresis_refined"),
+        ),
+    }
+
+
+def ensemble_figures(arms, result: dict[str, Any], rng: Streams) -> dict[str, Figure]:
+    """Figures of all instruments."""
+    of_all = result["ensemble"]
+    shown = [name for name in arms if name in DRAWN or name not in ARMS]
+    ceps = {n: metrics.cep(arms[n]["track_m"], rng.at("cep_band", n).rng()) for n in shown}
+    headline = of_all["improvement"]["hysteresis_refined/simple"]
+    measures = ("velocity_rms_horizontal", "cep_rate_final", "cep_rate_radial_error_rate_rms")
+    budget = {source: result["budget"][source] for source in SOURCES}
+    return {
+        "cep_over_time": figures.cep_over_time(
+            time_s=arms["simple"]["track_s"][0],
+            cep_m={n: c.value for n, c in ceps.items()},
+            band_m={n: np.column_stack([c.low, c.high]) for n, c in ceps.items()},
+            size=of_all["size"],
+        ),
+        "improvement_per_instrument": figures.improvement_per_instrument(
+            ratios={m: arms["hysteresis_refined"][m] / arms["simple"][m] for m in measures},
+            fraction_improved=headline["fraction_improved"],
+        ),
+        "error_budget": figures.error_budget(budget=budget, size=result["budget"]["size"]),
+        "velocity_rms_by_compensation": figures.velocity_rms_by_compensation(
+            rms_mps={n: of_all[n]["velocity_rms_mps"] for n in arms if n != "none"},
+            paper_mps=PAPER["table7"],
+            size=of_all["size"],
+        ),
+        "single_flight_rates": figures.single_flight_rates(
+            rates_nmi_per_h={
+                d: {n: arms[n][f"cep_rate_{d}"] for n in ("simple", "hysteresis_refined")} for d in SINGLE_FLIGHT
+            },
+            paper_nmi_per_h=PAPER["cep"],
+        ),
+    }
+
+
+def missions_figures(
+    arms: Mapping[str, Mapping[str, np.ndarray]], flown: Mapping[str, np.ndarray], streams: Streams
+) -> dict[str, Figure]:
+    """Figures of missions."""
+    ceps = {n: metrics.cep(arms[n]["track_m"], streams.at("cep_band", n).rng()) for n in SHOWN_ARMS}
+    return {
+        "missions_cep_over_time": figures.cep_over_time(
+            time_s=arms["simple"]["track_s"][0],
+            cep_m={n: c.value for n, c in ceps.items()},
+            band_m={n: np.column_stack([c.low, c.high]) for n, c in ceps.items()},
+            size=flown["warmer_c"].size,
+            title="Circular error probable over time, over missions",
+        ),
+        "missions_by_temperature": figures.missions_by_temperature(
+            warmer_c=flown["warmer_c"],
+            ratios={n: arms[n][VELOCITY] / arms["simple"][VELOCITY] for n in SHOWN_ARMS if n != "simple"},
+            turns=flown["turns"],
+        ),
+    }

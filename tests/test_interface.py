@@ -1,0 +1,98 @@
+"""The public interface: what a notebook gets is what the command line writes."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ins_eval as ie
+from ins_eval.cli import main
+from ins_eval.errors import UsageError
+
+
+@pytest.fixture(scope="module")
+def flight():
+    return ie.simulate("straight", rate_hz=10.0)
+
+
+@pytest.fixture(scope="module")
+def folder(flight, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("interface") / "flight"
+    flight.write(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(folder):
+    return ie.evaluate(ie.read(folder))
+
+
+def test_evaluation_is_that_of_the_command_line(folder, result, tmp_path, capsys):
+    assert main(["evaluate", str(folder), "--output", str(tmp_path)]) == 0
+    assert str(result).splitlines()[:3] == capsys.readouterr().out.splitlines()[:3]
+    assert json.loads((tmp_path / "metrics.json").read_bytes()) == result.metrics
+    frame = result.to_frame()
+    for name, found in result.metrics["compensations"].items():
+        assert frame.loc[name, "velocity_rms_horizontal_mps"] == found["velocity_rms_mps"]["horizontal"]
+
+
+def test_frame_of_errors_holds_what_the_figures_are_made_of(result):
+    """The RMS that is reported is that of the valid rows."""
+    errors = result.found.errors_to_frame().loc["believed"]
+    rms = np.sqrt(np.mean(errors.north_mps[errors.valid] ** 2))
+    assert rms == pytest.approx(result.to_frame().loc["believed", "velocity_rms_north_mps"], rel=1e-12)
+
+
+def test_result_shows_as_a_page_of_its_own(result):
+    html = result._repr_html_()
+    assert html.startswith("<iframe srcdoc=") and html.count("<iframe") == 1
+    assert "&lt;svg" in html and "<svg" not in html
+
+
+def test_figure_that_there_is_not_is_refused_with_those_meant(result):
+    assert result.plot("position_error") is result.figures["position_error"]
+    with pytest.raises(UsageError, match="did you mean 'position_error'"):
+        result.plot("positon_error")
+
+
+def test_models_from_memory_are_those_of_the_files(flight, result):
+    """A researcher's own triad needs no file."""
+    own = ie.evaluate(flight.recording, models={"mine": flight.models["hysteresis"]}, compensations=["mine"])
+    assert own.to_frame().loc["mine"].to_numpy() == pytest.approx(result.to_frame().loc["hysteresis"].to_numpy())
+
+
+def test_instruments_that_fly_are_those_of_the_report(tmp_path):
+    flown = ie.fly("straight", size=4, missions=0, seed=3, members=tmp_path / "members", workers=1, quiet=True)
+    frame = flown.to_frame()
+    assert frame.loc["simple"].shape[0] == 4
+    rms = np.sqrt(np.mean(frame.loc["simple", "velocity_rms_horizontal"] ** 2))
+    reported = flown.metrics["ensemble"]["simple"]["velocity_rms_mps"]["horizontal"]["value"]
+    assert rms == pytest.approx(reported, rel=1e-12)
+
+
+def test_a_chamber_is_no_recording_to_evaluate(tmp_path):
+    assert main(["simulate", "chamber", "-o", str(tmp_path / "chamber"), "--quiet"]) == 0
+    with pytest.raises(UsageError, match="calibrate or diagnose it"):
+        ie.read(tmp_path / "chamber")
+    frame = ie.calibrate([tmp_path / "chamber"]).to_frame()
+    assert {"none", "simple", "quadratic", "hysteresis"} <= set(frame.index.get_level_values("model"))
+
+
+def test_every_public_name_is_there():
+    for name in ie.__all__:
+        assert getattr(ie, name) is not None
+    assert set(dir(ie)) == set(ie.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'evaluat'"):
+        _ = ie.evaluat
+
+
+def test_import_alone_loads_nothing():
+    """Not even numpy: the command line and a notebook start at once."""
+    script = "import sys, ins_eval; print({'numpy', 'numba', 'pandas', 'pydantic'} & set(sys.modules))"
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert result.stdout == "set()\n"
