@@ -219,9 +219,12 @@ def _temperature(results: Mapping) -> list[Block]:
     found = results.get("temperature")
     if not found:
         return []
-    of = {"room": "room", "far": f"{found['large_change_c']:g} °C"}
-    rows = [(words, *(with_interval(found[k][arm][e], 1) for k in of for e in ERRORS)) for arm, words in ARMS.items()]
-    rows.append(("no change of temperature", *(number(found["floor"][error], 1) for _ in of for error in ERRORS)))
+    of = {"room": "In a room", "far": f"After a change of {found['large_change_c']:g} °C"}
+    floor = ("no change of temperature", *(number(found["floor"][error], 1) for error in ERRORS))
+    rows = {
+        k: [*((words, *(with_interval(found[k][arm][e], 1) for e in ERRORS)) for arm, words in ARMS.items()), floor]
+        for k in of
+    }
     low, high = found["chamber_c"]
     per_c = [number(found["ppm_per_c"][key], 1) for key in ("gain", "current_step", "output")]
     left = [with_interval(found["far"]["tests_and_output"][f"{error}_ratio"], 4) for error in ERRORS]
@@ -237,8 +240,12 @@ def _temperature(results: Mapping) -> list[Block]:
         "RMS over units of estimate less injected drift, and of N_out(1) − N_out(0), with 95 % intervals over units; "
         "the same tests in every line. Room: six repetitions. Our parts have constant coefficients and one temperature."
     )
-    header = ("", *(f"{words}, {error}" for words in of.values() for error in ERRORS.values()))
-    return [*paragraphs(text), *table("Errors with temperature taken out", header, rows, note)]
+    tables = [
+        block
+        for k, words in of.items()
+        for block in table(f"{words}: errors", ("", *ERRORS.values()), rows[k], note if k == "far" else "")
+    ]
+    return [*paragraphs(text), *tables]
 
 
 def _attraction(results: Mapping) -> list[Block]:
