@@ -59,12 +59,22 @@ def test_the_wheel_holds_the_package_and_its_data_and_nothing_else(repository: P
     assert "ins_eval/trajectories/missions/worldwide.toml" in held
     assert any(re.fullmatch(r"ins_eval/accelerometer/presets/.*\.toml", name) for name in held)
     assert any(re.fullmatch(r"ins_eval/report/templates/.*", name) for name in held)
+    assert {"ins_eval/gate.toml", "ins_eval/py.typed"} <= held
 
 
 def test_the_installed_wheel_runs_outside_the_checkout(installed: Path, tmp_path: Path) -> None:
     where = run_installed(installed, tmp_path, "-c", "import ins_eval; print(ins_eval.__file__)")
     assert Path(where.strip()).is_relative_to(installed)
     assert "flight-report" in run_installed(installed, tmp_path, "-m", "ins_eval.cli", "--help")
+
+
+def test_the_installed_gate_knows_what_was_committed(installed: Path, tmp_path: Path) -> None:
+    """Its file is read before the profile, so where the profile is refused the file was found."""
+    environment = {**os.environ, "PYTHONPATH": str(installed)}
+    command = [sys.executable, "-m", "ins_eval.cli", "check-cep", "--profile", "no-such-flight"]
+    result = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert result.returncode == 2
+    assert result.stderr.startswith("ins-eval: no profile 'no-such-flight'"), result.stderr
 
 
 @pytest.mark.slow
