@@ -11,7 +11,7 @@
     NAME^2              square of the recorded column NAME
     change, square, rate, lag, branch of a recorded column: see `composed`
 
-Source of the conventions: EFFECTS.md and RECORDING.md.
+The conventions: docs/effects.md and docs/recording.md.
 """
 
 from __future__ import annotations
