@@ -241,11 +241,17 @@ def test_the_further_column_that_an_effect_uses_stands_in_the_page() -> None:
     assert all(f"`{name}`" in text for name in used - {"T", "r"})
 
 
+def test_the_further_column_of_a_chamber_that_is_used_stands_in_the_page(repository: Path) -> None:
+    sources = [file.read_text() for file in (repository / "ins_eval").rglob("*.py")]
+    used = {name for text in sources for name in re.findall(r'readings\.further\.get\("(\w+)"', text)}
+    assert used and used == set(columns("chamber")) - {"time_s", "run", "input_g", "rate_c_per_min", "temperature_c",
+                                                       "output", "unit_id"}  # fmt: skip
+
+
 # ------------------------------------------------------------------------------------------------ effects
 
 # how a multiplier and a slow factor stand in the page
-FACTORS = {"1": "", "T": "(T - T0)", "T^2": "(T - T0)^2", "r T": "r (T - T0)", "creep": "(y - y(0))", "branch": "h",
-           "step": "s", "f f_pendulous": "f f_p", "f f_output": "f f_o"}  # fmt: skip
+FACTORS = {"1": "", "creep": "(y - y(0))", "branch": "h", "step": "s", "f f_pendulous": "f f_p", "f f_output": "f f_o"}
 
 
 def effects() -> dict[str, Row]:
@@ -272,7 +278,7 @@ def test_the_error_of_an_effect_is_that_of_the_page(name: str) -> None:
     effect = VOCABULARY[name]
     several = len(effect.multipliers) > 1
     multiplier = f"{effect.multipliers[0][0]}_other" if several else effect.multipliers[0]
-    parts = ("v", *(FACTORS.get(one, one) for one in (multiplier, effect.slow)))
+    parts = ("v", *(FACTORS.get(one, re.sub(r"\bT\b", "(T - T0)", one)) for one in (multiplier, effect.slow)))
     assert effects()[name]["error"] == " ".join(part for part in parts if part)
 
 
