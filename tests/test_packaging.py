@@ -101,6 +101,23 @@ def test_the_lock_holds_every_dependency(repository: Path) -> None:
     assert {re.match(r"[A-Za-z0-9_-]+", line)[0] for line in wanted} <= set(locked)
 
 
+def test_the_version_is_the_newest_of_the_changelog(repository: Path) -> None:
+    project = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
+    entries = re.findall(r"^## \[(\d+\.\d+\.\d+)\] - \d{4}-\d\d-\d\d$", (repository / "CHANGELOG.md").read_text(), re.M)
+    assert entries[0] == project["version"]
+    assert sorted(entries, key=lambda version: [int(part) for part in version.split(".")], reverse=True) == entries
+
+
+def test_continuous_integration_runs_every_python_that_is_named(repository: Path) -> None:
+    project = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
+    named = [one.rpartition(" ")[2] for one in project["classifiers"] if "Python ::" in one]
+    workflow = (repository / ".github" / "workflows" / "ci.yml").read_text()
+    (matrix,) = re.findall(r"^ +python-version: \[(.*)\]$", workflow, re.MULTILINE)
+    assert re.findall(r'"([\d.]+)"', matrix) == named
+    assert project["requires-python"] == f">={named[0]}"
+    assert "python-version: ${{ matrix.python-version }}" in workflow
+
+
 def test_make_alone_prints_every_target(repository: Path) -> None:
     makefile = (repository / "Makefile").read_text()
     targets = set(re.search(r"^\.PHONY: (.*)$", makefile, re.MULTILINE)[1].split())
