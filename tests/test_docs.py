@@ -471,7 +471,7 @@ def test_every_link_and_every_file_of_the_pages_exists(repository: Path) -> None
     pages = [*DOCS.glob("*.md"), repository / "CONTRIBUTING.md", repository / "CHANGELOG.md", repository / "README.md"]
     for page in pages:
         text = re.sub(r"new file `[^`]+`", "", page.read_text())
-        for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):
+        for target in re.findall(r"\]\((?!https:)([^)#]+)[^)]*\)", text):
             assert (page.parent / target).exists(), f"{page.name}: {target}"
         for path in re.findall(r"`((?:ins_eval|tests|docs|trajectories)/[\w./-]+)`", text):
             assert (repository / path).exists(), f"{page.name}: {path}"
