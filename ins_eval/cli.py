@@ -249,8 +249,8 @@ def _parser() -> argparse.ArgumentParser:
     gate.add_argument(
         "--committed",
         type=Path,
-        default=Path("tests/golden/cep-gate.toml"),
-        help="the committed gains (default: %(default)s)",
+        metavar="FILE",
+        help="the committed gains (default: gate.toml of the package)",
     )
     gate.add_argument("--profile", default="climb-cruise-landing", help=argparse.SUPPRESS)
     gate.add_argument(

@@ -12,6 +12,7 @@ one, R <= 1 - (1 - R_n)/2. In 3 and 4 a quantity Q of N instruments is compared 
 
     |log(Q / Q_n)| <= z sd_n sqrt(n/N + 1)        in 3 from above only
 
+What is committed stands in ``gate.toml`` beside this module (`COMMITTED_FILE`).
 sd_n is the standard deviation of log Q over ensembles of n. z leaves an unchanged run the probability (1 - P)/k to fail
 in one of the k conditions, so that all of them together hold with the probability P or more, however they depend.
 """
@@ -32,6 +33,8 @@ from ins_eval.ensemble import Plan
 from ins_eval.metrics import Estimate
 from ins_eval.streams import Streams
 from ins_eval.tables import Strict
+
+COMMITTED_FILE = Path(__file__).with_name("gate.toml")
 
 ARMS = ("simple", "hysteresis", "simple_refined", "hysteresis_refined")
 MEASURES = {"cep_rate_final": "CEP rate", "velocity_rms_horizontal": "velocity RMS"}

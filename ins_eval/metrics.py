@@ -6,7 +6,7 @@ are in nmi, t in h, rates in nmi/h.
 
 One flight has a *radial error rate*. A CEP, the radius that holds half of the flights, needs an ensemble;
 `DEFINITIONS` holds every definition of a CEP rate in use here, because on the same data they differ by more than
-the effect that is looked for.
+the effect that is looked for: docs/metrics.md.
 """
 
 from __future__ import annotations

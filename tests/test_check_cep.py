@@ -229,7 +229,7 @@ def misses(committed: Committed, size: int) -> dict[tuple[str, ...], float]:
 
 
 def test_all_conditions_together_have_the_power_that_is_stated(committed: Committed, repository: Path) -> None:
-    for each in (committed, parse(Committed, read_toml(repository / "tests/golden/cep-gate.toml"), "")):
+    for each in (committed, parse(Committed, read_toml(repository / "ins_eval/gate.toml"), "")):
         assert 1.0 - sum(misses(each, each.power_size).values()) >= POWER
         fewer = misses(each, int(0.7 * each.power_size))
         assert max(fewer.values()) > (1.0 - POWER) / COUNT
@@ -289,7 +289,7 @@ def test_what_is_committed_is_what_is_then_held(made_up: Gate, committed: Commit
 
 
 def test_committed_numbers_were_not_found_with_the_seed_of_the_gate(repository: Path) -> None:
-    committed = parse(Committed, read_toml(repository / "tests/golden/cep-gate.toml"), "")
+    committed = parse(Committed, read_toml(repository / "ins_eval/gate.toml"), "")
     assert committed.seed != DEFAULT_SEED
     assert min(committed.size.paper, committed.size.missions) >= 1000
     assert [gain for gain, *_ in committed.gains()] == [1, 1, 2]
@@ -301,6 +301,6 @@ def test_committed_numbers_were_not_found_with_the_seed_of_the_gate(repository: 
 def test_the_real_gate_is_met(seed: int, repository: Path, tmp_path: Path, capsys) -> None:
     from ins_eval.cli import main
 
-    committed = str(repository / "tests/golden/cep-gate.toml")
+    committed = str(repository / "ins_eval/gate.toml")
     code = main(["check-cep", "--seed", str(seed), "--committed", committed, "--output", str(tmp_path)])
     assert code == 0, capsys.readouterr().err

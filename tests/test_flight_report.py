@@ -16,6 +16,7 @@ import pytest
 
 from ins_eval import metrics
 from ins_eval.ensemble import ARMS, SOURCES, Store
+from tests.test_docs import missing_figures
 
 FLOOR_M = 1e-3  # horizontal, zero sensor error, 100 Hz: the floor that is promised
 DAY_S = 86400.0
@@ -72,6 +73,11 @@ def test_promised_keys_are_there(numbers: dict[str, Any]) -> None:
             assert set(of_all["improvement"][pair][measure]) >= {"ratio", "interval95"}
     assert numbers["floor"]["horizontal_m"] > 0.0
     assert set(numbers["budget"]) == {"size", "size_beside", *SOURCES}
+
+
+def test_what_the_page_on_metrics_promises_is_there(numbers: dict[str, Any]) -> None:
+    assert missing_figures("flight-report", numbers) == []
+    assert "ensemble" in numbers["missions"]
 
 
 def test_every_definition_has_words_formula_and_window(numbers: dict[str, Any]) -> None:

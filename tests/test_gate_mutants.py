@@ -149,7 +149,7 @@ def replace(folder: Path, file: str, old: str, new: str) -> None:
 def run(folder: Path, repository: Path, size: int, workers: int = 2) -> subprocess.CompletedProcess[str]:
     """Run the gate of the package in `folder`, held against the committed file of the repository."""
     command = [sys.executable, "-m", "ins_eval.cli", "check-cep", "--ensemble", str(size), "--workers", str(workers)]
-    command += ["--committed", str(repository / "tests/golden/cep-gate.toml"), "--output", str(folder / "out")]
+    command += ["--committed", str(repository / "ins_eval/gate.toml"), "--output", str(folder / "out")]
     environment = {**os.environ, "PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1"}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 

@@ -60,6 +60,7 @@ def test_the_wheel_holds_the_package_and_its_data_and_nothing_else(repository: P
     assert "ins_eval/trajectories/missions/worldwide.toml" in held
     assert any(re.fullmatch(r"ins_eval/accelerometer/presets/.*\.toml", name) for name in held)
     assert any(re.fullmatch(r"ins_eval/report/templates/.*", name) for name in held)
+    assert {"ins_eval/gate.toml", "ins_eval/py.typed"} <= held
 
 
 def test_the_installed_wheel_runs_outside_the_checkout(installed: Path, tmp_path: Path) -> None:
@@ -85,6 +86,15 @@ def test_the_installed_wheel_loads_navigates_and_scores_a_recording_in_five_line
     assert (tmp_path / "position_error.png").stat().st_size > 10_000
 
 
+def test_the_installed_gate_knows_what_was_committed(installed: Path, tmp_path: Path) -> None:
+    """Its file is read before the profile, so where the profile is refused the file was found."""
+    environment = {**os.environ, "PYTHONPATH": str(installed)}
+    command = [sys.executable, "-m", "ins_eval.cli", "check-cep", "--profile", "no-such-flight"]
+    result = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert result.returncode == 2
+    assert result.stderr.startswith("ins-eval: no profile 'no-such-flight'"), result.stderr
+
+
 @pytest.mark.slow
 def test_the_installed_wheel_makes_the_flight_report(installed: Path, tmp_path: Path) -> None:
     command = str(installed / "bin" / "ins-eval")
@@ -107,6 +117,23 @@ def test_the_lock_holds_every_dependency(repository: Path) -> None:
     wanted = project["project"]["dependencies"] + project["dependency-groups"]["dev"]
     locked = re.findall(r"^([A-Za-z0-9._-]+)==", (repository / "requirements.lock").read_text(), re.MULTILINE)
     assert {re.match(r"[A-Za-z0-9_-]+", line)[0] for line in wanted} <= set(locked)
+
+
+def test_the_version_is_the_newest_of_the_changelog(repository: Path) -> None:
+    project = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
+    entries = re.findall(r"^## \[(\d+\.\d+\.\d+)\] - \d{4}-\d\d-\d\d$", (repository / "CHANGELOG.md").read_text(), re.M)
+    assert entries[0] == project["version"]
+    assert sorted(entries, key=lambda version: [int(part) for part in version.split(".")], reverse=True) == entries
+
+
+def test_continuous_integration_runs_every_python_that_is_named(repository: Path) -> None:
+    project = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
+    named = [one.rpartition(" ")[2] for one in project["classifiers"] if "Python ::" in one]
+    workflow = (repository / ".github" / "workflows" / "ci.yml").read_text()
+    (matrix,) = re.findall(r"^ +python-version: \[(.*)\]$", workflow, re.MULTILINE)
+    assert re.findall(r'"([\d.]+)"', matrix) == named
+    assert project["requires-python"] == f">={named[0]}"
+    assert "python-version: ${{ matrix.python-version }}" in workflow
 
 
 def test_make_alone_prints_every_target(repository: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from ins_eval.cli import main
+from tests.test_docs import missing_figures
 
 DOCUMENTED_HEADING_DEG = 90.6  # of the parked laser-gyro unit, by its authors
 HEADING_TOLERANCE_DEG = 0.5
@@ -116,7 +117,9 @@ def test_believed_biases_improve_the_real_drive(real, tmp_path: Path) -> None:
 )
 def test_real_mems_flights_are_evaluated_between_fixes(real, tmp_path: Path, format_name: str, parts) -> None:
     folder = imported(format_name, real(*parts), tmp_path / "flight")
-    pieces = evaluated(folder, tmp_path / "report", "--restart-every", "30")["restarts"]["none"]
+    found = evaluated(folder, tmp_path / "report", "--restart-every", "30")
+    assert missing_figures("evaluate", found) == []
+    pieces = found["restarts"]["none"]
     assert pieces["count"] >= 15
     growth = dict(zip(pieces["after_s"], pieces["position_rms_m"], strict=True))
     assert growth[TRUSTED_S] < TRUSTED_M < growth[30.0]

@@ -21,7 +21,7 @@ HEADINGS = {
 
 def run(
     output: Path,
-    committed_file: Path,
+    committed_file: Path | None,
     profile: str,
     seed: int,
     workers: int | None,
@@ -31,8 +31,10 @@ def run(
 ) -> int:
     """Run the ensembles, print each condition and each control, raise GateNotMet where one does not hold.
 
-    With `commit` what was found is written to `committed_file` instead of being held against it.
+    With `commit` what was found is written to `committed_file` instead of being held against it; None is the file of
+    the package.
     """
+    committed_file = committed_file or gate.COMMITTED_FILE
     if commit:
         sizes = Sizes(paper=size, missions=size) if size else COMMIT_SIZES
         flown = gate.fly(output, profile, seed, sizes, workers, quiet)

@@ -1,6 +1,6 @@
 """The answer in the form `ins-diagnosis/1`.
 
-Source of the form: EFFECTS.md, "The answer".
+Every key: docs/answer.md.
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@
     apply          believed effects taken off a recording
 
 A value is true minus believed, in what the sensor indicates. To add an effect: one row in the file of what it enters,
-and, where its slow factor is new, one function in `slow`.
+and, where its slow factor is new, one function in `slow`: CONTRIBUTING.md.
 
-Source: EFFECTS.md.
+The names, units and parameters: docs/effects.md.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ class Parameter(NamedTuple):
 class Effect:
     """One name of the vocabulary.
 
-    name : as in EFFECTS.md
+    name : as in docs/effects.md
     physics : what it is, in words
     enters : "accelerometer", "gyro", "gps", "reference", "start", "earth", "temperature" or "any"
     unit, si : of a value, and the SI value of one unit

@@ -11,7 +11,7 @@
     NAME^2              square of the recorded column NAME
     change, square, rate, lag, branch of a recorded column: see `composed`
 
-Source of the conventions: EFFECTS.md and RECORDING.md.
+The conventions: docs/effects.md and docs/recording.md.
 """
 
 from __future__ import annotations
@@ -30,6 +30,13 @@ from ins_eval.thermal import filtered_rate, lagged
 
 OfTime = Callable[[np.ndarray], np.ndarray]
 WITHOUT_TEMPERATURE = ("1", "t", "step")
+POWERS = {  # of T - T0 and of r
+    "T": lambda t, r: t,
+    "T^2": lambda t, r: t**2,
+    "r": lambda t, r: r,
+    "r^2": lambda t, r: r**2,
+    "r T": lambda t, r: r * t,
+}
 START_SHARE = 0.1  # of a width that the temperature must move before it is known on which branch it begins
 
 
@@ -63,7 +70,7 @@ def known(slow: str, conditions: Conditions) -> bool:
     """Whether the recording has what a slow factor is made of."""
     if slow in WITHOUT_TEMPERATURE:
         return True
-    if slow.endswith("^2") and slow not in ("T^2", "r^2"):
+    if slow.endswith("^2") and slow not in POWERS:
         return slow.removesuffix("^2") in conditions.columns
     return conditions.temperature is not None
 
@@ -77,7 +84,7 @@ def slow_factor(slow: str, conditions: Conditions, axis: int, parameters: Mappin
     if slow == "step":
         return lambda time_s: (time_s >= parameters["at_s"]).astype(float)
     seen = conditions.temperature
-    if slow.endswith("^2") and slow not in ("T^2", "r^2"):
+    if slow.endswith("^2") and slow not in POWERS:
         second, mean = conditions.per_second(slow.removesuffix("^2"), 2)
         return lambda time_s: np.interp(time_s, second, mean)
     values = _of_temperature(slow, seen, axis, parameters)
@@ -93,7 +100,7 @@ def _of_temperature(slow: str, seen: Temperature, axis: int, parameters: Mapping
     t, r = seen.smooth_c[:, axis] - seen.reference_c, seen.rate_c_per_min[:, axis]
     if "rate_filter_s" in parameters:
         r = seen.in_runs(partial(filtered_rate, time_constant_s=parameters["rate_filter_s"]), axis)
-    return {"T": t, "T^2": t**2, "r": r, "r^2": r**2, "r T": r * t}[slow]
+    return POWERS[slow](t, r)
 
 
 def creep(time_s: np.ndarray, signal: np.ndarray, time_constant_s: float) -> np.ndarray:

@@ -3,6 +3,7 @@
 After a `Recording` is made nothing can tell whether it was simulated. All quantities are SI with angles in
 rad, body axes are forward-right-down and the navigation frame is north-east-down, whatever the file held.
 Row k of `Imu` covers the time from row k-1 (the first: from ``start.time_s``) to its own ``time_s``.
+On disk it has the form of docs/recording.md.
 """
 
 from __future__ import annotations

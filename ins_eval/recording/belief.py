@@ -1,7 +1,7 @@
 """What is believed of an instrument and of the simulation: the tables of ``recording.toml`` that are not data.
 
 A key that is absent has the default stated here; keys that are not known are kept. Units are in the names.
-Source of the form: RECORDING.md, `ins-recording/1`.
+The form `ins-recording/1`: docs/recording.md.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class AccelerometerBelief(Table):
 
 
 class EffectBelief(Table):
-    """An effect that the instrument is believed to have, by its name in EFFECTS.md.
+    """An effect that the instrument is believed to have, by its name in docs/effects.md.
 
     `value` is true minus believed in what is indicated, in `unit`. It belongs to all recordings of the instrument, or
     to the one whose name is `recording`. What the names mean is in `ins_eval.effects`.

@@ -53,7 +53,7 @@ def lag(signal: np.ndarray, dt: float, tau: float, start: float | None = None) -
 
 
 def filtered_rate(temperature: np.ndarray, dt: float, tau: float) -> np.ndarray:
-    """The rate of RECORDING.md, degC/min, of readings dt apart."""
+    """The rate of docs/recording.md, degC/min, of readings dt apart."""
     return 60.0 * (temperature - lag(temperature, dt, tau)) / tau
 
 

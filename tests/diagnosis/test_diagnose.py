@@ -32,7 +32,7 @@ from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.units import DEG_PER_H, NMI
 
-# of EFFECTS.md, "The answer"
+# of docs/answer.md
 KEYS = {"format", "verdict", "mismatch", "effects", "indistinguishable", "unexplained", "fit"}
 OF_MISMATCH = {"recording", "channel", "interval_s", "where", "significance_sigma"}
 OF_EFFECT = {"name", "axis", "parameters", "probability", "log_evidence_gain", "false_alarm_probability"}
@@ -167,6 +167,7 @@ NAMED = [(CREEP, {"time_constant_s": (1900.0, 3000.0)}), (TURN, {}), (SHAPE, {})
 RIVALS = [
     Rival(CREEP, DRIFT, 0.02, 2.9, False, "an oven run with the flight's temperatures", 21.0),
     Rival(CREEP, SHAPE, 0.01, 3.4, True),
+    Rival(CREEP, TURN, 0.01, 3.5, True, beside=(DRIFT,), value=12.0),
 ]
 OF_VERDICT = {
     NO_MISMATCH: diagnosis(NO_MISMATCH),
@@ -215,7 +216,7 @@ def test_what_an_answer_says_of_its_effects() -> None:
 
 def test_what_an_answer_says_of_rivals_and_of_what_is_left() -> None:
     found = answer(OF_VERDICT[PARTLY])
-    drift, shape = found["indistinguishable"]
+    drift, shape, _ = found["indistinguishable"]
     assert (drift["from"], drift["name"], drift["axis"]) == (
         "accelerometer.bias_creep",
         "accelerometer.bias_drift",

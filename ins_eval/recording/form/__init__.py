@@ -9,7 +9,7 @@
 
 Degrees on disk, radians in memory; rates on disk become increments in memory. Whatever cannot be right is refused
 in one sentence.
-Source of the form: RECORDING.md.
+Every column and key: docs/recording.md.
 """
 
 from __future__ import annotations
