@@ -77,6 +77,7 @@ result.plot("position_error").savefig("position_error.png")
 """
 
 
+@pytest.mark.slow
 def test_the_installed_wheel_loads_navigates_and_scores_a_recording_in_five_lines(installed: Path, tmp_path: Path):
     assert len(NOTEBOOK.strip().splitlines()) < 5
     simulate = ("-m", "ins_eval.cli", "simulate", "flight", "--profile", "straight", "--rate", "10", "-o", "flight")

@@ -77,6 +77,7 @@ def test_a_disturbance_of_one_axis_is_located(noisy) -> None:
     assert "level flight" in found[0].where
 
 
+@pytest.mark.slow
 def test_an_accelerometer_that_sticks_is_told_from_the_laws_of_its_model(noisy) -> None:
     imu = noisy.imu
     rate_hz = 1.0 / float(np.median(np.diff(imu.time_s)))
@@ -89,6 +90,7 @@ def test_an_accelerometer_that_sticks_is_told_from_the_laws_of_its_model(noisy) 
     assert "it follows the side of its own input" in found.mismatches[0].where
 
 
+@pytest.mark.slow
 def test_a_height_that_is_wrong_in_proportion_to_height_is_no_effect_of_the_instrument(noisy) -> None:
     """Temperature follows height too: what is the receiver's must not become a thermal law of an accelerometer."""
     fixes = noisy.gps
@@ -100,6 +102,7 @@ def test_a_height_that_is_wrong_in_proportion_to_height_is_no_effect_of_the_inst
     assert "it follows height" in found.mismatches[0].where
 
 
+@pytest.mark.slow
 def test_a_bias_that_waves_with_temperature_is_a_curve_without_a_name(noisy) -> None:
     """Four fifths of a wave: with no curve to hold against it a parabola is named."""
     imu = noisy.imu
@@ -114,6 +117,7 @@ def test_a_bias_that_waves_with_temperature_is_a_curve_without_a_name(noisy) -> 
     assert "it follows a curve of its temperature" in found.mismatches[0].where
 
 
+@pytest.mark.slow
 def test_a_receiver_that_is_off_for_a_time_does_not_pass_for_one_with_slow_errors(noisy) -> None:
     """So large that noise fitted without it takes it over: nothing is remarkable then."""
     begin_s, end_s = OFF_S
