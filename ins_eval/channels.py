@@ -32,7 +32,7 @@ ROUNDING = 1e-6  # of a window or a sample
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ChannelEstimate:
     """A value with its standard error and 95 % interval."""
 
     value: float
@@ -60,7 +60,7 @@ class Windows:
 
 
 @dataclass(frozen=True, eq=False)
-class Channel:
+class FittedChannel:
     """One channel; bias and departures in rad/s or m/s^2, `terms` on the implied x, y, z of its own triad.
 
     `mean_difference` mixes the bias with whatever scale factor and misalignment make of the mean input. Where terms
@@ -71,9 +71,9 @@ class Channel:
     """
 
     name: str
-    mean_difference: Estimate
-    bias: Estimate | None
-    terms: tuple[Estimate | None, Estimate | None, Estimate | None]
+    mean_difference: ChannelEstimate
+    bias: ChannelEstimate | None
+    terms: tuple[ChannelEstimate | None, ChannelEstimate | None, ChannelEstimate | None]
     rms_before: float
     rms_without_mean: float
     rms_after: float
@@ -126,7 +126,7 @@ def in_windows(recorded: Increments, implied: Increments, start_s: float, length
     return Windows(bounds_s[1:][keep], length_s, means[keep, :6], means[keep, 6:])
 
 
-def fit_channels(windows: Windows) -> tuple[Channel, ...]:
+def fit_channels(windows: Windows) -> tuple[FittedChannel, ...]:
     """The six channels in the order of `CHANNELS`."""
     difference = windows.difference
     out = []
@@ -143,7 +143,7 @@ def fit_channels(windows: Windows) -> tuple[Channel, ...]:
     return tuple(out)
 
 
-def _fit(name: str, windows: Windows, difference: np.ndarray, implied: np.ndarray, attenuation: np.ndarray) -> Channel:
+def _fit(name: str, windows: Windows, difference: np.ndarray, implied: np.ndarray, attenuation: np.ndarray) -> FittedChannel:
     """Least squares on those of the three implied signals whose coefficient is determined."""
     axis = CHANNELS.index(name) % 3
     blocks = _blocks(difference.size)
@@ -155,13 +155,13 @@ def _fit(name: str, windows: Windows, difference: np.ndarray, implied: np.ndarra
         if not errors or max(errors) <= LIMIT:
             break
         candidates.pop(int(np.argmax(errors)))
-    terms: list[Estimate | None] = [None, None, None]
+    terms: list[ChannelEstimate | None] = [None, None, None]
     for j, estimate in zip(candidates, estimates[1:], strict=True):
         terms[j] = estimate
     mean_difference = _jackknife(np.ones((difference.size, 1)), difference, blocks)[0][0]
     remaining = difference - regressors @ coefficients
     worst = int(np.argmax(np.abs(remaining)))
-    return Channel(
+    return FittedChannel(
         name=name,
         mean_difference=mean_difference,
         bias=estimates[0] if candidates else None,
@@ -195,7 +195,7 @@ def find_clock(
     length_s: float,
     stamp_s: float,
     believed_s: float,
-) -> Estimate | None:
+) -> ChannelEstimate | None:
     """Offset of the reference's clock from the IMU's, stamp minus stamp of the same instant, from the gyros.
 
     The lag of the highest cross-correlation, within 2 s of `believed_s`, is refined by Gauss-Newton: the
@@ -220,7 +220,7 @@ def find_clock(
     if abs(offset_s - believed_s) > FARTHEST_CLOCK_S:
         return None
     reach = 0.5 * (correction.high - correction.low)
-    return Estimate(offset_s, correction.standard_error, offset_s - reach, offset_s + reach)
+    return ChannelEstimate(offset_s, correction.standard_error, offset_s - reach, offset_s + reach)
 
 
 def _lag(recorded: np.ndarray, implied: np.ndarray, farthest: int) -> int:
@@ -234,7 +234,7 @@ def _lag(recorded: np.ndarray, implied: np.ndarray, farthest: int) -> int:
     return int(np.argmax(together[middle - reach : middle + reach + 1])) - reach
 
 
-def _shift(windows: Windows, effect: np.ndarray) -> Estimate | None:
+def _shift(windows: Windows, effect: np.ndarray) -> ChannelEstimate | None:
     """One offset that the three gyros share; `effect` (w, 3) is what one second of it changes."""
     regressors = np.column_stack([np.ones(windows.time_s.size), windows.implied[:, :3]])
     both = np.hstack([windows.difference[:, :3], effect])
@@ -253,7 +253,7 @@ def _blocks(count: int) -> np.ndarray:
     return np.arange(count) * BLOCKS // count
 
 
-def _jackknife(regressors: np.ndarray, values: np.ndarray, blocks: np.ndarray) -> tuple[list[Estimate], np.ndarray]:
+def _jackknife(regressors: np.ndarray, values: np.ndarray, blocks: np.ndarray) -> tuple[list[ChannelEstimate], np.ndarray]:
     """Least squares of `values` (n,) on `regressors` (n, p), each with its error from leaving out a block at a time."""
     size = np.linalg.norm(regressors, axis=0)
     scaled = regressors / size
@@ -269,7 +269,7 @@ def _jackknife(regressors: np.ndarray, values: np.ndarray, blocks: np.ndarray) -
     error = np.sqrt((BLOCKS - 1) / BLOCKS * np.square(without - without.mean(axis=0)).sum(axis=0))
     reach = stats.t.ppf(0.975, BLOCKS - 1) * error
     return [
-        Estimate(float(v), float(e), float(v - r), float(v + r)) for v, e, r in zip(whole, error, reach, strict=True)
+        ChannelEstimate(float(v), float(e), float(v - r), float(v + r)) for v, e, r in zip(whole, error, reach, strict=True)
     ], whole
 
 

@@ -21,7 +21,7 @@ from ins_eval.units import through_degrees
 
 
 @dataclass(frozen=True)
-class Population:
+class InstrumentPopulation:
     """What instruments are drawn from."""
 
     accelerometers: accelerometer.Population

@@ -56,7 +56,7 @@ from ins_eval.tables import parse, read_toml
 PathLike = str | os.PathLike[str]
 
 
-class Found(Protocol):
+class Findings(Protocol):
     """What an analysis found, frozen: see the module of `ins_eval.analysis` that made it."""
 
     def to_frame(self) -> pd.DataFrame:
@@ -73,7 +73,7 @@ class Result:
     """
 
     title: str
-    found: Found
+    found: Findings
     metrics: Mapping[str, Any]
     answer: str
     sections: Sequence[Section] = field(repr=False)

@@ -12,7 +12,7 @@ from ins_eval.accelerometer import EFFECTS
 from ins_eval.accelerometer import Population as AccelerometerPopulation
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.gyro import GyroPopulation
-from ins_eval.imu import Mission, Population
+from ins_eval.imu import Mission, InstrumentPopulation
 from ins_eval.profile import Baro, load
 from ins_eval.recording import Recording
 from ins_eval.streams import Streams
@@ -38,10 +38,10 @@ def accelerometers() -> AccelerometerPopulation:
 
 @pytest.fixture(scope="module")
 def recording(mission: Mission, accelerometers: AccelerometerPopulation) -> Recording:
-    return recorded(mission, Population(accelerometers))
+    return recorded(mission, InstrumentPopulation(accelerometers))
 
 
-def recorded(mission: Mission, population: Population, seed: int = 1) -> Recording:
+def recorded(mission: Mission, population: InstrumentPopulation, seed: int = 1) -> Recording:
     streams = Streams(seed)
     return mission.record(population.draw(streams), streams.at("flight"))
 
@@ -66,7 +66,7 @@ def test_counts_are_whole_and_hold_the_specific_force_within_one(
     """With quantisation alone, all counts so far over K1 are the velocity so far, within one count, at any time."""
     kept = accelerometers.only("scale_polynomial", "quantisation")
     streams = Streams(1)
-    instrument = Population(kept, GyroPopulation().perfect()).draw(streams)
+    instrument = InstrumentPopulation(kept, GyroPopulation().perfect()).draw(streams)
     imu = mission.record(instrument, streams.at("flight")).imu
     assert np.array_equal(imu.accelerometer, np.round(imu.accelerometer))
     for axis, unit in enumerate(instrument.accelerometers):
@@ -77,7 +77,7 @@ def test_counts_are_whole_and_hold_the_specific_force_within_one(
 
 
 def test_the_same_streams_give_the_same_bytes(mission: Mission, accelerometers: AccelerometerPopulation) -> None:
-    population = Population(accelerometers)
+    population = InstrumentPopulation(accelerometers)
     one, again, other = (recorded(mission, population, seed) for seed in (1, 1, 2))
     for name in ("gyro", "accelerometer", "height_baro_m"):
         assert getattr(one.imu, name).tobytes() == getattr(again.imu, name).tobytes()
@@ -90,7 +90,7 @@ def test_an_accelerometer_effect_moves_no_other_draw(
     mission: Mission, recording: Recording, accelerometers: AccelerometerPopulation, effect: str
 ) -> None:
     """Gyros, barometer and receiver stay as they are to the last bit, whichever effect is switched off."""
-    other = recorded(mission, Population(accelerometers.without(effect)))
+    other = recorded(mission, InstrumentPopulation(accelerometers.without(effect)))
     assert np.array_equal(other.imu.gyro, recording.imu.gyro)
     assert np.array_equal(other.imu.height_baro_m, recording.imu.height_baro_m)
     assert np.array_equal(other.gps.velocity_n, recording.gps.velocity_n, equal_nan=True)
@@ -99,10 +99,10 @@ def test_an_accelerometer_effect_moves_no_other_draw(
 def test_gyro_errors_move_no_accelerometer(
     mission: Mission, recording: Recording, accelerometers: AccelerometerPopulation
 ) -> None:
-    other = recorded(mission, Population(accelerometers, GyroPopulation().perfect()))
+    other = recorded(mission, InstrumentPopulation(accelerometers, GyroPopulation().perfect()))
     assert np.array_equal(other.imu.accelerometer, recording.imu.accelerometer)
     assert np.array_equal(other.imu.gyro, mission.increments.gyro)
-    one_more = recorded(mission, Population(accelerometers, replace(GyroPopulation(), scale_ppm=0.0)))
+    one_more = recorded(mission, InstrumentPopulation(accelerometers, replace(GyroPopulation(), scale_ppm=0.0)))
     assert np.array_equal(one_more.imu.accelerometer, recording.imu.accelerometer)
 
 
@@ -119,7 +119,7 @@ def test_the_barometer_agrees_at_the_start_and_then_wanders(mission: Mission, re
 
 def test_the_barometer_has_the_stated_sigma(mission: Mission, accelerometers: AccelerometerPopulation) -> None:
     """Over 40 flights, 20 and 155 minutes after switching on."""
-    slow, population = Mission(mission.profile, 1.0), Population(accelerometers.only("scale_polynomial"))
+    slow, population = Mission(mission.profile, 1.0), InstrumentPopulation(accelerometers.only("scale_polynomial"))
     heights = [recorded(slow, population, seed).imu.height_baro_m[[1199, 9299]] for seed in range(40)]
     draws = np.array(heights) - slow.height_m[[1199, 9299]]
     sigma = 2.0 * np.sqrt(1.0 - np.exp(-2.0 * np.array([1200.0, 9300.0]) / 1800.0))
@@ -130,7 +130,7 @@ def test_the_barometer_has_the_stated_sigma(mission: Mission, accelerometers: Ac
 
 def test_a_barometer_without_error_reads_the_height(mission: Mission, accelerometers: AccelerometerPopulation) -> None:
     perfect = Mission(mission.profile.model_copy(update={"baro": Baro(sigma_m=0.0)}), RATE_HZ)
-    found = recorded(perfect, Population(accelerometers))
+    found = recorded(perfect, InstrumentPopulation(accelerometers))
     assert np.array_equal(found.imu.height_baro_m, perfect.height_m)
 
 
@@ -176,7 +176,7 @@ def test_the_oven_is_level_at_rest_and_as_warm_as_the_flight(mission: Mission) -
 def test_an_oven_is_recorded_without_receiver_and_with_its_attitude(
     mission: Mission, accelerometers: AccelerometerPopulation
 ) -> None:
-    found = recorded(mission.in_oven(1.0), Population(accelerometers))
+    found = recorded(mission.in_oven(1.0), InstrumentPopulation(accelerometers))
     assert found.kind == "oven"
     assert found.gps is None
     assert found.start.attitude_rad is not None
@@ -192,9 +192,9 @@ def test_a_gradient_warms_each_accelerometer_by_its_share_of_the_excess(
     mission: Mission, accelerometers: AccelerometerPopulation
 ) -> None:
     """The same heat flows in flight and in an oven with the same temperatures; the thermometer sees none of it."""
-    drawn = Population(accelerometers, gradient=0.02).draw(Streams(1))
+    drawn = InstrumentPopulation(accelerometers, gradient=0.02).draw(Streams(1))
     assert np.any(drawn.gradient)
-    plain = Population(accelerometers).draw(Streams(1))
+    plain = InstrumentPopulation(accelerometers).draw(Streams(1))
     assert plain.gradient == (0.0, 0.0, 0.0)
     for unit, same in zip(drawn.accelerometers, plain.accelerometers, strict=True):
         np.testing.assert_equal(unit.units, same.units)
@@ -208,7 +208,7 @@ def test_a_gradient_warms_each_accelerometer_by_its_share_of_the_excess(
 
 
 def test_gradients_have_the_stated_sigma(accelerometers: AccelerometerPopulation) -> None:
-    population = Population(accelerometers.only("quantisation"), gradient=0.02)
+    population = InstrumentPopulation(accelerometers.only("quantisation"), gradient=0.02)
     drawn = np.array([population.draw(Streams(7).at(k)).gradient for k in range(200)])
     low, high = chi2.ppf([CHANCE, 1.0 - CHANCE], drawn.size)
     assert low < np.sum((drawn / 0.02) ** 2) < high

@@ -30,7 +30,7 @@ real one redraws. Every effect has random streams of its own: switching one off 
 """
 
 from ins_eval.accelerometer.absent import Absent
-from ins_eval.accelerometer.effect import Contribution, Effect
+from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect
 from ins_eval.accelerometer.model import EFFECTS, Accelerometer, Population, SlowErrors
 from ins_eval.accelerometer.run import ThermalRun
 

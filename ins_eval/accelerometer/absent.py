@@ -7,20 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import Effect
+from ins_eval.accelerometer.effect import AccelerometerEffect
 
 
-class Absent(Effect):
+class Absent(AccelerometerEffect):
     """Stands for an effect that is switched off."""
 
-    of: Effect
+    of: AccelerometerEffect
 
     @property
     def name(self) -> str:
         """The name of the effect that is switched off."""
         return self.of.name
 
-    def for_axes(self, rng: np.random.Generator) -> tuple[Effect, Effect, Effect]:
+    def for_axes(self, rng: np.random.Generator) -> tuple[AccelerometerEffect, AccelerometerEffect, AccelerometerEffect]:
         x, y, z = self.of.for_axes(rng)
         return Absent(of=x), Absent(of=y), Absent(of=z)
 

@@ -13,11 +13,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import Contribution, Effect, NotNegative
+from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, NotNegative
 from ins_eval.accelerometer.run import ThermalRun
 
 
-class BiasTemperature(Effect):
+class BiasTemperature(AccelerometerEffect):
     """Cubic in the element temperature; omega1 is log-normal in size and random in sign."""
 
     name: ClassVar[str] = "bias_temperature"

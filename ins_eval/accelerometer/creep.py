@@ -22,7 +22,7 @@ import numba
 import numpy as np
 from pydantic import Field, model_validator
 
-from ins_eval.accelerometer.effect import Contribution, Effect, NotNegative, Positive
+from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, NotNegative, Positive
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.units import MINUTE
 
@@ -75,7 +75,7 @@ def material_clock(time_s: np.ndarray, difference_c: np.ndarray, faster_per_c: f
     return np.concatenate(([0.0], np.cumsum(mean_speed * np.diff(time_s))))
 
 
-class Creep(Effect):
+class Creep(AccelerometerEffect):
     """Sum of relaxations in proportion to the thermal bias coefficient of the same accelerometer."""
 
     name: ClassVar[str] = "creep"

@@ -29,7 +29,7 @@ class Contribution(NamedTuple):
     scale_ppm: np.ndarray | float = 0.0
 
 
-class Effect(Strict):
+class AccelerometerEffect(Strict):
     """An effect that does nothing; its fields are the parameters of a population, units in their names.
 
     `unit` is what `draw` returned for one accelerometer: its constants for life.
@@ -37,7 +37,7 @@ class Effect(Strict):
 
     name: ClassVar[str]
 
-    def for_axes(self, rng: np.random.Generator) -> tuple[Effect, Effect, Effect]:
+    def for_axes(self, rng: np.random.Generator) -> tuple[AccelerometerEffect, AccelerometerEffect, AccelerometerEffect]:
         """This effect for the axes x, y, z of one instrument, where they differ by more than chance."""
         return self, self, self
 

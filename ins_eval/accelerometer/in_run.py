@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import Contribution, Effect, NotNegative, Positive
+from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, NotNegative, Positive
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.random_processes import gauss_markov
 
 
-class InRun(Effect):
+class InRun(AccelerometerEffect):
     """Gauss-Markov bias, a new history at each run."""
 
     name: ClassVar[str] = "in_run"

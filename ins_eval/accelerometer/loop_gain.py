@@ -16,11 +16,11 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from ins_eval.accelerometer.effect import Contribution, Effect
+from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect
 from ins_eval.accelerometer.run import ThermalRun
 
 
-class LoopGain(Effect):
+class LoopGain(AccelerometerEffect):
     """Each accelerometer has one of the scale-factor changes of a population of loops; unless stated there is none."""
 
     name: ClassVar[str] = "loop_gain"

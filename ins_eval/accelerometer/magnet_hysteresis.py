@@ -23,7 +23,7 @@ import numba
 import numpy as np
 from pydantic import Field
 
-from ins_eval.accelerometer.effect import Contribution, Effect, NotNegative, Positive
+from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, NotNegative, Positive
 from ins_eval.accelerometer.run import ThermalRun
 
 
@@ -38,7 +38,7 @@ def play(temperature_c, half_width_c):
     return state
 
 
-class MagnetHysteresis(Effect):
+class MagnetHysteresis(AccelerometerEffect):
     """Rate-independent loop of the scale factor; the amplitude is drawn for each accelerometer."""
 
     name: ClassVar[str] = "magnet_hysteresis"

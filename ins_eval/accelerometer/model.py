@@ -16,7 +16,7 @@ from pydantic import create_model
 from ins_eval.accelerometer.absent import Absent
 from ins_eval.accelerometer.bias_temperature import BiasTemperature
 from ins_eval.accelerometer.creep import Creep
-from ins_eval.accelerometer.effect import Effect
+from ins_eval.accelerometer.effect import AccelerometerEffect
 from ins_eval.accelerometer.in_run import InRun
 from ins_eval.accelerometer.loop_gain import LoopGain
 from ins_eval.accelerometer.magnet_hysteresis import MagnetHysteresis
@@ -35,7 +35,7 @@ from ins_eval.tables import Strict, parse, read_extending
 from ins_eval.units import PPM, STANDARD_GRAVITY
 
 # in the order in which they are drawn: creep needs the thermal bias coefficient
-EFFECTS: tuple[type[Effect], ...] = (
+EFFECTS: tuple[type[AccelerometerEffect], ...] = (
     ThermalLag,
     ScalePolynomial,
     MagnetHysteresis,
@@ -75,7 +75,7 @@ class Accelerometer:
     """
 
     axis: Literal["x", "y", "z"]
-    effects: tuple[Effect, ...]
+    effects: tuple[AccelerometerEffect, ...]
     units: Mapping[str, Any]
 
     @property
@@ -98,9 +98,9 @@ class Accelerometer:
             bias_ug += part.bias_ug
         return SlowErrors(self.gamma * (1.0 + PPM * scale_ppm), bias_ug)
 
-    def _acting(self, place: str) -> list[Effect]:
+    def _acting(self, place: str) -> list[AccelerometerEffect]:
         """The effects that do something there; for one that does not a generator costs more than most effects."""
-        return [effect for effect in self.effects if getattr(type(effect), place) is not getattr(Effect, place)]
+        return [effect for effect in self.effects if getattr(type(effect), place) is not getattr(AccelerometerEffect, place)]
 
     def output(self, specific_force_g: np.ndarray, scale: np.ndarray, bias_ug: np.ndarray) -> np.ndarray:
         """Eq. (1) and (12) in pulse/s.
@@ -160,7 +160,7 @@ class Population:
     """Where accelerometers are drawn from: every effect of `EFFECTS` with its parameters, or absent."""
 
     name: str
-    effects: tuple[Effect, ...]
+    effects: tuple[AccelerometerEffect, ...]
 
     @classmethod
     def load(cls, name_or_path: str | Path = "jb-kt8") -> Population:
@@ -173,7 +173,7 @@ class Population:
         tables = parse(_Tables, read_extending(path, _find), str(path))
         return cls(path.stem, tuple(getattr(tables, effect.name) for effect in EFFECTS))
 
-    def __getitem__(self, name: str) -> Effect:
+    def __getitem__(self, name: str) -> AccelerometerEffect:
         """The effect of that name."""
         self._check((name,))
         return next(effect for effect in self.effects if effect.name == name)
@@ -188,7 +188,7 @@ class Population:
         self._check(names)
         return self.without(*(effect.name for effect in self.effects if effect.name not in names))
 
-    def replacing(self, *effects: Effect) -> Population:
+    def replacing(self, *effects: AccelerometerEffect) -> Population:
         """The same population with these effects in place of those of the same name."""
         new = {effect.name: effect for effect in effects}
         self._check(tuple(new))
@@ -208,11 +208,11 @@ class Population:
                 raise UsageError(f"no accelerometer effect '{name}'{did_you_mean(name, known)}")
 
 
-def _off(effect: Effect) -> Effect:
+def _off(effect: AccelerometerEffect) -> AccelerometerEffect:
     return effect if isinstance(effect, Absent) else Absent(of=effect)
 
 
-def _draw_unit(axis: str, effects: tuple[Effect, ...], streams: Streams) -> Accelerometer:
+def _draw_unit(axis: str, effects: tuple[AccelerometerEffect, ...], streams: Streams) -> Accelerometer:
     units: dict[str, Any] = {}
     for effect in effects:
         units[effect.name] = effect.draw(streams.at(f"accelerometer.{axis}", effect.name, "unit").rng(), units)

@@ -10,10 +10,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import Effect, NotNegative
+from ins_eval.accelerometer.effect import AccelerometerEffect, NotNegative
 
 
-class Noise(Effect):
+class Noise(AccelerometerEffect):
     """White noise; independent from interval to interval."""
 
     name: ClassVar[str] = "noise"

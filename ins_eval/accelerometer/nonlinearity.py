@@ -12,11 +12,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import Effect, NotNegative
+from ins_eval.accelerometer.effect import AccelerometerEffect, NotNegative
 from ins_eval.output_equation import Coefficients, force_error_ug
 
 
-class Nonlinearity(Effect):
+class Nonlinearity(AccelerometerEffect):
     """Constants of eq. (1); each is normal over the population."""
 
     name: ClassVar[str] = "nonlinearity"

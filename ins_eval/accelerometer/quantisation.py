@@ -10,7 +10,7 @@ from typing import ClassVar
 import numba
 import numpy as np
 
-from ins_eval.accelerometer.effect import Effect
+from ins_eval.accelerometer.effect import AccelerometerEffect
 
 
 @numba.njit(cache=True)
@@ -25,7 +25,7 @@ def whole_pulses(pulses):
     return counts
 
 
-class Quantisation(Effect):
+class Quantisation(AccelerometerEffect):
     """Output in whole pulses, the remainder carried."""
 
     name: ClassVar[str] = "quantisation"

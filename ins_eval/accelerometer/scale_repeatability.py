@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import Contribution, Effect, NotNegative
+from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, NotNegative
 from ins_eval.accelerometer.run import ThermalRun
 
 
-class ScaleRepeatability(Effect):
+class ScaleRepeatability(AccelerometerEffect):
     """Normal, redrawn at each run."""
 
     name: ClassVar[str] = "scale_repeatability"

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from ins_eval.accelerometer.effect import Effect, NotNegative
+from ins_eval.accelerometer.effect import AccelerometerEffect, NotNegative
 from ins_eval.accelerometer.run import ThermalRun
 
 
-class ThermalLag(Effect):
+class ThermalLag(AccelerometerEffect):
     """First-order lag of the inner elements behind the surface."""
 
     name: ClassVar[str] = "thermal_lag"

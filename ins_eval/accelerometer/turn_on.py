@@ -10,11 +10,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import Contribution, Effect, NotNegative
+from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, NotNegative
 from ins_eval.accelerometer.run import ThermalRun
 
 
-class TurnOn(Effect):
+class TurnOn(AccelerometerEffect):
     """Normal, redrawn at each run."""
 
     name: ClassVar[str] = "turn_on"

@@ -11,7 +11,7 @@ import pandas as pd
 
 from ins_eval import channels
 from ins_eval.alignment import Alignment, align
-from ins_eval.channels import Channel, Estimate, Windows, find_clock, fit_channels, in_windows
+from ins_eval.channels import FittedChannel, ChannelEstimate, Windows, find_clock, fit_channels, in_windows
 from ins_eval.compensation.file import believed_model
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
@@ -52,9 +52,9 @@ class RecordingComparison:
     known: Known
     windows: Windows
     close: Windows
-    fitted: tuple[Channel, ...]
-    fitted_with_clock: tuple[Channel, ...] | None
-    clock: Estimate | None
+    fitted: tuple[FittedChannel, ...]
+    fitted_with_clock: tuple[FittedChannel, ...] | None
+    clock: ChannelEstimate | None
     used_s: float
 
     def to_frame(self) -> pd.DataFrame:
@@ -199,9 +199,9 @@ def _metrics(
     recording: Recording,
     known: Known,
     windows: Windows,
-    fitted: tuple[Channel, ...],
-    with_clock: tuple[Channel, ...] | None,
-    clock: Estimate | None,
+    fitted: tuple[FittedChannel, ...],
+    with_clock: tuple[FittedChannel, ...] | None,
+    clock: ChannelEstimate | None,
     used_s: float,
 ) -> dict[str, Any]:
     reference = {
@@ -247,7 +247,7 @@ def _metrics(
     return result
 
 
-def _clock(known: Known, clock: Estimate | None, used_s: float) -> dict[str, Any]:
+def _clock(known: Known, clock: ChannelEstimate | None, used_s: float) -> dict[str, Any]:
     entry: dict[str, Any] = {"believed_s": known.time_offset_s, "used_s": used_s, "found_s": None}
     if clock is not None:
         return entry | {
@@ -260,7 +260,7 @@ def _clock(known: Known, clock: Estimate | None, used_s: float) -> dict[str, Any
     return entry | {"reason": f"the motion does not determine it to {1e3 * channels.CLOCK_LIMIT_S:g} ms"}
 
 
-def _channel(channel: Channel, believed_bias: float) -> dict[str, Any]:
+def _channel(channel: FittedChannel, believed_bias: float) -> dict[str, Any]:
     entry: dict[str, Any] = {
         "mean_difference": _estimate(channel.mean_difference),
         "bias": _estimate(channel.bias),
@@ -285,11 +285,11 @@ def _channel(channel: Channel, believed_bias: float) -> dict[str, Any]:
         found = asdict(channel.bias or channel.mean_difference)
         for key in ("value", "low", "high"):
             found[key] -= believed_bias
-        entry["found_minus_believed"] = _estimate(Estimate(**found))
+        entry["found_minus_believed"] = _estimate(ChannelEstimate(**found))
     return entry
 
 
-def _estimate(estimate: Estimate | None) -> dict[str, Any] | None:
+def _estimate(estimate: ChannelEstimate | None) -> dict[str, Any] | None:
     if estimate is None:
         return None
     return {

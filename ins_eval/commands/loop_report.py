@@ -28,7 +28,7 @@ STEP_S = 0.02
 
 def run(output: Path, size: int, seed: int, workers: int | None, quiet: bool) -> int:
     """Compute, write ``rows.json``, ``metrics.json``, figures, page and text into `output`, print the text."""
-    plan = population.Plan(seed=seed)
+    plan = population.ProcedurePlan(seed=seed)
     members = population.run(plan, size, workers, quiet)
     computed = ours.compute(seed, members, chamber.run(plan, size, workers, quiet))
     found = rows(computed.results)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ins_eval.diagnosis.case import Case
-from ins_eval.diagnosis.verdict import Diagnosis, Effect, Mismatch, Rival
+from ins_eval.diagnosis.verdict import Diagnosis, FoundEffect, Mismatch, Rival
 from ins_eval.metrics import radial_error_rates
 
 FORMAT = "ins-diagnosis/1"
@@ -51,7 +51,7 @@ def _mismatch(found: Diagnosis, one: Mismatch) -> dict[str, Any]:
     }
 
 
-def _effect(one: Effect) -> dict[str, Any]:
+def _effect(one: FoundEffect) -> dict[str, Any]:
     candidate = one.hypothesis.candidate
     parameters: dict[str, Any] = {
         "value": one.value,

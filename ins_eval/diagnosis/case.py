@@ -11,7 +11,7 @@ import numpy as np
 
 from ins_eval.diagnosis import error_model, noise, null, observations
 from ins_eval.diagnosis.coarse import block_of, coarse, coarse_noise
-from ins_eval.diagnosis.columns import Assembled, Column, Drive, Measured, Slow, assemble
+from ins_eval.diagnosis.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
 from ins_eval.diagnosis.error_model import ErrorModel
 from ins_eval.diagnosis.evidence import log_evidence
 from ins_eval.diagnosis.library import Candidate, Parameters, candidates, composed_candidates, member
@@ -42,7 +42,7 @@ class Case:
     seen: Observations
     inertial: np.ndarray  # (nodes, 9) what the belief as it stands misses by
     temperature: Temperature | None
-    slow: Slow
+    slow: SlowFactor
     nuisances: tuple[Column, ...]
     taken: np.ndarray  # coefficients of the nuisances that were taken off before it was navigated
     candidates: tuple[Candidate, ...]
@@ -115,7 +115,7 @@ def _around(navigated: Believed, believed: Believed, uncertain: Sequence[Column]
     model = error_model.build(navigated, solution, observations.nodes(navigated, measured, end_s))
     seen, outliers = noise.without_outliers(observations.observe(navigated, model, measured))
     told = temperature(recording)
-    slow = Slow()
+    slow = SlowFactor()
     return Case(
         name=recording.name,
         kind=recording.kind,

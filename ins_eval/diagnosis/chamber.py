@@ -18,7 +18,7 @@ import numpy as np
 from ins_eval.compensation import Samples
 from ins_eval.compensation.file import believed_model
 from ins_eval.diagnosis.case import Case, with_effects
-from ins_eval.diagnosis.columns import Column, Measured, Slow
+from ins_eval.diagnosis.columns import Column, Measured, SlowFactor
 from ins_eval.diagnosis.drives import SOURCES
 from ins_eval.diagnosis.error_model import STATES, ErrorModel
 from ins_eval.diagnosis.library import Candidate, Parameters, sized, tried
@@ -69,7 +69,7 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         missing=np.zeros((epochs, 5, 6)),
         feedback=np.zeros((epochs, 2)),
     )
-    slow = Slow()
+    slow = SlowFactor()
     bench = Bench(readings, chamber_conditions(readings, belief, folder, temperature), slow)
     apart_s = float(np.max(np.diff(nodes_s))) * 1e3
     interval_s = np.where(np.diff(readings.run) != 0, apart_s, np.diff(nodes_s))
@@ -149,12 +149,12 @@ def _counted(readings: ChamberReadings, told: np.ndarray, size: float, runs: lis
     return out
 
 
-def _at(slow: Slow, name: str, values: np.ndarray) -> str:
+def _at(slow: SlowFactor, name: str, values: np.ndarray) -> str:
     slow.epochs[name], slow.nodes[name] = np.zeros(values.size - 1), values
     return name
 
 
-def _of_runs(runs: list[np.ndarray], slow: Slow, nodes_s: np.ndarray, sigma_ug: float) -> Iterator[Column]:
+def _of_runs(runs: list[np.ndarray], slow: SlowFactor, nodes_s: np.ndarray, sigma_ug: float) -> Iterator[Column]:
     for k, rows in enumerate(runs):
         inside = np.zeros(nodes_s.size)
         inside[rows] = 1.0
@@ -167,7 +167,7 @@ class Bench:
 
     readings: ChamberReadings
     told: Conditions
-    slow: Slow
+    slow: SlowFactor
 
     def candidates(self) -> Iterator[Candidate]:
         """Every effect that the recording could show: of the accelerometer in the chamber, along its input."""

@@ -63,7 +63,7 @@ class Column:
 
 
 @dataclass(eq=False)
-class Slow:
+class SlowFactor:
     """Slow factors by name, at the middle of the epochs and at the nodes."""
 
     epochs: dict[str, np.ndarray] = field(default_factory=dict)
@@ -111,7 +111,7 @@ class Assembled:
 def assemble(
     model: ErrorModel,
     seen: Observations,
-    slow: Slow,
+    slow: SlowFactor,
     columns: Sequence[Column],
     taken: Sequence[tuple[Column, float]] = (),
 ) -> Assembled:

@@ -46,7 +46,7 @@ PROMISING = 4.0  # nats above the null, before the noise is fitted, up to which 
 
 
 @dataclass(frozen=True)
-class Form:
+class Dependence:
     """An error of `channel` that follows a `motion`."""
 
     channel: Channel
@@ -96,13 +96,13 @@ def _evidence(a: np.ndarray, b: np.ndarray) -> float:
     return log_bayes_factor(a, b, np.zeros(b.size))[0]
 
 
-def _forms(case: Case) -> list[Form]:
+def _forms(case: Case) -> list[Dependence]:
     """Every channel with every motion that it may follow."""
     found = []
     for channel in locate.channels(case.seen):
         for motion in MOTIONS.get(channel.name.partition(".")[0], ()):
             names = _slow(case, channel, motion)
-            found.append(Form(channel, motion, tuple(channel.column(name) for name in names)))
+            found.append(Dependence(channel, motion, tuple(channel.column(name) for name in names)))
     return found
 
 

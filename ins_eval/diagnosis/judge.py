@@ -46,7 +46,7 @@ from ins_eval.diagnosis.verdict import (
     PARTLY,
     UNEXPLAINED,
     Diagnosis,
-    Effect,
+    FoundEffect,
     Mismatch,
     Remainder,
     Rival,
@@ -358,7 +358,7 @@ class _Judge:
             return fit["harm_nats"] < HARM
         return fit["after"] < min(fit["before"], fit["placebo"])
 
-    def _effects(self, stage: Stage) -> tuple[Effect, ...]:
+    def _effects(self, stage: Stage) -> tuple[FoundEffect, ...]:
         m = stage.best.members
         whole = stage.gain(m)
         mean, covariance = stage.coefficients
@@ -372,7 +372,7 @@ class _Judge:
             form = VOCABULARY[one.candidate.name].form
             variance = covariance[i, i] + bent.get(one.key, 0.0) + (form * mean[i]) ** 2
             out.append(
-                Effect(
+                FoundEffect(
                     hypothesis=one,
                     value=float(mean[i] * one.candidate.nominal),
                     sigma=float(np.sqrt(variance) * one.candidate.nominal),

@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from ins_eval.diagnosis.columns import Column, Drive, Measured, Missing, Slow
+from ins_eval.diagnosis.columns import Column, Drive, Measured, Missing, SlowFactor
 from ins_eval.diagnosis.error_model import STATES, ErrorModel
 from ins_eval.diagnosis.null import Believed
 from ins_eval.effects import composed
@@ -69,7 +69,7 @@ class Candidate:
         return effect.enters in (*SENSORS, "any") and effect.slow != "1"
 
 
-def candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, slow: Slow) -> list[Candidate]:
+def candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, slow: SlowFactor) -> list[Candidate]:
     """Every effect that this recording could show."""
     told = conditions(believed.recording, believed.folder, seen)
     return [
@@ -85,7 +85,7 @@ def member(
     believed: Believed,
     model: ErrorModel,
     seen: Temperature | None,
-    slow: Slow,
+    slow: SlowFactor,
     name: str,
     axis: str | None,
     parameters: Parameters,
@@ -98,7 +98,7 @@ def member(
     return _member(model, slow, told, VOCABULARY[name], axis, parameters)
 
 
-def composed_candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, slow: Slow) -> list[Candidate]:
+def composed_candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, slow: SlowFactor) -> list[Candidate]:
     """What could be composed of the further columns that were recorded: every target, axis and shape of each."""
     told = conditions(believed.recording, believed.folder, seen)
     found = []
@@ -161,7 +161,7 @@ def sized(
 
 
 def _member(
-    model: ErrorModel, slow: Slow, told: Conditions, effect: Effect, axis: str | None, parameters: Parameters
+    model: ErrorModel, slow: SlowFactor, told: Conditions, effect: Effect, axis: str | None, parameters: Parameters
 ) -> Candidate:
     of_parts: list[Part] = []
     if effect.enters in (*SENSORS, "temperature", "any"):
@@ -179,7 +179,7 @@ def _member(
     return Candidate(effect.name, axis, unit, nominal, column, dict(parameters), centre)
 
 
-def _slow(part: Part, effect: Effect, parameters: Parameters, slow: Slow, model: ErrorModel) -> str:
+def _slow(part: Part, effect: Effect, parameters: Parameters, slow: SlowFactor, model: ErrorModel) -> str:
     """The name of a part's slow factor; an epoch across a step counts by the part that is behind it."""
     if effect.slow == "step":
         return slow.add_window(float(parameters["at_s"]), float(model.nodes_s[-1]) + 1.0, model)

@@ -22,7 +22,7 @@ import numba
 import numpy as np
 from scipy.stats import chi2, norm
 
-from ins_eval.diagnosis.columns import Column, Drive, Measured, Slow
+from ins_eval.diagnosis.columns import Column, Drive, Measured, SlowFactor
 from ins_eval.diagnosis.error_model import ErrorModel
 from ins_eval.diagnosis.evidence import Reduced, reduce
 from ins_eval.diagnosis.observations import Observations
@@ -71,7 +71,7 @@ class Interval:
     size: float
     sigma: float
 
-    def column(self, slow: Slow, model: ErrorModel) -> Column:
+    def column(self, slow: SlowFactor, model: ErrorModel) -> Column:
         """The same as a column."""
         return self.channel.column(slow.add_window(self.begin_s, self.end_s, model))
 
@@ -124,7 +124,7 @@ def edges(model: ErrorModel) -> np.ndarray:
     return out
 
 
-def windows(channel: Channel, edges_s: np.ndarray, slow: Slow, model: ErrorModel) -> Iterator[Column]:
+def windows(channel: Channel, edges_s: np.ndarray, slow: SlowFactor, model: ErrorModel) -> Iterator[Column]:
     """One column a window of a channel."""
     for begin_s, end_s in zip(edges_s[:-1], edges_s[1:], strict=True):
         yield channel.column(slow.add_window(float(begin_s), float(end_s), model))

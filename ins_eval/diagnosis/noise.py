@@ -53,7 +53,7 @@ class Prior(NamedTuple):
     spread: float
 
 
-class Slow(NamedTuple):
+class SlowNoise(NamedTuple):
     """Slow error of what measures: one sigma of position and velocity in believed sigmas, times, prior spreads."""
 
     position: float
@@ -65,9 +65,9 @@ class Slow(NamedTuple):
 
 
 SLOW = {
-    "gps": Slow(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
-    "reference": Slow(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
-    "standstill": Slow(1.0, 300.0, 0.5, 10.0, 0.3, 0.0),
+    "gps": SlowNoise(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
+    "reference": SlowNoise(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
+    "standstill": SlowNoise(1.0, 300.0, 0.5, 10.0, 0.3, 0.0),
 }
 
 

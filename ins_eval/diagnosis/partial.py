@@ -26,7 +26,7 @@ from ins_eval.diagnosis.experiments import OF_INSTRUMENT
 from ins_eval.diagnosis.library import Candidate
 from ins_eval.diagnosis.open_form import open_form
 from ins_eval.diagnosis.study import Hypothesis
-from ins_eval.diagnosis.verdict import Diagnosis, Effect, Mismatch, channel_of
+from ins_eval.diagnosis.verdict import Diagnosis, FoundEffect, Mismatch, channel_of
 from ins_eval.effects.parts import SENSORS
 from ins_eval.units import ARCSEC, DEG_PER_H, HOUR, UG
 
@@ -61,7 +61,7 @@ class Located:
     drive_unit: str
 
 
-def located(found: Diagnosis, effect: Effect | None = None) -> Located | None:
+def located(found: Diagnosis, effect: FoundEffect | None = None) -> Located | None:
     """The disturbance that `effect` explains, or without one that of the channel that stays unexplained.
 
     None where there is nothing of the kind: an effect that belongs to the start, or nothing that stays unexplained.

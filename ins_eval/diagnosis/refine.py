@@ -36,7 +36,7 @@ PLACED = 0.03  # of the prior with which a lag is searched for: a placed one has
 
 
 @dataclass(frozen=True, eq=False)
-class Refined:
+class RefinedFit:
     """Recordings navigated with the finalist, and where.
 
     `model` its effects with columns around that point, `point` (k,) their coefficients there, `spread` the 95 %
@@ -52,7 +52,7 @@ class Refined:
     bent: np.ndarray
 
 
-def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted]) -> Refined:
+def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted]) -> RefinedFit:
     """Gauss-Newton on the effects of `model`, from what was found without it."""
     original = tuple(cases)
     model = tuple(again(one, original) for one in model)  # they may come from other navigated recordings
@@ -80,7 +80,7 @@ def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[
     fitted = tuple(fit_noise(cases, scaled, [one.position for one in fitted]))
     placed = [_placed(cases, model, k, fitted, model, point) for k in range(len(model))]  # at the noise of the answer
     bent = sum((one[2] for one in placed), np.zeros(len(model)))
-    return Refined(cases, model, point, fitted, tuple(one[1] for one in placed), bent)
+    return RefinedFit(cases, model, point, fitted, tuple(one[1] for one in placed), bent)
 
 
 def _navigated(

@@ -18,7 +18,7 @@ from ins_eval.diagnosis.reach import Reach, reach
 from ins_eval.diagnosis.search import Space, one_more
 from ins_eval.diagnosis.stage import HANDICAP
 from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
-from ins_eval.diagnosis.verdict import Diagnosis, Effect
+from ins_eval.diagnosis.verdict import Diagnosis, FoundEffect
 from ins_eval.effects.effect import AXES
 from ins_eval.units import DEG
 
@@ -52,7 +52,7 @@ def ground(found: Diagnosis) -> Ground:
     return Ground(hypotheses, space(hypotheses, HANDICAP), here, ())
 
 
-def evidence(of: Ground, effect: Effect | None) -> list[Place]:
+def evidence(of: Ground, effect: FoundEffect | None) -> list[Place]:
     """Every family in the place of `effect` beside the rest of the best set, or alone without one; best first."""
     others = [k for k in of.members if effect is None or of.hypotheses[k].key != effect.hypothesis.key]
     of_family, members, _ = one_more(of.here.normal, of.here.projection, others, of.space)

@@ -11,7 +11,7 @@ import numpy as np
 from ins_eval.diagnosis.case import Case
 from ins_eval.diagnosis.held_out import held_out
 from ins_eval.diagnosis.noise import Fitted
-from ins_eval.diagnosis.refine import Refined
+from ins_eval.diagnosis.refine import RefinedFit
 from ins_eval.diagnosis.search import Explanation, Space, log_bayes_factor, one_more, posterior, search
 from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
 from ins_eval.effects.composed import NAME as COMPOSED
@@ -38,7 +38,7 @@ class Stage:
     fitted: tuple[Fitted, ...]
     here: Sums
     ranked: tuple[Explanation, ...]
-    refined: Refined | None = None
+    refined: RefinedFit | None = None
 
     @property
     def best(self) -> Explanation:

@@ -37,7 +37,7 @@ class Mismatch:
 
 
 @dataclass(frozen=True, eq=False)
-class Effect:
+class FoundEffect:
     """One effect of the explanation: `value` with `sigma` in its unit."""
 
     hypothesis: Hypothesis
@@ -83,7 +83,7 @@ class Diagnosis:
 
     cases: tuple[Case, ...]
     verdict: str
-    effects: tuple[Effect, ...]
+    effects: tuple[FoundEffect, ...]
     rivals: tuple[Rival, ...]
     mismatches: tuple[Mismatch, ...]
     remainder: Remainder

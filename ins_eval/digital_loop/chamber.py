@@ -37,12 +37,12 @@ class Calibrated:
     far_thermometer_c: np.ndarray
 
 
-def run(plan: population.Plan, size: int, workers: int | None = None, quiet: bool = True) -> list[Calibrated]:
+def run(plan: population.ProcedurePlan, size: int, workers: int | None = None, quiet: bool = True) -> list[Calibrated]:
     """Each unit of the population in the chamber, in order of their numbers."""
     return population.of_each(partial(calibrated, plan), size, workers, quiet, "in the chamber")
 
 
-def calibrated(plan: population.Plan, index: int) -> Calibrated:
+def calibrated(plan: population.ProcedurePlan, index: int) -> Calibrated:
     """Unit number `index` of the population that `plan` describes."""
     streams = Streams(plan.seed).at("digital loop")
     unit = population.draw(streams, index, load(plan.preset))

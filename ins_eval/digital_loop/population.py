@@ -45,7 +45,7 @@ Member = dict[str, dict[str, np.ndarray]]
 
 
 @dataclass(frozen=True)
-class Plan:
+class ProcedurePlan:
     """Everything that decides the numbers of a population, but for its size.
 
     `injected_ppm`: what is put in, -ppm in the forward and +ppm in the feedback gain; the paper's first.
@@ -56,7 +56,7 @@ class Plan:
     injected_ppm: tuple[float, ...] = (200.0, 1000.0)
 
 
-PLAN = Plan()
+PLAN = ProcedurePlan()
 
 
 def draw(streams: Streams, index: int, loop: Loop | None = None) -> Unit:
@@ -75,7 +75,7 @@ def draw(streams: Streams, index: int, loop: Loop | None = None) -> Unit:
     )
 
 
-def run(plan: Plan = PLAN, size: int = SIZE, workers: int | None = None, quiet: bool = True) -> list[Member]:
+def run(plan: ProcedurePlan = PLAN, size: int = SIZE, workers: int | None = None, quiet: bool = True) -> list[Member]:
     """All members in order of their numbers; the number of `workers` (threads, None: all cores) changes no digit."""
     return of_each(partial(member, plan), size, workers, quiet, "accelerometers")
 
@@ -91,7 +91,7 @@ def of_each(found: Callable[[int], Any], size: int, workers: int | None, quiet: 
             raise
 
 
-def member(plan: Plan, index: int) -> Member:
+def member(plan: ProcedurePlan, index: int) -> Member:
     """One accelerometer: ``[injected ppm][key]`` with the repetitions (r,) of `bench.Procedure`, keys as in `KEPT`.
 
     The sizes after the first are put into the first repetitions again, at the same temperatures and with the same

@@ -26,21 +26,21 @@ AXES = ("east", "north", "horizontal")
 
 
 @dataclass(frozen=True)
-class Case:
+class SensitivityCase:
     """One assumption, in words; what differs from the base: fields of `Plan`, among them its `changes`."""
 
     words: str
     fields: Mapping[str, Any] = field(default_factory=dict)
 
 
-def _changed(words: str, *changes: Change) -> Case:
-    return Case(words, {"changes": changes})
+def _changed(words: str, *changes: Change) -> SensitivityCase:
+    return SensitivityCase(words, {"changes": changes})
 
 
-CASES: dict[str, Case] = {
-    BASE: Case("the flight report: out and back, sensors of the population JB-KT8, aligned on the stand"),
-    "path/straight": Case("straight ahead instead of out and back", {"profile": "straight"}),
-    "path/box": Case("a box, 90 degrees every 1000 s, instead of out and back", {"profile": "box"}),
+CASES: dict[str, SensitivityCase] = {
+    BASE: SensitivityCase("the flight report: out and back, sensors of the population JB-KT8, aligned on the stand"),
+    "path/straight": SensitivityCase("straight ahead instead of out and back", {"profile": "straight"}),
+    "path/box": SensitivityCase("a box, 90 degrees every 1000 s, instead of out and back", {"profile": "box"}),
     "path/bank": _changed("banks of 25 degrees (33 to 35), so that GPS is never lost", ("turn.bank_deg", 25.0)),
     "alignment/given": _changed("true attitude given instead of found on the stand", ("alignment", "given")),
     "gyro/0": _changed("constant gyro bias 0 (0.014 deg/h)", ("gyro.bias_deg_per_h", 0.0)),
@@ -71,7 +71,7 @@ CASES: dict[str, Case] = {
     "rate sign/printed": _changed(
         "printed signs of the rate terms (as in the text)", ("scale_polynomial.rate_sign", "printed")
     ),
-    "oven runs/3": Case("refined with three oven runs (one)", {"oven_runs": 3}),
+    "oven runs/3": SensitivityCase("refined with three oven runs (one)", {"oven_runs": 3}),
 }
 
 

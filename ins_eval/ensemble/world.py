@@ -15,7 +15,7 @@ from ins_eval.ensemble.changes import Attitude, Change, Setting
 from ins_eval.ensemble.plan import OVEN_RATE_HZ, SOURCES, Plan
 from ins_eval.errors import UsageError
 from ins_eval.gyro import GyroPopulation
-from ins_eval.imu import Instrument, Mission, Population
+from ins_eval.imu import Instrument, Mission, InstrumentPopulation
 from ins_eval.laboratory import Chamber
 from ins_eval.missions import Missions
 from ins_eval.navigation import samples, standstill_to_align_on
@@ -41,7 +41,7 @@ def _measured(
     chamber: Chamber, accelerometers: accelerometer.Population, streams: Streams
 ) -> tuple[ChamberReadings, ...]:
     """Readings of the three accelerometers of one instrument: shared by plans that differ in anything else."""
-    instrument = Population(accelerometers).draw(streams)
+    instrument = InstrumentPopulation(accelerometers).draw(streams)
     return tuple(chamber.measure(unit, streams) for unit in instrument.accelerometers)
 
 
@@ -54,7 +54,7 @@ def _calibrated(
 
 
 @lru_cache(maxsize=8)
-def _oven_runs(population: Population, oven: Mission, streams: Streams, count: int) -> tuple[list[OvenRun], ...]:
+def _oven_runs(population: InstrumentPopulation, oven: Mission, streams: Streams, count: int) -> tuple[list[OvenRun], ...]:
     """The first `count` refinement runs of an instrument, level and at rest in the oven, for each accelerometer."""
     instrument, node = population.draw(streams), streams.at("oven")
     seen = [samples(oven.record(instrument, node.at(run))) for run in range(count)]
@@ -78,7 +78,7 @@ class World:
         if source is not None:
             accelerometers = accelerometers.only(*source.effects, "quantisation")
             gyros = gyros if source.gyros else gyros.perfect()
-        self.population = Population(accelerometers, gyros, setting.gradient)
+        self.population = InstrumentPopulation(accelerometers, gyros, setting.gradient)
         self.alignment = setting.alignment
         self.flight = _flight(setting.profile, plan.rate_hz)
         heated = setting.profile if plan.oven is None else load(plan.oven)

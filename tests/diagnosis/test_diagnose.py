@@ -21,7 +21,7 @@ from ins_eval.diagnosis.verdict import (
     PARTLY,
     UNEXPLAINED,
     Diagnosis,
-    Effect,
+    FoundEffect,
     Mismatch,
     Remainder,
     Rival,
@@ -149,7 +149,7 @@ def diagnosis(verdict: str, effects=(), rivals=(), mismatches=(), remainder=None
     return Diagnosis(
         cases=before,
         verdict=verdict,
-        effects=tuple(Effect(one, 4.8, 0.15, 0.97, 41.2, 4e-4, spread) for one, spread in effects),
+        effects=tuple(FoundEffect(one, 4.8, 0.15, 0.97, 41.2, 4e-4, spread) for one, spread in effects),
         rivals=tuple(rivals),
         mismatches=tuple(mismatches),
         remainder=remainder or Remainder(None, 0.0, 1.1),

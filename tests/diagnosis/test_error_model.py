@@ -36,7 +36,7 @@ def fitted(believed: null.Believed, column: Column) -> tuple[float, float]:
         wander_sigma=np.zeros(6),
         wander_time_s=1800.0,
     )
-    sums = whitening.whiten(columns.assemble(model, seen, columns.Slow(), [column]), levels)
+    sums = whitening.whiten(columns.assemble(model, seen, columns.SlowFactor(), [column]), levels)
     a, b = sums.normal[0, 0], sums.projection[0]
     return b / a, 1.0 - b * b / a / sums.square
 

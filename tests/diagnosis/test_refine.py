@@ -13,7 +13,7 @@ from ins_eval.diagnosis.case import Case, prepare
 from ins_eval.diagnosis.columns import Column
 from ins_eval.diagnosis.judge import judge
 from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.refine import Q95, Refined, believed_effect, refine
+from ins_eval.diagnosis.refine import Q95, RefinedFit, believed_effect, refine
 from ins_eval.diagnosis.study import Hypothesis, fit_noise, sums
 from ins_eval.effects.accelerometer import CREEP_TIME
 from ins_eval.units import UG
@@ -34,11 +34,11 @@ def recorded(case: Case, name: str, **parameters) -> tuple[Case, Hypothesis]:
     return case, Hypothesis(member, (member.column,))
 
 
-def refined(case: Case, one: Hypothesis) -> Refined:
+def refined(case: Case, one: Hypothesis) -> RefinedFit:
     return refine([case], [one], fit_noise([case], [one.scaled(4.0)], [None]))
 
 
-def estimate(found: Refined) -> tuple[float, float]:
+def estimate(found: RefinedFit) -> tuple[float, float]:
     """Value and sigma by least squares on the sums around the belief."""
     here = sums(found.cases, [one.position for one in found.fitted], found.model, found.point)
     nominal = found.model[0].candidate.nominal
@@ -104,7 +104,7 @@ def test_a_large_effect_is_no_curve_without_a_name(recording_at_rest) -> None:
 
 
 @pytest.fixture(scope="module")
-def crept(recording_at_rest) -> tuple[Case, Refined]:
+def crept(recording_at_rest) -> tuple[Case, RefinedFit]:
     recording = recording_at_rest(7200.0, 1, creep_ug, temperature)
     case, one = recorded(prepare(recording), "accelerometer.bias_creep", time_constant_s=1200.0)
     return case, refined(case, one)

@@ -8,7 +8,7 @@ from ins_eval.digital_loop.bench import current_test, static_test
 from ins_eval.errors import UsageError
 from ins_eval.streams import Streams
 
-PLAN = population.Plan(seed=5)
+PLAN = population.ProcedurePlan(seed=5)
 
 
 @pytest.fixture(scope="module", params=[0, 1, 2])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ins_eval.digital_loop import PARTS, load, population
-from ins_eval.digital_loop.population import Plan, draw, per_unit, run, summary
+from ins_eval.digital_loop.population import ProcedurePlan, draw, per_unit, run, summary
 from ins_eval.streams import Streams
 
 SIZE = 12
@@ -13,7 +13,7 @@ WARM_UP_C = 2.0
 
 @pytest.fixture(scope="module")
 def members():
-    return run(Plan(seed=3), SIZE, workers=2)
+    return run(ProcedurePlan(seed=3), SIZE, workers=2)
 
 
 def test_coefficients_are_drawn_as_the_file_says():
@@ -44,7 +44,7 @@ def test_the_paper_unit_is_one_unit():
 
 
 def test_same_digits_whatever_the_number_of_workers(members):
-    again = run(Plan(seed=3), 3, workers=1)
+    again = run(ProcedurePlan(seed=3), 3, workers=1)
     for one, other in zip(members, again, strict=False):
         for size in one:
             for key, values in one[size].items():

@@ -16,7 +16,7 @@ import pytest
 
 import ins_eval
 from ins_eval import ensemble
-from ins_eval.accelerometer import Contribution, Effect
+from ins_eval.accelerometer import Contribution, AccelerometerEffect
 from ins_eval.accelerometer import Population as Accelerometers
 from ins_eval.ensemble import ARMS, SOURCES, Plan, World, fly
 from ins_eval.errors import UsageError
@@ -34,7 +34,7 @@ class Plain:
 FEW = ("simple", "hysteresis_refined")
 
 
-class Silent(Effect):
+class Silent(AccelerometerEffect):
     """A source of errors that draws wherever it may and adds nothing."""
 
     name: ClassVar[str] = "silent"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ins_eval import ensemble, metrics
-from ins_eval.accelerometer import Contribution, Effect
+from ins_eval.accelerometer import Contribution, AccelerometerEffect
 from ins_eval.earth import gravity, radii
 from ins_eval.ensemble import Plan, World, oven
 from ins_eval.gyro import GyroPopulation
@@ -22,7 +22,7 @@ HEIGHT_M = 400.0
 DURATION_S = 8400.0
 
 
-class InTheOven(Effect):
+class InTheOven(AccelerometerEffect):
     """A level bias that the chamber does not show, as a turn-on bias does not, but known.
 
     It points to the azimuth `towards_deg`; to `bias_ug` comes a drift from the start of the stand until `until_s`,
@@ -71,7 +71,7 @@ def _two_runs():
         yield
 
 
-def rms(accelerometer: Effect | None = None, gyros: GyroPopulation | None = None) -> dict[str, dict[str, float]]:
+def rms(accelerometer: AccelerometerEffect | None = None, gyros: GyroPopulation | None = None) -> dict[str, dict[str, float]]:
     """Velocity RMS by group and axis of an instrument that errs in nothing else; the two runs are alike."""
     world = World(Plan(experiment="oven", arms=ARMS))
     clean = world.population.accelerometers.only()

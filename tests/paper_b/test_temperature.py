@@ -52,7 +52,7 @@ def test_the_tests_alone_leave_the_output_its_temperature():
 
 
 def test_over_a_population_own_coefficients_help_and_another_unit_s_do_not():
-    plan, size = population.Plan(seed=2), 12
+    plan, size = population.ProcedurePlan(seed=2), 12
     members, units = population.run(plan, size), chamber.run(plan, size)
     found = temperature.of_temperature(members, units, 200.0, plan.seed)
     for change in ("room", "far"):
