@@ -143,7 +143,9 @@ def fit_channels(windows: Windows) -> tuple[FittedChannel, ...]:
     return tuple(out)
 
 
-def _fit(name: str, windows: Windows, difference: np.ndarray, implied: np.ndarray, attenuation: np.ndarray) -> FittedChannel:
+def _fit(
+    name: str, windows: Windows, difference: np.ndarray, implied: np.ndarray, attenuation: np.ndarray
+) -> FittedChannel:
     """Least squares on those of the three implied signals whose coefficient is determined."""
     axis = CHANNELS.index(name) % 3
     blocks = _blocks(difference.size)
@@ -253,7 +255,9 @@ def _blocks(count: int) -> np.ndarray:
     return np.arange(count) * BLOCKS // count
 
 
-def _jackknife(regressors: np.ndarray, values: np.ndarray, blocks: np.ndarray) -> tuple[list[ChannelEstimate], np.ndarray]:
+def _jackknife(
+    regressors: np.ndarray, values: np.ndarray, blocks: np.ndarray
+) -> tuple[list[ChannelEstimate], np.ndarray]:
     """Least squares of `values` (n,) on `regressors` (n, p), each with its error from leaving out a block at a time."""
     size = np.linalg.norm(regressors, axis=0)
     scaled = regressors / size
@@ -269,7 +273,8 @@ def _jackknife(regressors: np.ndarray, values: np.ndarray, blocks: np.ndarray) -
     error = np.sqrt((BLOCKS - 1) / BLOCKS * np.square(without - without.mean(axis=0)).sum(axis=0))
     reach = stats.t.ppf(0.975, BLOCKS - 1) * error
     return [
-        ChannelEstimate(float(v), float(e), float(v - r), float(v + r)) for v, e, r in zip(whole, error, reach, strict=True)
+        ChannelEstimate(float(v), float(e), float(v - r), float(v + r))
+        for v, e, r in zip(whole, error, reach, strict=True)
     ], whole
 
 

@@ -16,7 +16,7 @@ from ins_eval.earth import radii
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Recording, Start
-from ins_eval.recording.quiet import Stretch, choose_alignment, quiet_stretches
+from ins_eval.recording.stillness import Stretch, choose_alignment, still_stretches
 from ins_eval.reference import Errors, compare, standstill
 from ins_eval.strapdown import Solution, Vertical, navigate
 from ins_eval.thermal import filtered_rate
@@ -78,7 +78,7 @@ def standstill_to_align_on(recording: Recording) -> Stretch | None:
         return Stretch(start.time_s, start.still_until_s)
     if start.attitude_rad is not None and (start.attitude_sigma_rad is not None or recording.kind not in PARKED):
         return None
-    stretches = [s for s in quiet_stretches(recording.imu) if _stands(recording, s)]
+    stretches = [s for s in still_stretches(recording.imu) if _stands(recording, s)]
     return choose_alignment(stretches)
 
 

@@ -120,8 +120,8 @@ MUTANTS = {
         (
             (
                 SHARED,
-                "Population(accelerometers, gyros, setting.gradient)",
-                "Population(accelerometers, gyros.perfect(), setting.gradient)",
+                "InstrumentPopulation(accelerometers, gyros, setting.gradient)",
+                "InstrumentPopulation(accelerometers, gyros.perfect(), setting.gradient)",
             ),
         ),
         fails=("4, paper, hysteresis_refined, velocity RMS",),

@@ -12,7 +12,7 @@ from ins_eval.accelerometer import EFFECTS
 from ins_eval.accelerometer import Population as AccelerometerPopulation
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.gyro import GyroPopulation
-from ins_eval.imu import Mission, InstrumentPopulation
+from ins_eval.imu import InstrumentPopulation, Mission
 from ins_eval.profile import Baro, load
 from ins_eval.recording import Recording
 from ins_eval.streams import Streams

@@ -25,7 +25,7 @@ from ins_eval.navigation import (
 from ins_eval.profile import Profile
 from ins_eval.recording import Fixes, Imu, Recording, Start
 from ins_eval.recording.belief import Belief
-from ins_eval.recording.quiet import Stretch
+from ins_eval.recording.stillness import Stretch
 from ins_eval.strapdown import navigate
 from ins_eval.trajectory import Trajectory
 from ins_eval.units import DEG, DEG_PER_H, NMI, UG

@@ -30,8 +30,17 @@ real one redraws. Every effect has random streams of its own: switching one off 
 """
 
 from ins_eval.accelerometer.absent import Absent
-from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect
+from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution
 from ins_eval.accelerometer.model import EFFECTS, Accelerometer, Population, SlowErrors
 from ins_eval.accelerometer.run import ThermalRun
 
-__all__ = ["EFFECTS", "Absent", "Accelerometer", "Contribution", "Effect", "Population", "SlowErrors", "ThermalRun"]
+__all__ = [
+    "EFFECTS",
+    "Absent",
+    "Accelerometer",
+    "AccelerometerEffect",
+    "Contribution",
+    "Population",
+    "SlowErrors",
+    "ThermalRun",
+]

@@ -20,7 +20,9 @@ class Absent(AccelerometerEffect):
         """The name of the effect that is switched off."""
         return self.of.name
 
-    def for_axes(self, rng: np.random.Generator) -> tuple[AccelerometerEffect, AccelerometerEffect, AccelerometerEffect]:
+    def for_axes(
+        self, rng: np.random.Generator
+    ) -> tuple[AccelerometerEffect, AccelerometerEffect, AccelerometerEffect]:
         x, y, z = self.of.for_axes(rng)
         return Absent(of=x), Absent(of=y), Absent(of=z)
 

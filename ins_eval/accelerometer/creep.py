@@ -22,7 +22,7 @@ import numba
 import numpy as np
 from pydantic import Field, model_validator
 
-from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, NotNegative, Positive
+from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative, Positive
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.units import MINUTE
 

@@ -37,7 +37,9 @@ class AccelerometerEffect(Strict):
 
     name: ClassVar[str]
 
-    def for_axes(self, rng: np.random.Generator) -> tuple[AccelerometerEffect, AccelerometerEffect, AccelerometerEffect]:
+    def for_axes(
+        self, rng: np.random.Generator
+    ) -> tuple[AccelerometerEffect, AccelerometerEffect, AccelerometerEffect]:
         """This effect for the axes x, y, z of one instrument, where they differ by more than chance."""
         return self, self, self
 

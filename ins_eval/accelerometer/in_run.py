@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, NotNegative, Positive
+from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative, Positive
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.random_processes import gauss_markov
 

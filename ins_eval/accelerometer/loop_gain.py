@@ -2,7 +2,7 @@
 
 The loop integrates, so its output follows the feedback alone, k_t k_VI k_DA N = k0 a. A drift of k_VI k_DA by f and of
 the torquer by t multiplies K1 by 1 / ((1 + f) (1 + t)); a drift of the forward gain does nothing. What remains after a
-self-calibration is worked out in `ensemble.stored` from a loop of parts; here an accelerometer is given the result.
+self-calibration is worked out in `ensemble.ageing` from a loop of parts; here an accelerometer is given the result.
 
 Chamber and oven come before storage, so only a flight feels it.
 Source: Paper B (IEEE Access 2019), eqs (9)-(13) and (24)-(30).
@@ -16,7 +16,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect
+from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution
 from ins_eval.accelerometer.run import ThermalRun
 
 

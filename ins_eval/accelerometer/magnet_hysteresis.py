@@ -23,7 +23,7 @@ import numba
 import numpy as np
 from pydantic import Field
 
-from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, NotNegative, Positive
+from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative, Positive
 from ins_eval.accelerometer.run import ThermalRun
 
 

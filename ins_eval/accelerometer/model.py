@@ -100,7 +100,9 @@ class Accelerometer:
 
     def _acting(self, place: str) -> list[AccelerometerEffect]:
         """The effects that do something there; for one that does not a generator costs more than most effects."""
-        return [effect for effect in self.effects if getattr(type(effect), place) is not getattr(AccelerometerEffect, place)]
+        return [
+            effect for effect in self.effects if getattr(type(effect), place) is not getattr(AccelerometerEffect, place)
+        ]
 
     def output(self, specific_force_g: np.ndarray, scale: np.ndarray, bias_ug: np.ndarray) -> np.ndarray:
         """Eq. (1) and (12) in pulse/s.

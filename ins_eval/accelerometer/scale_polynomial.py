@@ -18,7 +18,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, Positive
+from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, Positive
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.scale_factor import TERMS, scale_factor_terms
 from ins_eval.tables import Strict
@@ -51,7 +51,9 @@ class ScalePolynomial(AccelerometerEffect):
     rate_filter_s: Positive
     spread: Annotated[float, Field(ge=0.0, lt=1.0)]  # each coefficient but gamma is uniform within 1 -+ spread
 
-    def for_axes(self, rng: np.random.Generator) -> tuple[AccelerometerEffect, AccelerometerEffect, AccelerometerEffect]:
+    def for_axes(
+        self, rng: np.random.Generator
+    ) -> tuple[AccelerometerEffect, AccelerometerEffect, AccelerometerEffect]:
         """One of the units for each axis, in random order."""
         x, y, z = np.resize(rng.permutation(len(self.units)), 3)
         return tuple(self.model_copy(update={"units": (self.units[k],)}) for k in (x, y, z))

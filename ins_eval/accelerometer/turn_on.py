@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import Contribution, AccelerometerEffect, NotNegative
+from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative
 from ins_eval.accelerometer.run import ThermalRun
 
 

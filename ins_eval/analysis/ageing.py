@@ -17,9 +17,9 @@ import numpy as np
 from ins_eval import ensemble, metrics
 from ins_eval.earth import gravity, radii
 from ins_eval.ensemble import Plan, World
+from ins_eval.ensemble.ageing import Aged
 from ins_eval.ensemble.changes import ATTITUDES
 from ins_eval.ensemble.response import Response, response
-from ins_eval.ensemble.stored import Stored
 from ins_eval.imu import Mission
 from ins_eval.streams import Streams
 from ins_eval.units import PPM
@@ -34,7 +34,7 @@ SHOWN_PPM = 100.0  # on one axis
 FREE_S = 600.0  # after which a vertical channel without barometer is shown
 
 
-def plans(fresh: Plan, size: int, units: Stored) -> dict[str, tuple[Plan, int]]:
+def plans(fresh: Plan, size: int, units: Aged) -> dict[str, tuple[Plan, int]]:
     """The ensembles beside the `fresh` one, whose accelerometers have loops like those of `units`."""
     changed = {state: (("loop_gain.scale_ppm", tuple(getattr(units, f"{state}_ppm").tolist())),) for state in STORED}
     return {
@@ -46,7 +46,7 @@ def plans(fresh: Plan, size: int, units: Stored) -> dict[str, tuple[Plan, int]]:
 def numbers(
     plans: Mapping[str, tuple[Plan, int]],
     members: Mapping[str, list[dict[str, dict[str, np.ndarray]]]],
-    units: Stored,
+    units: Aged,
 ) -> dict[str, Any]:
     """What storage does, from the finished `members` of `plans`, the fresh ones under "all".
 
@@ -100,7 +100,7 @@ def numbers(
     }
 
 
-def _gains(units: Stored) -> dict[str, float]:
+def _gains(units: Aged) -> dict[str, float]:
     error_ppm = units.estimate_ppm - units.feedback_ppm
     of_temperature_ppm = error_ppm + units.current_ppm
     kept = ("feedback_ppm", "forward_ppm", "torquer_ppm", "current_ppm", "warmer_c")

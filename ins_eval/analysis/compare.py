@@ -11,14 +11,14 @@ import pandas as pd
 
 from ins_eval import channels
 from ins_eval.alignment import Alignment, align
-from ins_eval.channels import FittedChannel, ChannelEstimate, Windows, find_clock, fit_channels, in_windows
+from ins_eval.channels import ChannelEstimate, FittedChannel, Windows, find_clock, fit_channels, in_windows
 from ins_eval.compensation.file import believed_model
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
 from ins_eval.implied import epoch_spacing_s, implied_increments
 from ins_eval.navigation import PARKED, compensate, samples
 from ins_eval.recording import Fixes, Recording, Start
-from ins_eval.recording.quiet import ENOUGH_FOR_ALIGNMENT_S, Stretch, choose_alignment, quiet_stretches
+from ins_eval.recording.stillness import ENOUGH_FOR_ALIGNMENT_S, Stretch, choose_alignment, still_stretches
 from ins_eval.trajectory import Increments
 from ins_eval.units import DEG
 
@@ -185,7 +185,7 @@ def _stretches(recording: Recording) -> list[Stretch]:
     """Where the vehicle stood: as written down, or the quiet stretches that are long enough, at least the longest."""
     if recording.start.still_until_s is not None:
         return [Stretch(recording.start.time_s, recording.start.still_until_s)]
-    quiet = quiet_stretches(recording.imu)
+    quiet = still_stretches(recording.imu)
     return [s for s in quiet if s.duration_s >= ENOUGH_FOR_ALIGNMENT_S] or [choose_alignment(quiet)]
 
 

@@ -32,7 +32,7 @@ from ins_eval.navigation import (
 from ins_eval.profile import Place, Profile, Thermal, load
 from ins_eval.recording import Recording
 from ins_eval.recording.belief import Belief
-from ins_eval.recording.quiet import Stretch
+from ins_eval.recording.stillness import Stretch
 from ins_eval.tables import read_toml
 from ins_eval.trajectory import MAX_RATE_HZ, MIN_RATE_HZ
 from ins_eval.units import DEG

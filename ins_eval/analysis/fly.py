@@ -16,7 +16,7 @@ from ins_eval.analysis.flight import SHOWN_ARMS, Shown
 from ins_eval.compensation.check import require_sound
 from ins_eval.compensation.registry import load_model
 from ins_eval.ensemble import ARMS, Plan, World
-from ins_eval.ensemble.stored import Stored, stored
+from ins_eval.ensemble.ageing import Aged, aged
 from ins_eval.metrics import DEFINITIONS, VelocityRms
 
 
@@ -35,7 +35,7 @@ class FlightStudy:
     names: Mapping[str, str]
     users: tuple[str, ...]
     shown: Shown
-    units: Stored | None
+    units: Aged | None
 
     @property
     def size(self) -> int:
@@ -96,7 +96,7 @@ def fly(
     names = {spec: load_model(spec).name for spec in ARMS + users}
     population, plan = plan.missions or missions.POPULATION, replace(plan, arms=ARMS + users, missions=None)
     world = World(plan)  # refuses what cannot be flown before anything is written
-    units = stored(ageing_years, plan.seed)
+    units = aged(ageing_years, plan.seed)
     plans = flight.plans(plan, size)
     if ageing_years:
         plans |= ageing.plans(plan, size, units)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from ins_eval import gate
 from ins_eval.errors import GateNotMet
+from ins_eval.files import write_whole
 from ins_eval.gate import MEASURES, Committed, Condition, Quantities, Sizes
-from ins_eval.storage import write_whole
 from ins_eval.tables import parse, read_toml
 
 COMMIT_SIZES = Sizes(paper=2400, missions=1000)

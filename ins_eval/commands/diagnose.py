@@ -9,9 +9,9 @@ from pathlib import Path
 from tqdm import tqdm
 
 from ins_eval.analysis.diagnose import STEPS
+from ins_eval.files import write_whole
 from ins_eval.interface import diagnose
 from ins_eval.report.results import as_json
-from ins_eval.storage import write_whole
 
 
 def run(

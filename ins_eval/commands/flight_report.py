@@ -14,11 +14,11 @@ from ins_eval.analysis.fly import fly
 from ins_eval.analysis.missions import POPULATION
 from ins_eval.compensation.registry import model_files
 from ins_eval.ensemble import Plan
+from ins_eval.files import write_whole
 from ins_eval.interface import of_flights
 from ins_eval.missions import find as find_missions
 from ins_eval.profile import find
 from ins_eval.report.results import as_json, made_with
-from ins_eval.storage import write_whole
 
 
 def run(

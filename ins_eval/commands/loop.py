@@ -17,10 +17,10 @@ from ins_eval.calibration.loop_readings import CURRENT, SCAN, LoopReadings, read
 from ins_eval.digital_loop import bench, load, population, stability
 from ins_eval.digital_loop.injector import Injection
 from ins_eval.errors import UsageError
+from ins_eval.files import write_whole
 from ins_eval.report import text
 from ins_eval.report.content import Paragraph, Section, Table
 from ins_eval.report.results import as_json, made_with
-from ins_eval.storage import write_whole
 from ins_eval.streams import Streams
 
 LARGEST_PPM = 10_000.0  # beyond, it is another loop: the scan would leave the ADC

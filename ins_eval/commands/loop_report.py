@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ins_eval.digital_loop import Loop, chamber, load, population, sampled, stability
+from ins_eval.files import write_whole
 from ins_eval.paper_b import ours
 from ins_eval.paper_b.printed import PRINTED
 from ins_eval.paper_b.rows import rows
@@ -17,7 +18,6 @@ from ins_eval.report.figures import loop_diagrams
 from ins_eval.report.figures import paper_b as figures
 from ins_eval.report.paper_b import paper_b_content
 from ins_eval.report.results import as_json, made_with, write_results
-from ins_eval.storage import write_whole
 from ins_eval.streams import Streams
 from ins_eval.units import PPM, STANDARD_GRAVITY
 

@@ -16,6 +16,7 @@ from ins_eval.calibration import FITS
 from ins_eval.calibration.four_point import FourPoint, four_point
 from ins_eval.commands.flight_report import manifest
 from ins_eval.ensemble import ARMS, Plan, World, chamber, oven, sensitivity
+from ins_eval.files import write_whole
 from ins_eval.laboratory import Chamber, draw_printed_units
 from ins_eval.laboratory.creep_rig import CreepRig
 from ins_eval.laboratory.magnet import loop, opening
@@ -29,7 +30,6 @@ from ins_eval.report.flight_figures import ensemble_figures, flight_figures
 from ins_eval.report.paper_a import paper_a_content
 from ins_eval.report.recording_figures import metres_per_arcmin
 from ins_eval.report.results import as_json, write_results
-from ins_eval.storage import write_whole
 from ins_eval.streams import Streams
 from ins_eval.units import DEG
 

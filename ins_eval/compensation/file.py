@@ -36,10 +36,10 @@ from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.refined import Refined
 from ins_eval.compensation.scale_and_bias import Curve, ScaleAndBias
 from ins_eval.errors import UsageError
+from ins_eval.files import write_whole
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.form.toml import dumps
 from ins_eval.scale_factor import TERMS
-from ins_eval.storage import write_whole
 from ins_eval.tables import Strict, parse, read_toml
 
 FORMAT = "ins-compensation/1"

@@ -8,8 +8,9 @@
     noise       levels and correlation of all noise, estimated with the answer, under one prior
     evidence    Bayes factors of columns, everything uncertain marginalised
     locate      which channel, when, and how sure after having looked everywhere
-    open_form   a channel that changes slowly, with time or with temperature, and has no name; `following` the motion
-    remainders  what such a channel gains instead of an explanation and beside it
+    open_form   a channel that changes slowly, with time or with temperature, and has no name; `motion_dependence`: with
+                the motion
+    adequacy    what such a channel gains instead of an explanation and beside it
     answer      the verdict in the form `ins-diagnosis/1`
 
 The residual y is INS minus what was measured. Under a hypothesis with parameters p it is

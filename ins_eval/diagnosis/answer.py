@@ -99,8 +99,8 @@ def _rival(one: Rival) -> dict[str, Any]:
 def _fit(found: Diagnosis) -> dict[str, Any]:
     before = navigation_errors(found.cases)
     after = navigation_errors(found.after) if found.effects else {}
-    told = {name: value for name, value in found.held_out.items() if name != "harm_nats"}
-    out: dict[str, Any] = {"held_out": told} if told else {}
+    given = {name: value for name, value in found.held_out.items() if name != "harm_nats"}
+    out: dict[str, Any] = {"held_out": given} if given else {}
     for name in before:
         out[name] = {"before": before[name]} | ({"after": after[name]} if name in after else {})
     return out

@@ -58,10 +58,10 @@ class Case:
         assembled = assemble(self.model, self.seen, self.slow, [*self.nuisances, *columns], taken)
         return replace(assembled, interval_s=self.epochs_s)
 
-    def whitened(self, columns: Sequence[Column], position: np.ndarray, block: int = 1, keep: int = 1) -> Whitened:
-        """One pass with noise at `position`, on means over `block` nodes."""
+    def whitened(self, columns: Sequence[Column], noise_point: np.ndarray, block: int = 1, keep: int = 1) -> Whitened:
+        """One pass with noise at `noise_point`, on means over `block` nodes."""
         assembled = coarse(self.assembled(columns), block)
-        return whiten(assembled, coarse_noise(self.noise.levels(position), block), keep)
+        return whiten(assembled, coarse_noise(self.noise.levels(noise_point), block), keep)
 
     def fitted(
         self,
@@ -73,12 +73,12 @@ class Case:
         return noise.fit(self.ready(columns), len(self.noise.free), start, gain)
 
     def ready(self, columns: Sequence[Column]) -> Callable[[np.ndarray], Whitened]:
-        """The pass on means over `block` nodes as a function of the noise's position: what it shares is done once."""
+        """The pass on means over `block` nodes as a function of the noise point: what it shares is done once."""
         block = self.block
         assembled = coarse(self.assembled(columns), block)
 
-        def at(position: np.ndarray) -> Whitened:
-            return whiten(assembled, coarse_noise(self.noise.levels(position), block))
+        def at(noise_point: np.ndarray) -> Whitened:
+            return whiten(assembled, coarse_noise(self.noise.levels(noise_point), block))
 
         return at
 
@@ -114,7 +114,7 @@ def _around(navigated: Believed, believed: Believed, uncertain: Sequence[Column]
     measured = observations.sources(navigated, end_s)
     model = error_model.build(navigated, solution, observations.nodes(navigated, measured, end_s))
     seen, outliers = noise.without_outliers(observations.observe(navigated, model, measured))
-    told = temperature(recording)
+    given = temperature(recording)
     slow = SlowFactor()
     return Case(
         name=recording.name,
@@ -123,15 +123,15 @@ def _around(navigated: Believed, believed: Believed, uncertain: Sequence[Column]
         model=model,
         seen=seen,
         inertial=seen.residual,
-        temperature=told,
+        temperature=given,
         slow=slow,
         nuisances=tuple(uncertain),
         taken=np.zeros(len(uncertain)),
-        candidates=(*candidates(navigated, model, told, slow), *composed_candidates(navigated, model, told, slow)),
-        noise=noise.noise_model(recording.belief, model, seen, step_noise(navigated, told, model.middle_s)),
+        candidates=(*candidates(navigated, model, given, slow), *composed_candidates(navigated, model, given, slow)),
+        noise=noise.noise_model(recording.belief, model, seen, step_noise(navigated, given, model.middle_s)),
         outliers=outliers,
         epochs_s=model.interval_s,
-        member=partial(member, navigated, model, told, slow),
+        member=partial(member, navigated, model, given, slow),
         again=lambda effects: prepare(replace(recording, belief=with_effects(recording.belief, effects)), folder),
     )
 

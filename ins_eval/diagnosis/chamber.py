@@ -52,12 +52,12 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
     for rows in runs:
         rate[rows] = filtered_rate(readings.time_s[rows], readings.temperature_c[rows], filter_s)
     temperature = chamber_temperature(readings, belief.accelerometer)
-    told = model.specific_force(Samples(readings.time_s, readings.output, readings.temperature_c, rate))
+    given = model.specific_force(Samples(readings.time_s, readings.output, readings.temperature_c, rate))
     one_more = model.specific_force(Samples(readings.time_s, readings.output + 1.0, readings.temperature_c, rate))
-    size = float(np.median(one_more - told))  # of 1 pulse/s
+    size = float(np.median(one_more - given))  # of 1 pulse/s
     if belief.effects:
-        told = told - chamber_error(readings, belief, name, folder, temperature)
-    seen = _observations(readings, told - STANDARD_GRAVITY * readings.input_g)
+        given = given - chamber_error(readings, belief, name, folder, temperature)
+    seen = _observations(readings, given - STANDARD_GRAVITY * readings.input_g)
     seen, outliers = without_outliers(seen)
     nodes_s, epochs = readings.time_s, readings.time_s.size - 1
     still = ErrorModel(
@@ -88,7 +88,7 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         nuisances=of_runs,
         taken=np.zeros(len(of_runs)),
         candidates=tuple(bench.candidates()),
-        noise=_noise(seen, interval_s, _counted(readings, told, size, runs)),
+        noise=_noise(seen, interval_s, _counted(readings, given, size, runs)),
         outliers=outliers,
         epochs_s=interval_s,
         member=bench.member,
@@ -130,7 +130,7 @@ def _noise(seen: Observations, interval_s: np.ndarray, counted: np.ndarray) -> N
     )
 
 
-def _counted(readings: ChamberReadings, told: np.ndarray, size: float, runs: list[np.ndarray]) -> np.ndarray:
+def _counted(readings: ChamberReadings, given: np.ndarray, size: float, runs: list[np.ndarray]) -> np.ndarray:
     """One sigma (n,) in m/s^2 of what the resolution of the output hides; `size` is that of 1 pulse/s in m/s^2.
 
     Where noise carries the output across its steps they average out. A run whose readings scatter by less than a step
@@ -139,11 +139,11 @@ def _counted(readings: ChamberReadings, told: np.ndarray, size: float, runs: lis
     changes = np.abs(np.diff(readings.output))
     changes = changes[changes > 1e-9]
     step = size * float(changes.min(initial=np.inf))
-    out = np.zeros(told.size)
+    out = np.zeros(given.size)
     if not np.isfinite(step):
         return out
     for rows in runs:
-        scatter = float(np.std(np.diff(told[rows]))) / np.sqrt(2.0) if rows.size > 2 else np.inf
+        scatter = float(np.std(np.diff(given[rows]))) / np.sqrt(2.0) if rows.size > 2 else np.inf
         if scatter < STILL * step:
             out[rows] = step / np.sqrt(12.0) * np.sqrt(rows.size * len(runs))
     return out
@@ -166,29 +166,29 @@ class Bench:
     """What candidates of a chamber recording are made of; `slow` is added to."""
 
     readings: ChamberReadings
-    told: Conditions
+    given: Conditions
     slow: SlowFactor
 
     def candidates(self) -> Iterator[Candidate]:
         """Every effect that the recording could show: of the accelerometer in the chamber, along its input."""
         for effect in VOCABULARY.values():
-            if effect.enters not in (ACCELEROMETER, "temperature") or not possible(effect, self.told):
+            if effect.enters not in (ACCELEROMETER, "temperature") or not possible(effect, self.given):
                 continue
             constant = effect.multipliers == ("1",) and effect.slow in ("1", "step")  # as the constant of a run is
             if effect.enters == ACCELEROMETER and (constant or effect.multipliers[0] not in OF_INPUT):
                 continue
-            axis = None if effect.enters == "temperature" else self.told.axes[0]
-            for parameters in tried(effect, axis, self.told):
+            axis = None if effect.enters == "temperature" else self.given.axes[0]
+            for parameters in tried(effect, axis, self.given):
                 yield self.member(effect.name, axis, parameters)
 
     def member(self, name: str, axis: str | None, parameters: Parameters) -> Candidate:
         """One effect with further parameters of any value; see `library.member`."""
         effect = VOCABULARY[name]
-        of_parts = parts(effect, axis, parameters, self.told)
+        of_parts = parts(effect, axis, parameters, self.given)
         time_s = self.readings.time_s
-        unit, nominal, centre = sized(effect, parameters, of_parts, time_s, self.told)
+        unit, nominal, centre = sized(effect, parameters, of_parts, time_s, self.given)
         force = np.zeros((time_s.size, 3))
-        force[:, AXES.index(self.told.axes[0])] = STANDARD_GRAVITY * self.readings.input_g
+        force[:, AXES.index(self.given.axes[0])] = STANDARD_GRAVITY * self.readings.input_g
         terms = []
         for part in of_parts:
             values = part.slow(time_s) * multiplied(part.sensor, part.multiplier, part.axis, force, force)

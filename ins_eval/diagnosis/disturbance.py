@@ -62,14 +62,14 @@ def largest_probability(interval: Interval) -> float:
 
 
 def of_windows(
-    case: Case, position: np.ndarray, chosen: Sequence[Column] = (), sensors: bool = False
+    case: Case, noise_point: np.ndarray, chosen: Sequence[Column] = (), sensors: bool = False
 ) -> tuple[list[Channel], np.ndarray, Whitened]:
     """Channels, edges and the sums of nuisances, `chosen` columns and all windows, or only those of the `sensors`."""
     over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
     if sensors:
         over = [one for one in over if one.name.startswith(SENSORS)]
     windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]
-    return over, edges_s, case.whitened([*chosen, *windows], position, case.block)
+    return over, edges_s, case.whitened([*chosen, *windows], noise_point, case.block)
 
 
 def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator) -> list[Suspect]:
@@ -78,21 +78,21 @@ def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator) -> lis
     What is off for a time may pass for slow noise, so they are sought where that is quiet too; what a window leaves at
     the edges of so large an error would pass for it again, so these are made exact first.
     """
-    quiet = _with_quiet(case, base.position, (*OF_SENSORS, *OF_RECEIVERS))
-    starts = [base.position] if (quiet == base.position).all() else [base.position, quiet]
+    quiet = _with_quiet(case, base.noise_point, (*OF_SENSORS, *OF_RECEIVERS))
+    starts = [base.noise_point] if (quiet == base.noise_point).all() else [base.noise_point, quiet]
     suspects = []
-    for position in starts:
-        over, edges_s, whitened = of_windows(case, position)
+    for noise_point in starts:
+        over, edges_s, whitened = of_windows(case, noise_point)
         reduced = reduce(whitened, len(case.nuisances))
         trials = locate.significance(reduced, edges_s.size - 1, rng)
         found = [one for one in locate.scan(reduced, over, edges_s) if not within_statement(case, one)]
         for one in found[:SUSPECTS]:
             if trials.probability(one.t2) < REMARKABLE:
-                if position is base.position:
-                    suspects.append(_refitted(case, r, base, one, trials, position))
+                if noise_point is base.noise_point:
+                    suspects.append(_refitted(case, r, base, one, trials, noise_point))
                 else:
-                    exact = locate.refined(case, one, position)
-                    suspects.append(_refitted(case, r, base, exact, trials.finer, position))
+                    exact = locate.refined(case, one, noise_point)
+                    suspects.append(_refitted(case, r, base, exact, trials.finer, noise_point))
     return suspects
 
 
@@ -112,7 +112,7 @@ def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Sign
         return log_evidence_of(whitened, known) + 0.5 * float(left.projection[0] ** 2 / max(left.normal[0, 0], 1e-12))
 
     fitted = case.fitted([interval.column(case.slow, case.model)], start, gain)
-    there = log_evidence_of(fitted.whitened, known) - 0.5 * float(fitted.position @ fitted.position)
+    there = log_evidence_of(fitted.whitened, known) - 0.5 * float(fitted.noise_point @ fitted.noise_point)
     # the null is tried with the suspect's noise too: a better search is no gain
     ratio = max(0.0, 2.0 * (fitted.log_evidence - max(base.log_evidence, there)))
     return Suspect(
@@ -122,7 +122,7 @@ def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Sign
 
 def one_sensor(case: Case, r: int, base: Fitted) -> Suspect | None:
     """A slow disturbance of one sensor, at the noise that the others then have; None where there is only one."""
-    quiet = with_quiet_sensors(case, base.position)
+    quiet = with_quiet_sensors(case, base.noise_point)
     over, edges_s, whitened = of_windows(case, quiet, sensors=True)
     reduced = reduce(whitened, len(case.nuisances))
     found = locate.scan(reduced, over, edges_s)
@@ -150,14 +150,14 @@ def one_sensor(case: Case, r: int, base: Fitted) -> Suspect | None:
     return Suspect(r, interval, gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted)
 
 
-def with_quiet_sensors(case: Case, position: np.ndarray) -> np.ndarray:
-    """The noise at `position` with sensors that wander little; that of a chamber as it is believed."""
+def with_quiet_sensors(case: Case, noise_point: np.ndarray) -> np.ndarray:
+    """The noise at `noise_point` with sensors that wander little; that of a chamber as it is believed."""
     if case.believed is None:
-        return np.zeros_like(position)
-    return _with_quiet(case, position, OF_SENSORS)
+        return np.zeros_like(noise_point)
+    return _with_quiet(case, noise_point, OF_SENSORS)
 
 
-def _with_quiet(case: Case, position: np.ndarray, levels: Sequence[str]) -> np.ndarray:
-    """The noise at `position` with those `levels` quiet that are loud."""
-    loud = np.isin(case.noise.free, levels) & (position > LOUD)
-    return np.where(loud, QUIET, position)
+def _with_quiet(case: Case, noise_point: np.ndarray, levels: Sequence[str]) -> np.ndarray:
+    """The noise at `noise_point` with those `levels` quiet that are loud."""
+    loud = np.isin(case.noise.free, levels) & (noise_point > LOUD)
+    return np.where(loud, QUIET, noise_point)

@@ -111,11 +111,12 @@ class Recommendation:
 class Catalogue:
     """The experiments that an instrument permits, judged as it is believed; each is planned once, when asked about.
 
-    `cases` are the recordings at hand, `positions` the noise found in each; `belief` is needed where all are chambers.
+    `cases` are the recordings at hand, `noise_points` the noise found in each; `belief` is needed where all are of
+    chambers.
     """
 
-    def __init__(self, cases: Sequence[Case], positions: Sequence[np.ndarray], belief: Belief | None = None):
-        self._cases, self._positions = list(cases), list(positions)
+    def __init__(self, cases: Sequence[Case], noise_points: Sequence[np.ndarray], belief: Belief | None = None):
+        self._cases, self._noise_points = list(cases), list(noise_points)
         self._like = max(
             (case for case in cases if case.believed is not None),
             key=lambda case: (case.temperature is not None, case.kind in MOVING),
@@ -133,8 +134,8 @@ class Catalogue:
         if experiment.plan is None:
             kept = np.array([not (one.local or one.name.startswith(experiment.anew)) for one in effects], dtype=float)
             return at_hand * np.outer(kept, kept)
-        case, position = self._case(experiment)
-        return information(case, [planned_column(case, one) for one in effects], position)
+        case, noise_point = self._case(experiment)
+        return information(case, [planned_column(case, one) for one in effects], noise_point)
 
     def recommend(
         self,
@@ -196,18 +197,20 @@ class Catalogue:
             other = self._cases[same].noise
             white = _white(self._cases[same], case)
             noise = replace(case.noise, priors=other.priors, down=other.down, white=white)
-            return replace(case, noise=noise), self._positions[same]
+            return replace(case, noise=noise), self._noise_points[same]
         found: dict[str, float] = {}
-        for other, position in zip(self._cases, self._positions, strict=True):
+        for other, noise_point in zip(self._cases, self._noise_points, strict=True):
             if case.believed is not None and other.believed is not None:
-                found = {name: x for name, x in zip(other.noise.free, position, strict=True) if name in OF_INSTRUMENT}
+                found = {
+                    name: x for name, x in zip(other.noise.free, noise_point, strict=True) if name in OF_INSTRUMENT
+                }
         noise = replace(case.noise, down=np.ones(CHANNELS), white=case.seen.sigma)
         return replace(case, noise=noise), np.array([found.get(name, 0.0) for name in noise.free])
 
 
-def information(case: Case, columns: Sequence[Column], position: np.ndarray) -> np.ndarray:
-    """Reduced A (m, m) of `columns` in one recording, nuisances integrated out, noise at `position`."""
-    return reduce(case.whitened(columns, position, case.block), len(case.nuisances)).normal
+def information(case: Case, columns: Sequence[Column], noise_point: np.ndarray) -> np.ndarray:
+    """Reduced A (m, m) of `columns` in one recording, nuisances integrated out, noise at `noise_point`."""
+    return reduce(case.whitened(columns, noise_point, case.block), len(case.nuisances)).normal
 
 
 def planned_column(case: Case, effect: Candidate) -> Column:

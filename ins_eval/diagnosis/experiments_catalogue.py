@@ -124,8 +124,8 @@ def _still(like: Case, cost: int, name: str, faces, dwell_s: float, celsius=None
         motion = plans.parked(like.believed.start, faces, float(dwell_s))
         time_s = motion.time_s[1:]
         room_c = like.believed.recording.belief.accelerometer.reference_temperature_c
-        told = np.full(time_s.size, room_c) if celsius is None else celsius(time_s)
-        return plans.recording(name, "static" if celsius is None else "oven", motion, told, like.believed)
+        given = np.full(time_s.size, room_c) if celsius is None else celsius(time_s)
+        return plans.recording(name, "static" if celsius is None else "oven", motion, given, like.believed)
 
     return Experiment(name, cost, plan)
 
@@ -133,8 +133,8 @@ def _still(like: Case, cost: int, name: str, faces, dwell_s: float, celsius=None
 def _moved(like: Case, cost: int, name: str, *what, **further) -> Experiment:
     def plan() -> Recording:
         planned = plans.profile(like.believed.start, *what, **further)
-        motion, told = plans.moving(planned, banked=like.kind != "drive")
-        return plans.recording(name, like.kind, motion, told, like.believed)
+        motion, given = plans.moving(planned, banked=like.kind != "drive")
+        return plans.recording(name, like.kind, motion, given, like.believed)
 
     return Experiment(name, cost, plan)
 

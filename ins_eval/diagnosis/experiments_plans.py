@@ -169,10 +169,10 @@ def recording(name: str, kind: str, motion: Motion, temperature_c: np.ndarray, l
         attitude_sigma_rad=like.start.attitude_sigma_rad or tuple(float(s) for s in like.attitude_sigma_n),
         still_until_s=None,
     )
-    told = None
+    given = None
     if other.imu.temperature_c is not None:
         step = _step(other.imu.temperature_c)
-        told = np.round(temperature_c / step) * step if step > 0.0 else temperature_c
+        given = np.round(temperature_c / step) * step if step > 0.0 else temperature_c
     fixes = None if kind in PARKED else _fixes(motion, other)
     in_pulses = other.imu.accelerometer_form == "pulse"
     imu = Imu(
@@ -180,7 +180,7 @@ def recording(name: str, kind: str, motion: Motion, temperature_c: np.ndarray, l
         gyro=gyro + np.asarray(belief.gyro.bias_radps) * dt,
         accelerometer=velocity if in_pulses else velocity + np.asarray(belief.accelerometer.bias_mps2) * dt,
         accelerometer_form="increment",
-        temperature_c=told,
+        temperature_c=given,
         height_baro_m=motion.height_m[1:],
     )
     by_reference = other.gps is None and other.reference is not None
@@ -200,8 +200,8 @@ def _in_pulses(made: Recording, like: Believed) -> Recording:
     """The same in pulses; force is linear in the output at a given temperature, so two values give the inverse."""
     dt = made.interval_s
     counts = np.empty_like(made.imu.accelerometer)
-    for axis, (model, told) in enumerate(zip(triad(like), samples(made), strict=True)):
-        none, some = (model.specific_force(replace(told, output=np.full(dt.size, output))) for output in (0.0, _GAMMA))
+    for axis, (model, given) in enumerate(zip(triad(like), samples(made), strict=True)):
+        none, some = (model.specific_force(replace(given, output=np.full(dt.size, output))) for output in (0.0, _GAMMA))
         counts[:, axis] = (made.imu.accelerometer[:, axis] - none * dt) / (some - none) * _GAMMA
     return replace(made, imu=replace(made.imu, accelerometer=counts, accelerometer_form="pulse"))
 
@@ -241,31 +241,31 @@ def ramps(
     rates_c_per_min: Sequence[float], low_c: float, high_c: float, soak_s: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Temperature that goes down and up in turn, a leg for each rate, with soaks between: instants (s) and degC."""
-    time_s, told = [0.0], [high_c]
+    time_s, given = [0.0], [high_c]
     for k, rate in enumerate(rates_c_per_min):
         time_s.append(time_s[-1] + MINUTE * (high_c - low_c) / rate)
-        told.append(high_c if k % 2 else low_c)
+        given.append(high_c if k % 2 else low_c)
         if soak_s:
             time_s.append(time_s[-1] + soak_s)
-            told.append(told[-1])
-    return np.array(time_s), np.array(told)
+            given.append(given[-1])
+    return np.array(time_s), np.array(given)
 
 
 def chamber(axis: str, schedule: Sequence[tuple[float, np.ndarray, np.ndarray]]) -> ChamberReadings:
     """Readings of one accelerometer: a run for each (input in g, instants, degC) of `schedule`."""
     columns: dict[str, list[np.ndarray]] = {name: [] for name in ("time_s", "run", "g", "rate", "told")}
     begin = 0.0
-    for run, (input_g, knots_s, told) in enumerate(schedule):
+    for run, (input_g, knots_s, given) in enumerate(schedule):
         t = np.arange(READING_S, knots_s[-1], READING_S)
-        air = np.interp(t, knots_s, told)
+        air = np.interp(t, knots_s, given)
         columns["time_s"].append(begin + t)
         columns["run"].append(np.full(t.size, run))
         columns["g"].append(np.full(t.size, input_g))
         columns["rate"].append(MINUTE * np.gradient(air, t))
         columns["told"].append(lagged(t, air, CHAMBER_LAG_S))
         begin += float(t[-1]) + BETWEEN_RUNS_S
-    time_s, run, input_g, rate, told = (np.concatenate(column) for column in columns.values())
-    return ChamberReadings(time_s, run, input_g, rate, told, _GAMMA * input_g, axis=axis)
+    time_s, run, input_g, rate, given = (np.concatenate(column) for column in columns.values())
+    return ChamberReadings(time_s, run, input_g, rate, given, _GAMMA * input_g, axis=axis)
 
 
 def chamber_belief(belief: Belief, axis: str) -> Belief:

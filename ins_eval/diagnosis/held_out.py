@@ -28,16 +28,16 @@ WIDE = 1e-3  # reciprocal prior sigma of an effect's coefficient: the data alone
 
 
 def held_out(
-    cases: Sequence[Case], model: Sequence[Hypothesis], point: np.ndarray, positions: Sequence[np.ndarray]
+    cases: Sequence[Case], model: Sequence[Hypothesis], point: np.ndarray, noise_points: Sequence[np.ndarray]
 ) -> dict[str, float | str]:
     """`before`, `after` and `placebo` over all recordings; `point` (k,) what was taken off the recordings.
 
     `harm_nats` is what the log predictive density loses by the effects.
     """
     squares, densities, rows = np.zeros(3), np.zeros(3), 0
-    for r, (case, position) in enumerate(zip(cases, positions, strict=True)):
+    for r, (case, noise_point) in enumerate(zip(cases, noise_points, strict=True)):
         own = [k for k, one in enumerate(model) if one.columns[r] is not None]
-        found = _of_recording(case, [model[k].columns[r] for k in own], point[own], position)
+        found = _of_recording(case, [model[k].columns[r] for k in own], point[own], noise_point)
         squares, densities, rows = squares + found[0], densities + found[1], rows + found[2]
     before, after, placebo = (float(x) for x in squares / max(rows, 1))
     return {
@@ -50,10 +50,10 @@ def held_out(
 
 
 def _of_recording(
-    case: Case, columns: list, point: np.ndarray, position: np.ndarray
+    case: Case, columns: list, point: np.ndarray, noise_point: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int]:
     known = len(case.nuisances)
-    whitened = case.whitened(columns, position, keep=1 + known + len(columns))
+    whitened = case.whitened(columns, noise_point, keep=1 + known + len(columns))
     kept = whitened.kept  # (nodes, 9, 1 + nuisances + effects)
     anyway, effects = kept[..., 1 : 1 + known], kept[..., 1 + known :]
     residual = kept[..., 0] + effects @ point

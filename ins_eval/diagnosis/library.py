@@ -71,13 +71,13 @@ class Candidate:
 
 def candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, slow: SlowFactor) -> list[Candidate]:
     """Every effect that this recording could show."""
-    told = conditions(believed.recording, believed.folder, seen)
+    given = conditions(believed.recording, believed.folder, seen)
     return [
-        _member(model, slow, told, effect, axis, one)
+        _member(model, slow, given, effect, axis, one)
         for effect in VOCABULARY.values()
-        if possible(effect, told) or _elsewhere(effect, believed)
+        if possible(effect, given) or _elsewhere(effect, believed)
         for axis in effect.axes
-        for one in tried(effect, axis, told)
+        for one in tried(effect, axis, given)
     ]
 
 
@@ -94,13 +94,15 @@ def member(
 
     And with what says which effect it is: `other_axis`, or `driver` and `form`. `slow` is added to.
     """
-    told = conditions(believed.recording, believed.folder, seen)
-    return _member(model, slow, told, VOCABULARY[name], axis, parameters)
+    given = conditions(believed.recording, believed.folder, seen)
+    return _member(model, slow, given, VOCABULARY[name], axis, parameters)
 
 
-def composed_candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, slow: SlowFactor) -> list[Candidate]:
+def composed_candidates(
+    believed: Believed, model: ErrorModel, seen: Temperature | None, slow: SlowFactor
+) -> list[Candidate]:
     """What could be composed of the further columns that were recorded: every target, axis and shape of each."""
-    told = conditions(believed.recording, believed.folder, seen)
+    given = conditions(believed.recording, believed.folder, seen)
     found = []
     for driver, values in believed.recording.imu.further.items():
         spread = float(np.ptp(values))
@@ -112,35 +114,35 @@ def composed_candidates(believed: Believed, model: ErrorModel, seen: Temperature
                 for target in composed.TARGETS:
                     form = composed.form(target, shape, driver, None if argument is None else scale * argument)
                     found += [
-                        _member(model, slow, told, VOCABULARY[composed.NAME], axis, {"driver": driver, "form": form})
+                        _member(model, slow, given, VOCABULARY[composed.NAME], axis, {"driver": driver, "form": form})
                         for axis in AXES
                     ]
     if believed.recording.kind not in PARKED:
         for axis in AXES:
             driver = f"gyro_{axis}"
             parameters = {"driver": driver, "form": composed.form("gyro bias", composed.MAGNITUDE, driver)}
-            found.append(_member(model, slow, told, VOCABULARY[composed.NAME], axis, parameters))
+            found.append(_member(model, slow, given, VOCABULARY[composed.NAME], axis, parameters))
     return found
 
 
-def tried(effect: Effect, axis: str | None, told: Conditions) -> Iterator[dict[str, float | str]]:
+def tried(effect: Effect, axis: str | None, given: Conditions) -> Iterator[dict[str, float | str]]:
     """The further parameters that are worth a try, each value of each with every other axis."""
     for other in effect.others(axis) if axis in AXES else (None,):
         which = {} if other is None else {"other_axis": other}
-        asked = [one for one in effect.parameters if not one.assumed or _short(told)]
-        grids = [parameter.grid(told.start_s, told.end_s) for parameter in asked]
+        asked = [one for one in effect.parameters if not one.assumed or _short(given)]
+        grids = [parameter.grid(given.start_s, given.end_s) for parameter in asked]
         for values in product(*grids):
             yield {**which, **{one.name: float(value) for one, value in zip(asked, values, strict=True)}}
 
 
-def _short(told: Conditions) -> bool:
+def _short(given: Conditions) -> bool:
     """Whether no stretch lasts for as many times of the filter that defines a rate as make it one."""
-    seen = told.temperature
+    seen = given.temperature
     return seen is not None and all(np.ptp(seen.time_s[rows]) < SHORT * seen.filter_s for rows in seen.runs)
 
 
 def sized(
-    effect: Effect, parameters: Parameters, of_parts: list[Part], time_s: np.ndarray, told: Conditions
+    effect: Effect, parameters: Parameters, of_parts: list[Part], time_s: np.ndarray, given: Conditions
 ) -> tuple[str, float, float]:
     """Unit, nominal size, and the centre of the prior in nominal sizes.
 
@@ -156,17 +158,17 @@ def sized(
         return f"{target.unit} per unit of {parameters['driver']}", target.size / max(spread, 1e-12), 0.0
     coarse = 1.0
     if effect.enters in SENSORS:
-        coarse = max(1.0, told.bias_sigma[effect.enters] / VOCABULARY[f"{effect.enters}.bias"].nominal)
+        coarse = max(1.0, given.bias_sigma[effect.enters] / VOCABULARY[f"{effect.enters}.bias"].nominal)
     return effect.unit, coarse * effect.nominal, effect.centre / effect.nominal
 
 
 def _member(
-    model: ErrorModel, slow: SlowFactor, told: Conditions, effect: Effect, axis: str | None, parameters: Parameters
+    model: ErrorModel, slow: SlowFactor, given: Conditions, effect: Effect, axis: str | None, parameters: Parameters
 ) -> Candidate:
     of_parts: list[Part] = []
     if effect.enters in (*SENSORS, "temperature", "any"):
-        of_parts = parts(effect, axis, parameters, told)
-    unit, nominal, centre = sized(effect, parameters, of_parts, model.nodes_s, told)
+        of_parts = parts(effect, axis, parameters, given)
+    unit, nominal, centre = sized(effect, parameters, of_parts, model.nodes_s, given)
     if of_parts:
         names = [_slow(part, effect, parameters, slow, model) for part in of_parts]
         drives = [

@@ -197,8 +197,8 @@ def _largest(a, draws):
     return out
 
 
-def refined(case, interval: Interval, position: np.ndarray) -> Interval:
-    """The same with ends to a sixteenth of a window: all ends near those found, with noise at `position`."""
+def refined(case, interval: Interval, noise_point: np.ndarray) -> Interval:
+    """The same with ends to a sixteenth of a window: all ends near those found, with noise at `noise_point`."""
     step_s = np.diff(edges(case.model))[0]
     low, high = float(case.model.nodes_s[0]), float(case.model.nodes_s[-1]) + 1e-3
     around = np.linspace(-1.0, 1.0, 2 * FINER + 1) * step_s
@@ -207,6 +207,6 @@ def refined(case, interval: Interval, position: np.ndarray) -> Interval:
     fine = np.unique(np.round(np.concatenate([begins, ends]), 3))
     fine = fine[np.append(True, np.diff(fine) > 0.5)]
     columns = list(windows(interval.channel, fine, case.slow, case.model))
-    reduced = reduce(case.whitened(columns, position, case.block), len(case.nuisances))
+    reduced = reduce(case.whitened(columns, noise_point, case.block), len(case.nuisances))
     best = scan(reduced, [interval.channel], fine)
     return best[0] if best else interval

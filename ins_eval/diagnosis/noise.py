@@ -89,14 +89,14 @@ class NoiseModel:
     def free(self) -> list[str]:
         return [name for name, prior in self.priors.items() if prior.spread > 0.0]
 
-    def values(self, position: Sequence[float]) -> dict[str, float]:
+    def values(self, noise_point: Sequence[float]) -> dict[str, float]:
         """Levels in SI at a position in prior sigmas from the centre, one for each that is free."""
-        moved = dict(zip(self.free, position, strict=True))
+        moved = dict(zip(self.free, noise_point, strict=True))
         return {name: p.centre * np.exp(p.spread * moved.get(name, 0.0)) for name, p in self.priors.items()}
 
-    def levels(self, position: Sequence[float]) -> NoiseLevels:
+    def levels(self, noise_point: Sequence[float]) -> NoiseLevels:
         """The same as the filter takes it."""
-        v = self.values(position)
+        v = self.values(noise_point)
         dt = self.interval_s
         sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
         return NoiseLevels(
@@ -188,7 +188,7 @@ def _agitation(y: np.ndarray) -> np.ndarray:
 class Fitted:
     """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass."""
 
-    position: np.ndarray
+    noise_point: np.ndarray
     log_evidence: float
     whitened: Whitened
 
@@ -205,20 +205,20 @@ def fit(
     its prior sigma and another not at all.
     """
 
-    def height(position: np.ndarray) -> float:
-        return gain(whiten_at(position)) - 0.5 * float(position @ position)
+    def height(noise_point: np.ndarray) -> float:
+        return gain(whiten_at(noise_point)) - 0.5 * float(noise_point @ noise_point)
 
-    position = np.zeros(size) if start is None else start
+    noise_point = np.zeros(size) if start is None else start
     with ThreadPoolExecutor(_THREADS) as pool:
 
         def heights(points: list[np.ndarray]) -> np.ndarray:
             return np.array(list(pool.map(height, points)))
 
         for _ in range(_RUNS):
-            begin, position, highest = position, *_climbed(heights, position)
-            if np.abs(position - begin).max() < _FAR:
+            begin, noise_point, highest = noise_point, *_climbed(heights, noise_point)
+            if np.abs(noise_point - begin).max() < _FAR:
                 break
-    return Fitted(position, highest, whiten_at(position))
+    return Fitted(noise_point, highest, whiten_at(noise_point))
 
 
 def _climbed(heights: Callable[[list[np.ndarray]], np.ndarray], begin: np.ndarray) -> tuple[np.ndarray, float]:
@@ -230,8 +230,8 @@ def _climbed(heights: Callable[[list[np.ndarray]], np.ndarray], begin: np.ndarra
     unit = 1.0 / np.sqrt(np.maximum(curvature, 1.0))  # that of the prior is 1
 
     def slope(moved: np.ndarray) -> tuple[float, np.ndarray]:
-        position = begin + unit * moved
-        found = heights([position, *(position + _STEP * one for one in np.diag(unit))])
+        noise_point = begin + unit * moved
+        found = heights([noise_point, *(noise_point + _STEP * one for one in np.diag(unit))])
         return -found[0], -(found[1:] - found[0]) / _STEP
 
     found = minimize(

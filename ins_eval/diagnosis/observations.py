@@ -168,8 +168,8 @@ def _one_source(source: Source, row: np.ndarray, out: Observations, states, rate
     y[:, VELOCITY] = states.velocity_n[row] + swing_n - fixes.velocity_n
     if fixes.attitude_rad is not None:
         known = np.isfinite(fixes.attitude_rad).all(axis=1)
-        told = Rotation.from_euler("ZYX", fixes.attitude_rad[known][:, ::-1])
-        y[known, ATTITUDE] = -(Rotation.from_matrix(mat[known]) * told.inv()).as_rotvec()
+        given = Rotation.from_euler("ZYX", fixes.attitude_rad[known][:, ::-1])
+        y[known, ATTITUDE] = -(Rotation.from_matrix(mat[known]) * given.inv()).as_rotvec()
     y[~fixes.valid] = np.nan
     sigma = _sigma(source)
     design = np.broadcast_to(np.eye(CHANNELS, STATES), (row.size, CHANNELS, STATES)).copy()
@@ -213,13 +213,13 @@ def _sigma(source: Source) -> np.ndarray:
     """One sigma of each channel (m, 9): each fix's own where it states it, else as believed, else a small one."""
     fixes, belief = source.fixes, source.belief
     stated = source.name == "gps"
-    position = belief.position_sigma_m or (2.5 if stated else REFERENCE_POSITION_M)
+    noise_point = belief.position_sigma_m or (2.5 if stated else REFERENCE_POSITION_M)
     velocity = belief.velocity_sigma_mps or (0.05 if stated else REFERENCE_VELOCITY_MPS)
     if source.name == "standstill":
-        position, velocity = STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS
+        noise_point, velocity = STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS
     attitude = REFERENCE_ATTITUDE_RAD
     out = np.empty((fixes.time_s.size, CHANNELS))
-    out[:, POSITION], out[:, VELOCITY], out[:, ATTITUDE] = position, velocity, attitude
+    out[:, POSITION], out[:, VELOCITY], out[:, ATTITUDE] = noise_point, velocity, attitude
     for channels, own in ((POSITION, fixes.position_sigma_m), (VELOCITY, fixes.velocity_sigma_mps)):
         if own is not None:
             known = np.isfinite(own) & (own > 0.0)

@@ -63,7 +63,7 @@ def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[
         point = np.where(fixed, [one.candidate.centre for one in model], 0.0)
         cases, model = _navigated(original, model, point)
         noise = [case.noise for case in cases]
-        fitted = tuple(fit_noise(cases, model, [one.position for one in fitted]))
+        fitted = tuple(fit_noise(cases, model, [one.noise_point for one in fitted]))
     for _ in range(TURNS):
         moved = list(model)
         for k in range(len(model)):
@@ -77,7 +77,7 @@ def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[
         point = np.where(fixed, point, mean)
         cases, model = _navigated(original, model, point, noise)
     scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
-    fitted = tuple(fit_noise(cases, scaled, [one.position for one in fitted]))
+    fitted = tuple(fit_noise(cases, scaled, [one.noise_point for one in fitted]))
     placed = [_placed(cases, model, k, fitted, model, point) for k in range(len(model))]  # at the noise of the answer
     bent = sum((one[2] for one in placed), np.zeros(len(model)))
     return RefinedFit(cases, model, point, fitted, tuple(one[1] for one in placed), bent)
@@ -156,7 +156,7 @@ def _sums(
     """A (n, n) and b (n,) of the hypotheses `asked`, what was taken off added back with what it was taken off with."""
     n = len(asked)
     taken = np.append(np.zeros(n), point)
-    here = sums(cases, [one.position for one in fitted], [*asked, *navigated], taken)
+    here = sums(cases, [one.noise_point for one in fitted], [*asked, *navigated], taken)
     return here.normal[:n, :n], here.projection[:n]
 
 

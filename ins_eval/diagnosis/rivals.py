@@ -13,8 +13,8 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ins_eval.diagnosis.experiments import Catalogue
+from ins_eval.diagnosis.linearisation import Linearisation
 from ins_eval.diagnosis.search import log_bayes_factor, posterior
-from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.verdict import Rival
 from ins_eval.navigation import PARKED
 
@@ -22,13 +22,13 @@ WITHIN, LISTED = 3.0, 4.6  # nats of the best: a rival, and what else is listed 
 ALIKE = 0.25  # nats of likelihood below which only priors tell two apart
 
 
-def rivals(stage: Stage) -> tuple[Rival, ...]:
+def rivals(linearisation: Linearisation) -> tuple[Rival, ...]:
     """Every family that could stand in the place of an effect of the best set, best first."""
     out: dict[int, Rival] = {}
-    for k in stage.best.members:
-        of_family, members, of_any_size = stage.places(k)
-        own = int(stage.space.families[k])
-        log_sum = logsumexp(np.append(of_family, stage.space.cost))
+    for k in linearisation.best.members:
+        of_family, members, of_any_size = linearisation.places(k)
+        own = int(linearisation.space.families[k])
+        log_sum = logsumexp(np.append(of_family, linearisation.space.cost))
         below = of_family[own] - of_family
         unexpected = of_any_size[own] - of_any_size  # where no size is expected of either
         near = np.minimum(below, unexpected)
@@ -37,8 +37,8 @@ def rivals(stage: Stage) -> tuple[Rival, ...]:
             if family == own or not near[family] < reach:
                 continue
             one = Rival(
-                of=stage.hypotheses[k],
-                hypothesis=stage.hypotheses[members[family]],
+                of=linearisation.hypotheses[k],
+                hypothesis=linearisation.hypotheses[members[family]],
                 probability=float(np.exp(of_family[family] - log_sum)),
                 below_best=float(below[family]),
                 by_prior_only=bool(below[family] >= WITHIN or unexpected[family] < ALIKE),
@@ -46,21 +46,24 @@ def rivals(stage: Stage) -> tuple[Rival, ...]:
             if family not in out or out[family].below_best > one.below_best:
                 out[int(family)] = one
     ranked = sorted(out.values(), key=lambda one: one.below_best)
-    return (*ranked, *(one for k in stage.best.members for one in _three_biases(stage, k)))
+    return (*ranked, *(one for k in linearisation.best.members for one in _three_biases(linearisation, k)))
 
 
-def with_experiments(stage: Stage, found: Sequence[Rival], catalogue: Catalogue) -> tuple[Rival, ...]:
+def with_experiments(linearisation: Linearisation, found: Sequence[Rival], catalogue: Catalogue) -> tuple[Rival, ...]:
     """The same with the cheapest experiment of the catalogue that would tell each from the answer."""
-    m = list(stage.best.members)
-    place = {stage.hypotheses[k]: i for i, k in enumerate(m)}
-    index = {one: k for k, one in enumerate(stage.hypotheses)}
+    m = list(linearisation.best.members)
+    place = {linearisation.hypotheses[k]: i for i, k in enumerate(m)}
+    index = {one: k for k, one in enumerate(linearisation.hypotheses)}
     chosen = [*m, *(index[one.hypothesis] for one in found)]
     chosen += [index[one] for rival in found for one in rival.beside if index[one] not in chosen]
     spot = {k: i for i, k in enumerate(chosen)}
-    told = catalogue.recommend(
-        [stage.hypotheses[k].candidate for k in chosen],
-        stage.here.normal[np.ix_(chosen, chosen)],
-        {i: stage.space.centre[k] or p for i, (k, p) in enumerate(zip(m, stage.coefficients[0], strict=True))},
+    given = catalogue.recommend(
+        [linearisation.hypotheses[k].candidate for k in chosen],
+        linearisation.here.normal[np.ix_(chosen, chosen)],
+        {
+            i: linearisation.space.centre[k] or p
+            for i, (k, p) in enumerate(zip(m, linearisation.coefficients[0], strict=True))
+        },
         [
             [
                 *(i for i in range(len(m)) if i != place[one.of]),
@@ -74,32 +77,32 @@ def with_experiments(stage: Stage, found: Sequence[Rival], catalogue: Catalogue)
         one
         if best is None
         else replace(one, experiment=best.experiment, expected_log_bayes_factor=best.expected_log_bayes_factor)
-        for one, best in zip(found, told, strict=True)
+        for one, best in zip(found, given, strict=True)
     )
 
 
-def _three_biases(stage: Stage, k: int) -> list[Rival]:
+def _three_biases(linearisation: Linearisation, k: int) -> list[Rival]:
     """For Earth rotation that only parked recordings show: three constant gyro biases do the same."""
-    one = stage.hypotheses[k]
-    parked = all(case.kind in PARKED for case in stage.cases)
+    one = linearisation.hypotheses[k]
+    parked = all(case.kind in PARKED for case in linearisation.cases)
     if one.candidate.name != "earth.rotation" or not parked:
         return []
-    biases = [j for j, other in enumerate(stage.hypotheses) if other.candidate.name == "gyro.bias"]
-    others = [j for j in stage.best.members if j != k]
+    biases = [j for j, other in enumerate(linearisation.hypotheses) if other.candidate.name == "gyro.bias"]
+    others = [j for j in linearisation.best.members if j != k]
     m = [*others, *biases]
-    sums = stage.here.normal[np.ix_(m, m)], stage.here.projection[m], stage.space.centre[m]
+    sums = linearisation.here.normal[np.ix_(m, m)], linearisation.here.projection[m], linearisation.space.centre[m]
     gain, scales = log_bayes_factor(*sums)
-    below = stage.gain([*others, k]) - gain
+    below = linearisation.gain([*others, k]) - gain
     mean = posterior(*sums, scales)[0][len(others) :]
     return [
         Rival(
             of=one,
-            hypothesis=stage.hypotheses[j],
+            hypothesis=linearisation.hypotheses[j],
             probability=float(np.exp(min(0.0, -below))),
             below_best=float(below),
             by_prior_only=True,
-            beside=tuple(stage.hypotheses[i] for i in biases if i != j),
-            value=float(p * stage.hypotheses[j].candidate.nominal),
+            beside=tuple(linearisation.hypotheses[i] for i in biases if i != j),
+            value=float(p * linearisation.hypotheses[j].candidate.nominal),
         )
         for j, p in zip(biases, mean, strict=True)
     ]

@@ -93,7 +93,7 @@ class Sums:
 
 def sums(
     cases: Sequence[Case],
-    positions: Sequence[np.ndarray],
+    noise_points: Sequence[np.ndarray],
     hypotheses: Sequence[Hypothesis],
     point: np.ndarray | None = None,
     coarse: bool = False,
@@ -104,25 +104,25 @@ def sums(
     took off is added back, so that every prior stays around the belief.
     """
     parts = [
-        of_case(case, r, position, hypotheses, coarse)
-        for r, (case, position) in enumerate(zip(cases, positions, strict=True))
+        of_case(case, r, noise_point, hypotheses, coarse)
+        for r, (case, noise_point) in enumerate(zip(cases, noise_points, strict=True))
     ]
     return total(parts, point)
 
 
-def of_case(case: Case, r: int, position: np.ndarray, hypotheses: Sequence[Hypothesis], coarse: bool) -> Sums:
+def of_case(case: Case, r: int, noise_point: np.ndarray, hypotheses: Sequence[Hypothesis], coarse: bool) -> Sums:
     """The part of recording `r`."""
     here = [k for k, one in enumerate(hypotheses) if one.columns[r] is not None]
-    whitened = case.whitened([hypotheses[k].columns[r] for k in here], position, case.block if coarse else 1)
-    return reduced_sums(whitened, len(case.nuisances), here, len(hypotheses), position)
+    whitened = case.whitened([hypotheses[k].columns[r] for k in here], noise_point, case.block if coarse else 1)
+    return reduced_sums(whitened, len(case.nuisances), here, len(hypotheses), noise_point)
 
 
-def reduced_sums(whitened: Whitened, known: int, here: list[int], count: int, position: np.ndarray) -> Sums:
+def reduced_sums(whitened: Whitened, known: int, here: list[int], count: int, noise_point: np.ndarray) -> Sums:
     left = reduce(whitened, known)
     normal, projection = np.zeros((count, count)), np.zeros(count)
     normal[np.ix_(here, here)] = left.normal
     projection[here] = left.projection
-    return Sums(normal, projection, log_evidence_of(whitened, slice(0, known)) - 0.5 * float(position @ position))
+    return Sums(normal, projection, log_evidence_of(whitened, slice(0, known)) - 0.5 * float(noise_point @ noise_point))
 
 
 def total(parts: Sequence[Sums], point: np.ndarray | None) -> Sums:
@@ -146,7 +146,7 @@ def fit_noise(cases: Sequence[Case], model: Sequence[Hypothesis], starts: Sequen
 
 def marginal(
     cases: Sequence[Case],
-    positions: Sequence[np.ndarray],
+    noise_points: Sequence[np.ndarray],
     hypotheses: Sequence[Hypothesis],
     models: Sequence[Sequence[int]],
     centre: np.ndarray,
@@ -165,21 +165,21 @@ def marginal(
             for m in (list(one) for one in models)
         ])  # fmt: skip
 
-    at_centre = [of_case(case, r, positions[r], hypotheses, True) for r, case in enumerate(cases)]
+    at_centre = [of_case(case, r, noise_points[r], hypotheses, True) for r, case in enumerate(cases)]
     base = heights(at_centre)
     out = base.copy()
     for r, case in enumerate(cases):
         whitened_at = case.ready([one.columns[r] for one in hypotheses if one.columns[r] is not None])
         here = [k for k, one in enumerate(hypotheses) if one.columns[r] is not None]
 
-        def of(position: np.ndarray, r=r, case=case, whitened_at=whitened_at, here=here) -> np.ndarray:
-            whitened = whitened_at(position)
-            part = reduced_sums(whitened, len(case.nuisances), here, len(hypotheses), position)
+        def of(noise_point: np.ndarray, r=r, case=case, whitened_at=whitened_at, here=here) -> np.ndarray:
+            whitened = whitened_at(noise_point)
+            part = reduced_sums(whitened, len(case.nuisances), here, len(hypotheses), noise_point)
             return heights([*at_centre[:r], part, *at_centre[r + 1 :]])
 
-        steps = STAR * np.eye(positions[r].size)
+        steps = STAR * np.eye(noise_points[r].size)
         with ThreadPoolExecutor(_THREADS) as pool:
-            sides = list(pool.map(of, [positions[r] + sign * one for one in steps for sign in (1.0, -1.0)]))
+            sides = list(pool.map(of, [noise_points[r] + sign * one for one in steps for sign in (1.0, -1.0)]))
         for above, below in zip(sides[::2], sides[1::2], strict=True):
             slope = (above - below) / (2.0 * STAR)
             curvature = np.maximum(-(above + below - 2.0 * base) / STAR**2, LEAST_CURVATURE)

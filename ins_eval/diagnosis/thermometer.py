@@ -27,9 +27,9 @@ def step_noise(believed: Believed, seen: Temperature | None, middle_s: np.ndarra
         return out
     filter_s = recording.belief.accelerometer.rate_filter_s
     rows = np.clip(np.searchsorted(recording.imu.time_s, middle_s), 0, recording.imu.time_s.size - 1)
-    for axis, (model, told) in enumerate(zip(triad(believed), samples(recording), strict=True)):
-        step_c = _step(told.temperature_c)
-        few = Samples(*(getattr(told, name)[rows] for name in ("time_s", "output", "temperature_c", "rate_c_per_min")))
+    for axis, (model, given) in enumerate(zip(triad(believed), samples(recording), strict=True)):
+        step_c = _step(given.temperature_c)
+        few = Samples(*(getattr(given, name)[rows] for name in ("time_s", "output", "temperature_c", "rate_c_per_min")))
         base = model.specific_force(few)
         warmer = Samples(few.time_s, few.output, few.temperature_c + _SLOPE_STEP_C, few.rate_c_per_min)
         faster = Samples(few.time_s, few.output, few.temperature_c, few.rate_c_per_min + _SLOPE_STEP_C)

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ins_eval.diagnosis.case import Case
+from ins_eval.diagnosis.linearisation import Linearisation
 from ins_eval.diagnosis.locate import Interval
 from ins_eval.diagnosis.noise import Fitted
 from ins_eval.diagnosis.refine import believed_effect
-from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.study import Hypothesis
 from ins_eval.diagnosis.where import where
 from ins_eval.effects.composed import NAME as COMPOSED
@@ -93,7 +93,7 @@ class Diagnosis:
     statistics: dict[str, float | str]
     held_out: dict[str, float | str]
     after: tuple[Case, ...]
-    stage: Stage | None
+    linearisation: Linearisation | None
 
     @property
     def believed(self) -> list[EffectBelief]:
@@ -104,11 +104,11 @@ class Diagnosis:
         ]
 
     @property
-    def foretold(self) -> list[EffectBelief]:
-        """What is believed of the instrument's next recordings: see `Stage.foretold`."""
+    def predicted(self) -> list[EffectBelief]:
+        """What is believed of the instrument's next recordings: see `Linearisation.predicted`."""
         if not self.effects:
             return []
-        return [believed_effect(one, coefficient, self.cases) for one, coefficient in self.stage.foretold]
+        return [believed_effect(one, coefficient, self.cases) for one, coefficient in self.linearisation.predicted]
 
 
 def located(case: Case, r: int, interval: Interval, sigma: float, follows: str = "") -> Mismatch:

@@ -79,11 +79,11 @@ def chamber_error(
     readings: ChamberReadings, belief: Belief, name: str, folder: str | Path = ".", seen: Temperature | None = None
 ) -> np.ndarray:
     """What the believed effects add to the compensated specific force of an accelerometer in a chamber, (n,) m/s^2."""
-    told = chamber_conditions(readings, belief, folder, seen)
-    axis = told.axes[0]
+    given = chamber_conditions(readings, belief, folder, seen)
+    axis = given.axes[0]
     force = np.zeros((readings.time_s.size, 3))
     force[:, AXES.index(axis)] = STANDARD_GRAVITY * readings.input_g
-    found = _applied(of_recording(belief, name), told, readings.time_s)
+    found = _applied(of_recording(belief, name), given, readings.time_s)
     found = [one for one in found if one.part.axis == axis and one.part.multiplier in OF_INPUT]
     return _error(found, ACCELEROMETER, force, force)[:, AXES.index(axis)]
 
@@ -108,16 +108,16 @@ def _sensors(
     return w * interval_s, f * interval_s
 
 
-def _applied(believed: Sequence[EffectBelief], told: Conditions, time_s: np.ndarray) -> list[_Applied]:
+def _applied(believed: Sequence[EffectBelief], given: Conditions, time_s: np.ndarray) -> list[_Applied]:
     """Parts of the effects of the sensors with their sizes at the instants `time_s` (n,)."""
     found = []
     for one in believed:
         effect = VOCABULARY[one.name]
         if effect.enters == "any":
-            _require_driver(one, told)
-        elif not possible(effect, told) or (effect.enters == "temperature" and one.value == 0.0):
+            _require_driver(one, given)
+        elif not possible(effect, given) or (effect.enters == "temperature" and one.value == 0.0):
             continue
-        for part in parts(effect, one.axis, parameters(effect, one), told):
+        for part in parts(effect, one.axis, parameters(effect, one), given):
             found.append(_Applied(part, one.value * part.weight * part.slow(time_s)))
     return found
 
@@ -131,8 +131,8 @@ def parameters(effect: Effect, believed: EffectBelief) -> dict[str, float | str]
     return {name: value for name, value in stated.items() if value is not None}
 
 
-def _require_driver(believed: EffectBelief, told: Conditions) -> None:
-    if believed.driver not in (*told.columns, *(f"gyro_{axis}" for axis in AXES)):
+def _require_driver(believed: EffectBelief, given: Conditions) -> None:
+    if believed.driver not in (*given.columns, *(f"gyro_{axis}" for axis in AXES)):
         raise DataRefused(
             f"effects ({believed.name}): the recording has no column '{believed.driver}', expected what the effect is "
             "driven by; leave the effect out for this recording"
@@ -171,7 +171,7 @@ def _mounted(attitude_rad: np.ndarray, one: EffectBelief) -> np.ndarray:
     known = np.isfinite(attitude_rad).all(axis=1)
     turn = np.zeros(3)
     turn[AXES.index(one.axis)] = VOCABULARY[one.name].si * one.value
-    told = Rotation.from_euler("ZYX", attitude_rad[known][:, ::-1])
+    given = Rotation.from_euler("ZYX", attitude_rad[known][:, ::-1])
     out = np.array(attitude_rad)
-    out[known] = (told * Rotation.from_rotvec(-turn)).as_euler("ZYX")[:, ::-1]
+    out[known] = (given * Rotation.from_rotvec(-turn)).as_euler("ZYX")[:, ::-1]
     return out

@@ -77,14 +77,14 @@ def _bias_sigma(belief: Belief) -> dict[str, float]:
     return {ACCELEROMETER: belief.accelerometer.bias_sigma_ug, GYRO: belief.gyro.bias_sigma_deg_per_h}
 
 
-def possible(effect: Effect, told: Conditions) -> bool:
+def possible(effect: Effect, given: Conditions) -> bool:
     """Whether the recording has what an effect of the sensors is made of."""
     if effect.enters == "temperature":
-        return told.temperature is not None and told.models is not None
-    return effect.enters in SENSORS and known(effect.slow, told)
+        return given.temperature is not None and given.models is not None
+    return effect.enters in SENSORS and known(effect.slow, given)
 
 
-def parts(effect: Effect, axis: str | None, parameters: Mapping[str, float | str], told: Conditions) -> list[Part]:
+def parts(effect: Effect, axis: str | None, parameters: Mapping[str, float | str], given: Conditions) -> list[Part]:
     """The parts of an effect of the sensors, for a value of 1 in its unit.
 
     `parameters` hold what the vocabulary asks for: `other_axis`, `time_constant_s`, `branch_width_c`, `branch_begin`,
@@ -92,31 +92,31 @@ def parts(effect: Effect, axis: str | None, parameters: Mapping[str, float | str
     (the lag at which the error is taken), `driver` and `form`.
     """
     if effect.enters == "temperature":
-        return _of_lag(float(parameters["lag_s"]), told)
+        return _of_lag(float(parameters["lag_s"]), given)
     if effect.name == composed.NAME:
-        return _composed(str(parameters["form"]), axis, told)
+        return _composed(str(parameters["form"]), axis, given)
     multiplier = effect.multiplier(axis, parameters.get("other_axis"))
-    column = told.temperature.column(AXES.index(axis)) if told.temperature is not None else 0
+    column = given.temperature.column(AXES.index(axis)) if given.temperature is not None else 0
     key = effect.slow
     if effect.slow not in ("1", "t"):
         numbers = [f"{parameters[one.name]:.9g}" for one in effect.parameters if one.name in parameters]
         key = " ".join([effect.slow, *numbers, *([AXES[column]] if effect.slow != "step" else [])])
-    slow = slow_factor(effect.slow, told, column, parameters)
+    slow = slow_factor(effect.slow, given, column, parameters)
     return [Part(effect.enters, axis, multiplier, effect.si, key, slow)]
 
 
-def _of_lag(lag_s: float, told: Conditions) -> list[Part]:
+def _of_lag(lag_s: float, given: Conditions) -> list[Part]:
     found = []
-    seen = told.temperature
-    for axis in told.axes:
-        scale, bias = lag.lag_factors(told.models(axis), seen, AXES.index(axis), lag_s)
+    seen = given.temperature
+    for axis in given.axes:
+        scale, bias = lag.lag_factors(given.models(axis), seen, AXES.index(axis), lag_s)
         for multiplier, values in (("f", scale), ("1", bias)):
             key = f"lag {lag_s:.9g} {multiplier} {axis}"
             found.append(Part(ACCELEROMETER, axis, multiplier, 1.0 / lag_s, key, _through(seen.time_s, values)))
     return found
 
 
-def _composed(form: str, axis: str, told: Conditions) -> list[Part]:
+def _composed(form: str, axis: str, given: Conditions) -> list[Part]:
     target, shape, driver, argument = composed.parse_form(form)
     if shape == composed.MAGNITUDE:
         if target.sensor != GYRO or target.multiplier != "1" or driver != f"gyro_{axis}":
@@ -125,7 +125,7 @@ def _composed(form: str, axis: str, told: Conditions) -> list[Part]:
                 f"magnitude(gyro_{axis})'; write it so"
             )
         return [Part(GYRO, axis, "|w|", target.si, "1", np.ones_like)]
-    slow = _through(*of_column(shape, told, driver, argument))
+    slow = _through(*of_column(shape, given, driver, argument))
     return [Part(target.sensor, axis, target.multiplier, target.si, f"{shape} {driver} {argument:.9g}", slow)]
 
 

@@ -89,15 +89,15 @@ def _three(time_s, columns, rates, belief: AccelerometerBelief, runs=(slice(None
 
 def _smooth(readings: ChamberReadings, rows: np.ndarray) -> np.ndarray:
     """The reading of one run without its steps and noise, (n,) degC."""
-    time_s, told = readings.time_s[rows], readings.temperature_c[rows]
+    time_s, reading_c = readings.time_s[rows], readings.temperature_c[rows]
     air = readings.further.get("chamber_c")
     if air is not None:
         fits = [lagged(time_s, air[rows], lag) if lag else np.array(air[rows]) for lag in LAGS_S]
-        fits = [fit + np.mean(told - fit) for fit in fits]
-        best = min(fits, key=lambda fit: float(np.std(told - fit)))
-        changes = np.abs(np.diff(told))
+        fits = [fit + np.mean(reading_c - fit) for fit in fits]
+        best = min(fits, key=lambda fit: float(np.std(reading_c - fit)))
+        changes = np.abs(np.diff(reading_c))
         step = float(changes[changes > 1e-9].min(initial=np.inf))
-        if np.std(told - best) < GOOD_FIT_STEPS * max(step, 0.01):
+        if np.std(reading_c - best) < GOOD_FIT_STEPS * max(step, 0.01):
             return best
     window = min(FEW_READINGS, (rows.size - 1) // 2 * 2 + 1)
-    return savgol_filter(told, window, 2) if window > 3 else told
+    return savgol_filter(reading_c, window, 2) if window > 3 else reading_c

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ins_eval.errors import StorageError
-from ins_eval.storage import cannot_write, write_whole
+from ins_eval.files import cannot_write, write_whole
 
 CHECKSUM_BYTES = 32  # SHA-256
 CONTENTS = "contents"  # of each array its key and the arms

@@ -15,7 +15,7 @@ from ins_eval.ensemble.changes import Attitude, Change, Setting
 from ins_eval.ensemble.plan import OVEN_RATE_HZ, SOURCES, Plan
 from ins_eval.errors import UsageError
 from ins_eval.gyro import GyroPopulation
-from ins_eval.imu import Instrument, Mission, InstrumentPopulation
+from ins_eval.imu import Instrument, InstrumentPopulation, Mission
 from ins_eval.laboratory import Chamber
 from ins_eval.missions import Missions
 from ins_eval.navigation import samples, standstill_to_align_on
@@ -54,7 +54,9 @@ def _calibrated(
 
 
 @lru_cache(maxsize=8)
-def _oven_runs(population: InstrumentPopulation, oven: Mission, streams: Streams, count: int) -> tuple[list[OvenRun], ...]:
+def _oven_runs(
+    population: InstrumentPopulation, oven: Mission, streams: Streams, count: int
+) -> tuple[list[OvenRun], ...]:
     """The first `count` refinement runs of an instrument, level and at rest in the oven, for each accelerometer."""
     instrument, node = population.draw(streams), streams.at("oven")
     seen = [samples(oven.record(instrument, node.at(run))) for run in range(count)]

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ins_eval.diagnosis.case import Case
-from ins_eval.diagnosis.partial import Located, located
-from ins_eval.diagnosis.shown import Place, before_after, evidence, ground, limits, turned_on
+from ins_eval.diagnosis.nonparametric import Located, located
+from ins_eval.diagnosis.summary import EffectEvidence, basis, before_after, evidence, limits, turned_on
 from ins_eval.diagnosis.verdict import Diagnosis
 from ins_eval.effects import VOCABULARY
 from ins_eval.recording.belief import EffectBelief
@@ -31,7 +31,7 @@ def page(
 
     `found` is the answer, `written` the effects that a belief was given which was written.
     """
-    of = ground(diagnosis)
+    of = basis(diagnosis)
     count = len(diagnosis.cases)
     first = diagnosis.effects[0] if diagnosis.effects else None
     places = evidence(of, first)
@@ -74,7 +74,7 @@ def _facts(
     """What the page says of one recording: its residual, its noise, how white it is."""
     case = diagnosis.cases[r]
     measured = np.isfinite(case.seen.residual)
-    told = diagnosis.fitted[r] is not diagnosis.null[r]
+    explained = diagnosis.fitted[r] is not diagnosis.null[r]
     return {
         "name": case.name,
         "kind": case.kind,
@@ -84,8 +84,8 @@ def _facts(
         "end_s": float(case.model.nodes_s[-1]),
         "measurements": int(measured.sum()),
         "outliers": case.outliers,
-        "noise": _levels(case, diagnosis.null[r].position),
-        "noise_of_answer": _levels(case, diagnosis.fitted[r].position) if told else None,
+        "noise": _levels(case, diagnosis.null[r].noise_point),
+        "noise_of_answer": _levels(case, diagnosis.fitted[r].noise_point) if explained else None,
         "turned_on": [asdict(one) for one in turned_on(diagnosis, r)],
         "whiteness": [_whiteness(column) for column in diagnosis.innovations[r].T],
         "whiteness_after": None if both is None else [_whiteness(column) for column in both[1].T],
@@ -99,8 +99,8 @@ def _channels(case: Case) -> list[str]:
     return list(figures.CHANNELS)
 
 
-def _levels(case: Case, position: np.ndarray) -> dict[str, float]:
-    levels = case.noise.values(position)
+def _levels(case: Case, noise_point: np.ndarray) -> dict[str, float]:
+    levels = case.noise.values(noise_point)
     if case.believed is None:
         return {"slow_output_ug": levels["slow_position"] / UG, "slow_output_time_s": levels["slow_position_time"]}
     return {
@@ -129,7 +129,7 @@ def _whiteness(column: np.ndarray) -> dict[str, float] | None:
     }
 
 
-def _family(one: Place) -> dict[str, Any]:
+def _family(one: EffectEvidence) -> dict[str, Any]:
     candidate = one.candidate
     return {
         "name": candidate.name,
@@ -172,24 +172,24 @@ def _residuals(diagnosis: Diagnosis) -> dict[str, Figure]:
     }
 
 
-def _evidence(told: Mapping[str, Any]) -> dict[str, Figure]:
-    families = told["families"]
+def _evidence(evidence: Mapping[str, Any]) -> dict[str, Figure]:
+    families = evidence["families"]
     if not families:
         return {}
-    place = told["in_place_of"]
+    place = evidence["in_place_of"]
     drawn = figures.evidence_of_effects(
         names=[effect_words(one) for one in families],
         log_bayes_factors=[one["log_bayes_factor"] for one in families],
         named=[one["named"] for one in families],
-        threshold=told["threshold"],
+        threshold=evidence["threshold"],
         where=f" in the place of {place}" if place else "",
     )
     return {"evidence_of_effects": drawn}
 
 
-def _drives(told: list[dict[str, Any]], seen: list[tuple[Mapping | None, Located]]) -> dict[str, Figure]:
+def _drives(entries: list[dict[str, Any]], seen: list[tuple[Mapping | None, Located]]) -> dict[str, Figure]:
     drawn = {}
-    for entry, (_, one) in zip(told, seen, strict=True):
+    for entry, (_, one) in zip(entries, seen, strict=True):
         axis = f", {one.axis}" if one.axis in ("N", "E", "D") else ""
         name = f"{channel(one.channel)}{axis}"
         if entry["effect"] is None:

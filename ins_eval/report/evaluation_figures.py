@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from ins_eval.analysis.evaluate import RecordingEvaluation
 from ins_eval.navigation import measures
 from ins_eval.recording import Recording
-from ins_eval.recording.quiet import Stretch
+from ins_eval.recording.stillness import Stretch
 from ins_eval.report import figures
 from ins_eval.report.recording_figures import path, temperature, traces
 from ins_eval.units import DEG, STANDARD_GRAVITY

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ins_eval.report import missions
-from ins_eval.report.after_storage import after_storage
+from ins_eval.report.ageing import ageing_blocks
 from ins_eval.report.content import Block, Paragraph, Picture, Section, paragraphs, pick, table
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.published import beside_published
@@ -62,7 +62,7 @@ def flight_content(metrics: Mapping) -> tuple[str, list[Section]]:
         Section("One flight proves little", _one_flight(metrics)),
         Section("Beside the published flight", beside_published(metrics)),
         Section("Where the error comes from", _budget(metrics)),
-        Section("After storage", after_storage(metrics)),
+        Section("After storage", ageing_blocks(metrics)),
         Section("The flight shown", _shown(metrics)),
         Section("Definitions and windows", definitions_table(metrics)),
         Section("Numeric floor and conditions", _conditions(metrics)),

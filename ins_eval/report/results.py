@@ -12,10 +12,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from ins_eval.files import write_whole
 from ins_eval.report import text
 from ins_eval.report.content import Section
 from ins_eval.report.page import write_page
-from ins_eval.storage import write_whole
 
 
 def write_results(

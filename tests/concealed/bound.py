@@ -75,7 +75,7 @@ def reached(truth: dict, answer: dict, folders: list[Path], manifest: dict) -> d
     told = answer.get("effects", ())
     named = [one for effect in told if (one := _answered(effect, cases)) is not None]
     null = fit_noise(cases, [], [None] * len(cases))
-    alone = float(marginal(cases, [one.position for one in null], [], [[]], np.zeros(0))[0])
+    alone = float(marginal(cases, [one.noise_point for one in null], [], [[]], np.zeros(0))[0])
     there, without, beside = _heights(cases, truths, null)
     known = {"log_bayes_factor": beside - max(without, alone), "removed": None, "answer_below": None}
     if truth["outside"] and named and len(named) == len(told):
@@ -92,12 +92,12 @@ def _heights(cases: list, effects: list, null: list) -> tuple[list, float, float
 
     model = [one for one, _ in effects]
     wide = [one.scaled(max(1.0, abs(effect["value"] / one.candidate.nominal))) for one, effect in effects]
-    loud = [one.position for one in null]
+    loud = [one.noise_point for one in null]
     quiet = [with_quiet_sensors(case, position) for case, position in zip(cases, loud, strict=True)]
     starts = [fit_noise(cases, wide, start) for start in (loud, quiet)]
     there = max(starts, key=lambda fitted: sum(one.log_evidence for one in fitted))
     centre = np.array([one.candidate.centre for one in model])
-    without, beside = marginal(cases, [one.position for one in there], model, [[], list(range(len(model)))], centre)
+    without, beside = marginal(cases, [one.noise_point for one in there], model, [[], list(range(len(model)))], centre)
     return there, float(without), float(beside)
 
 
@@ -109,7 +109,7 @@ def _removed(cases: list, noise: list, truth: list, named: list) -> float:
     values = np.array([effect["value"] / one.candidate.nominal for one, effect in together])
     known = len(truth)
     values[known:] *= -1.0
-    a = sums(cases, [one.position for one in noise], [one for one, _ in together]).normal
+    a = sums(cases, [one.noise_point for one in noise], [one for one, _ in together]).normal
     of_truth = float(values[:known] @ a[:known, :known] @ values[:known])
     return 1.0 - float(values @ a @ values) / of_truth
 

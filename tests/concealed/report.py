@@ -14,8 +14,8 @@ from collections import Counter
 from importlib.metadata import version
 from pathlib import Path
 
+from ins_eval.files import write_whole
 from ins_eval.report.results import as_json, write_results
-from ins_eval.storage import write_whole
 from tests.challenge.score import SEEN, judged, rate, read, summary
 from tests.concealed import bound, experiments, figures, navigation, run
 from tests.concealed.pages import content

@@ -159,7 +159,7 @@ def diagnosis(verdict: str, effects=(), rivals=(), mismatches=(), remainder=None
         statistics={},
         held_out={"before": 14.2, "after": 1.03, "placebo": 13.8, "measure": "as said"} if effects else {},
         after=after,
-        stage=None,
+        linearisation=None,
     )
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.judge import FORM, OPEN_MARGIN, _Judge
+from ins_eval.diagnosis.linearisation import Linearisation
 from ins_eval.diagnosis.rivals import WITHIN
-from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.verdict import Mismatch, Remainder
-from tests.diagnosis.stages import stage
+from tests.diagnosis.linearisations import linearisation
 
 LARGE, SMALL = 6.0, 3.0  # coefficients that are both sure: 24 and 12 sigma
 CONSTANT = ("accelerometer.scale", "z", {})
@@ -32,14 +32,14 @@ def judge() -> _Judge:
     return _Judge((SimpleNamespace(believed=object(), kind="flight"),), lambda _: None, None)
 
 
-def sure(*effects, sizes=None) -> Stage:
+def sure(*effects, sizes=None) -> Linearisation:
     """A stage whose best set are all these effects."""
-    found = stage(effects, dict(enumerate(sizes or [LARGE] * len(effects))))
+    found = linearisation(effects, dict(enumerate(sizes or [LARGE] * len(effects))))
     assert set(found.best.members) == set(range(len(effects)))
     return found
 
 
-def behind(judge: _Judge, found: Stage) -> float:
+def behind(judge: _Judge, found: Linearisation) -> float:
     """Nats by which a form without a name must stay behind, less what is open of large effects."""
     return FORM * found.best.log_posterior - judge._open_margin(found)
 

@@ -50,7 +50,7 @@ def noisy(flight) -> Recording:
 def test_levels_are_found_and_nothing_else(noisy) -> None:
     case = cases.prepare(noisy)
     judgement = judge([case])
-    levels = case.noise.values(judgement.null[0].position)
+    levels = case.noise.values(judgement.null[0].noise_point)
     assert levels["slow_velocity"] == pytest.approx(SLOW_MPS, rel=0.2)
     assert levels["slow_velocity_time"] == pytest.approx(SLOW_S, rel=0.5)
     assert levels["velocity_random_walk"] < 2.0 * WALK_UG * UG  # from below it is hidden by the slow error of velocity

@@ -18,14 +18,14 @@ from ins_eval.diagnosis.columns import Column, Drive, Measured
 from ins_eval.diagnosis.evidence import log_evidence
 from ins_eval.diagnosis.judge import Diagnosis, judge
 from ins_eval.diagnosis.noise import Fitted
-from ins_eval.diagnosis.shown import turned_on
+from ins_eval.diagnosis.summary import turned_on
 from ins_eval.diagnosis.whitening import Whitened
 from ins_eval.earth import EARTH_RATE
 from ins_eval.errors import DataRefused
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import EarthBelief
-from ins_eval.recording.quiet import quiet_stretches
 from ins_eval.recording.readers import apm_mat
+from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import DEG, DEG_PER_H, STANDARD_GRAVITY
 from tests.diagnosis.real_recordings import (
     RECORDINGS,
@@ -121,7 +121,7 @@ def test_biases_and_a_white_remainder_once_clocks_and_boxes_agree(vehicle) -> No
     own = np.array([found[place(case, f"turn-on bias of gyro {axis}")] for axis in "xyz"]) * sigma
     bias = np.asarray(vehicle.belief.gyro.bias_radps) + own
     np.testing.assert_allclose(bias, AUTHORS_BIAS_FRD, atol=BIAS_AGREES)
-    whitened = case.whitened([], fitted.position, keep=found.size + 1)
+    whitened = case.whitened([], fitted.noise_point, keep=found.size + 1)
     innovations = whitened.kept[..., 0] - whitened.kept[..., 1:] @ found
     rms = np.sqrt(np.nanmean(innovations[:, 3:] ** 2, axis=0))
     assert np.all((rms > WHITE_RMS[0]) & (rms < WHITE_RMS[1])), rms
@@ -197,7 +197,7 @@ def test_no_alarm_about_clocks_that_agree() -> None:
 def quiet() -> Recording:
     """The longest quiet stretch, level by its accelerometers, heading as documented."""
     whole = laser(rotation=True)
-    stretch = max(quiet_stretches(whole.imu), key=lambda s: s.duration_s)
+    stretch = max(still_stretches(whole.imu), key=lambda s: s.duration_s)
     imu = whole.imu
     rows = (imu.time_s > stretch.start_s) & (imu.time_s <= stretch.end_s)
     x, y, z = -imu.accelerometer[rows].mean(axis=0)
@@ -231,7 +231,7 @@ def test_the_rotation_that_was_left_out_is_named_with_rate_and_heading(turning, 
     assert heading_deg == pytest.approx(HEADING_DEG, abs=HEADING_AGREES_DEG)
     # gyros of the standstill on which only the accelerometers were used, against rate and heading found after it
     start = turning.after[0].believed.start
-    stretch = next(s for s in quiet_stretches(unturned.imu) if s.start_s < start.time_s <= s.end_s + 1.0)
+    stretch = next(s for s in still_stretches(unturned.imu) if s.start_s < start.time_s <= s.end_s + 1.0)
     rows = (unturned.imu.time_s > stretch.start_s) & (unturned.imu.time_s <= start.time_s)
     rate = unturned.imu.gyro[rows].mean(axis=0) * RATE_HZ
     to_body = Rotation.from_euler("ZYX", [heading_deg * DEG, *start.attitude_rad[1::-1]]).inv()

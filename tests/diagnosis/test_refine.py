@@ -40,7 +40,7 @@ def refined(case: Case, one: Hypothesis) -> RefinedFit:
 
 def estimate(found: RefinedFit) -> tuple[float, float]:
     """Value and sigma by least squares on the sums around the belief."""
-    here = sums(found.cases, [one.position for one in found.fitted], found.model, found.point)
+    here = sums(found.cases, [one.noise_point for one in found.fitted], found.model, found.point)
     nominal = found.model[0].candidate.nominal
     return nominal * float(here.projection[0] / here.normal[0, 0]), nominal / float(np.sqrt(here.normal[0, 0]))
 
@@ -138,7 +138,7 @@ def test_sums_around_what_was_found_are_those_around_the_belief(crept) -> None:
     case, found = crept
     tau = found.model[0].candidate.parameters["time_constant_s"]
     _, one = recorded(case, "accelerometer.bias_creep", time_constant_s=tau)
-    positions = [one.position for one in found.fitted]
+    positions = [one.noise_point for one in found.fitted]
     there, here = sums([case], positions, [one]), sums(found.cases, positions, found.model, found.point)
     assert here.normal[0, 0] == pytest.approx(there.normal[0, 0], rel=1e-3)
     assert here.projection[0] == pytest.approx(there.projection[0], rel=1e-3)

@@ -16,7 +16,7 @@ import pytest
 
 import ins_eval
 from ins_eval import ensemble
-from ins_eval.accelerometer import Contribution, AccelerometerEffect
+from ins_eval.accelerometer import AccelerometerEffect, Contribution
 from ins_eval.accelerometer import Population as Accelerometers
 from ins_eval.ensemble import ARMS, SOURCES, Plan, World, fly
 from ins_eval.errors import UsageError

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ins_eval import ensemble, metrics
-from ins_eval.accelerometer import Contribution, AccelerometerEffect
+from ins_eval.accelerometer import AccelerometerEffect, Contribution
 from ins_eval.earth import gravity, radii
 from ins_eval.ensemble import Plan, World, oven
 from ins_eval.gyro import GyroPopulation
@@ -71,7 +71,9 @@ def _two_runs():
         yield
 
 
-def rms(accelerometer: AccelerometerEffect | None = None, gyros: GyroPopulation | None = None) -> dict[str, dict[str, float]]:
+def rms(
+    accelerometer: AccelerometerEffect | None = None, gyros: GyroPopulation | None = None
+) -> dict[str, dict[str, float]]:
     """Velocity RMS by group and axis of an instrument that errs in nothing else; the two runs are alike."""
     world = World(Plan(experiment="oven", arms=ARMS))
     clean = world.population.accelerometers.only()

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ins_eval.errors import UsageError
+from ins_eval.files import cannot_write, write_whole
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.form.columns import CSV, PARQUET, parquet_bytes
@@ -29,7 +30,6 @@ from ins_eval.recording.form.names import (
     VELOCITY,
 )
 from ins_eval.recording.form.toml import dumps
-from ins_eval.storage import cannot_write, write_whole
 from ins_eval.tables import parse
 from ins_eval.units import to_degrees_exactly
 

@@ -118,9 +118,9 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
         str(path),
     )
     others = {
-        name: _epochs(table, told, file, name, origin_s, assumed.get("position.unit"))
-        for name, told in (("gps", mapping.gps), ("reference", mapping.reference))
-        if told is not None
+        name: _epochs(table, described, file, name, origin_s, assumed.get("position.unit"))
+        for name, described in (("gps", mapping.gps), ("reference", mapping.reference))
+        if described is not None
     }
     belief, offset_notes = _believed(mapping.belief, others, assumed)
     return Recording(
@@ -153,10 +153,10 @@ def _mapping(path: Path, assumed: Mapping[str, str]) -> tuple[Path, MappingFile]
             f"the following as {path.with_suffix('.toml').name}, complete it and import again\n\n"
             f"{csv_template.template(table.data)}"
         )
-    told = read_toml(file)
+    described = read_toml(file)
     if "kind" in assumed:
-        told["kind"] = assumed["kind"]
-    return file, parse(MappingFile, told, str(file))
+        described["kind"] = assumed["kind"]
+    return file, parse(MappingFile, described, str(file))
 
 
 def _origin(time_s: np.ndarray) -> tuple[float, list[str]]:
@@ -167,26 +167,30 @@ def _origin(time_s: np.ndarray) -> tuple[float, list[str]]:
     return origin_s, [f"All times are counted from {origin_s:.0f} s of the file's clock."]
 
 
-def _epochs(table: Table, told: Epochs, file: Path, name: str, origin_s: float, position_unit: str | None) -> Fixes:
+def _epochs(
+    table: Table, described: Epochs, file: Path, name: str, origin_s: float, position_unit: str | None
+) -> Fixes:
     """The table of another navigator; rows without a position are an outage."""
     where = f"{file}, {name}"
-    if told.file is not None:
-        table = Table(file.parent / told.file)
-    choose(f"{where}, position.unit", unit := position_unit or told.position.unit, ANGLE_UNITS)
-    position = table.vectors(told.position.columns, where)
+    if described.file is not None:
+        table = Table(file.parent / described.file)
+    choose(f"{where}, position.unit", unit := position_unit or described.position.unit, ANGLE_UNITS)
+    position = table.vectors(described.position.columns, where)
     position[:, :2] *= ANGLE_UNITS[unit]
-    velocity_n = _velocity(table.vectors(told.velocity.columns, where), told.velocity.axes)
-    time_s = TIME_UNITS[told.time.unit] * table.numbers(told.time.column, where) - origin_s
+    velocity_n = _velocity(table.vectors(described.velocity.columns, where), described.velocity.axes)
+    time_s = TIME_UNITS[described.time.unit] * table.numbers(described.time.column, where) - origin_s
     valid = np.isfinite(position).all(axis=1) & np.isfinite(velocity_n).all(axis=1)
-    if told.valid is not None:
-        valid &= np.nan_to_num(table.numbers(told.valid.column, where)) != 0.0
+    if described.valid is not None:
+        valid &= np.nan_to_num(table.numbers(described.valid.column, where)) != 0.0
     attitude_rad = None
-    if told.attitude is not None:
-        choose(f"{where}, attitude.unit", told.attitude.unit, ANGLE_UNITS)
-        attitude_rad = ANGLE_UNITS[told.attitude.unit] * table.vectors(told.attitude.columns, where)
+    if described.attitude is not None:
+        choose(f"{where}, attitude.unit", described.attitude.unit, ANGLE_UNITS)
+        attitude_rad = ANGLE_UNITS[described.attitude.unit] * table.vectors(described.attitude.columns, where)
         valid &= np.isfinite(attitude_rad).all(axis=1)
     # in a table shared with the IMU most rows have no fix
-    keep = np.isfinite(time_s) if told.file is not None else np.isfinite(time_s) & np.isfinite(position).all(axis=1)
+    keep = (
+        np.isfinite(time_s) if described.file is not None else np.isfinite(time_s) & np.isfinite(position).all(axis=1)
+    )
     return checked(
         Fixes(
             time_s=time_s[keep],
@@ -214,10 +218,10 @@ def _believed(belief: Belief, others: Mapping[str, Fixes], assumed: Mapping[str,
     """The belief of the mapping with the clock offsets that are assumed, and a sentence for each."""
     notes = []
     for name in others:
-        told = getattr(belief, name)
-        if f"{name}.time_offset_s" in assumed or "time_offset_s" not in told.model_fields_set:
+        described = getattr(belief, name)
+        if f"{name}.time_offset_s" in assumed or "time_offset_s" not in described.model_fields_set:
             offset_s, note = believed_time_offset(name, assumed, "the mapping says nothing")
-            belief = belief.model_copy(update={name: told.model_copy(update={"time_offset_s": offset_s})})
+            belief = belief.model_copy(update={name: described.model_copy(update={"time_offset_s": offset_s})})
             notes.append(note)
     return belief, notes
 
@@ -243,9 +247,9 @@ def _start(file: Path, mapping: MappingFile, belief: Belief, start_s: float, oth
             "with latitude_deg, longitude_deg and height_m"
         )
     name = "reference" if "reference" in others else "gps"
-    fixes, told = others[name], getattr(belief, name)
+    fixes, described = others[name], getattr(belief, name)
     valid = np.flatnonzero(fixes.valid)
-    k = int(valid[np.argmin(np.abs(fixes.time_s[valid] - told.time_offset_s - start_s))])
+    k = int(valid[np.argmin(np.abs(fixes.time_s[valid] - described.time_offset_s - start_s))])
     return Start(
         time_s=start_s,
         latitude_rad=float(fixes.latitude_rad[k]),
@@ -253,8 +257,8 @@ def _start(file: Path, mapping: MappingFile, belief: Belief, start_s: float, oth
         height_m=float(fixes.height_m[k]),
         velocity_n=tuple(fixes.velocity_n[k].tolist()),
         attitude_rad=None if fixes.attitude_rad is None else tuple(fixes.attitude_rad[k].tolist()),
-        position_sigma_m=told.position_sigma_m,
-        velocity_sigma_mps=told.velocity_sigma_mps,
+        position_sigma_m=described.position_sigma_m,
+        velocity_sigma_mps=described.velocity_sigma_mps,
     )
 
 

@@ -8,8 +8,8 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from ins_eval.diagnosis.case import prepare
+from ins_eval.diagnosis.detectability import detectability, expected, shows_from
 from ins_eval.diagnosis.evidence import SCALES
-from ins_eval.diagnosis.reach import expected, reach, shows_from
 from ins_eval.diagnosis.study import sums, union
 
 DRAWS = 4000
@@ -65,7 +65,7 @@ def test_a_transport_flight_shows_a_vertical_drift_and_hides_higher_orders(fligh
     case = prepare(flight)
     hypotheses = union([case])
     here = sums([case], [np.zeros(len(case.noise.free))], hypotheses, coarse=True)
-    found = reach([one.candidate for one in hypotheses], np.diag(here.normal), ENOUGH)
+    found = detectability([one.candidate for one in hypotheses], np.diag(here.normal), ENOUGH)
     assert len({(one.name, one.axis, one.other_axis) for one in found}) == len(found)
     gains = {(one.name, one.axis): one.expected_log_bayes_factor for one in found}
     in_order = [one.expected_log_bayes_factor for one in found]

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ins_eval import storage
+from ins_eval import files
 from ins_eval.ensemble import Store
 from ins_eval.errors import StorageError
-from ins_eval.storage import write_whole
+from ins_eval.files import write_whole
 
 OLD, NEW = b"what stood there", b"what comes" * 1000
 MEMBER = {
@@ -81,9 +81,9 @@ def test_fault_leaves_the_old_file_and_nothing_else(tmp_path: Path, monkeypatch,
     path = tmp_path / "metrics.json"
     path.write_bytes(OLD)
     if place == "open":
-        monkeypatch.setattr(storage, "open", raising(number), raising=False)
+        monkeypatch.setattr(files, "open", raising(number), raising=False)
     elif place == "write":
-        monkeypatch.setattr(storage, "open", full_after(100), raising=False)
+        monkeypatch.setattr(files, "open", full_after(100), raising=False)
     else:
         monkeypatch.setattr(os, place, raising(number))
     with pytest.raises(StorageError) as refused:
@@ -132,7 +132,7 @@ def test_member_comes_back_bit_by_bit(tmp_path: Path) -> None:
 def test_member_that_cannot_be_kept_spoils_nothing(tmp_path: Path, monkeypatch) -> None:
     store = Store(tmp_path).open()
     store.write(0, MEMBER)
-    monkeypatch.setattr(storage, "open", full_after(300), raising=False)
+    monkeypatch.setattr(files, "open", full_after(300), raising=False)
     with pytest.raises(StorageError):
         store.write(1, MEMBER)
     monkeypatch.undo()

@@ -15,37 +15,42 @@ from ins_eval.diagnosis import locate
 from ins_eval.diagnosis.columns import Column
 from ins_eval.diagnosis.disturbance import largest_probability, of_windows, within_statement
 from ins_eval.diagnosis.evidence import Reduced, reduce
+from ins_eval.diagnosis.linearisation import Linearisation
 from ins_eval.diagnosis.open_form import open_forms, over_temperature
 from ins_eval.diagnosis.rivals import WITHIN
-from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.verdict import Remainder, located
 from ins_eval.diagnosis.whitening import Whitened
 
 CURVE = "a curve of its temperature"
 
 
-def remainders(stage: Stage, share: float, rng: np.random.Generator) -> tuple[Remainder, Remainder]:
+def left_unexplained(
+    linearisation: Linearisation, share: float, rng: np.random.Generator
+) -> tuple[Remainder, Remainder]:
     """Instead of the effects of a stage, and beside them: what gains most in any recording.
 
     A mismatch beside effects whose form is a law must bring at least `share` of what they do.
     """
     instead, beside = [], []
-    m = list(stage.best.members)
-    chosen, mean = stage.chosen(), stage.coefficients[0]
-    rough = not stage.space.exact[m].any()
-    least = share * max(stage.best.log_bayes_factor, 0.0) if rough else 0.0
-    for r, case in enumerate(stage.cases):
+    m = list(linearisation.best.members)
+    chosen, mean = linearisation.chosen(), linearisation.coefficients[0]
+    rough = not linearisation.space.exact[m].any()
+    least = share * max(linearisation.best.log_bayes_factor, 0.0) if rough else 0.0
+    for r, case in enumerate(linearisation.cases):
         own = [i for i, one in enumerate(chosen) if one.columns[r] is not None]
         scale = np.array([max(1.0, abs(float(mean[i]))) for i in own])
-        point = stage.point[[m[i] for i in own]] / scale
+        point = linearisation.point[[m[i] for i in own]] / scale
         columns = [chosen[i].columns[r] for i in own]
-        over, edges_s, whitened = of_windows(case, stage.fitted[r].position, columns)
+        over, edges_s, whitened = of_windows(case, linearisation.fitted[r].noise_point, columns)
         nuisances = len(case.nuisances)
         put_back = _put_back(whitened, nuisances, point)
-        in_time = _remainder(r, stage, over, edges_s, put_back, None, rng)
-        instead += [in_time, *_curved(r, stage, columns, point, locate.scan(put_back, over, edges_s), in_time.gain)]
+        in_time = _remainder(r, linearisation, over, edges_s, put_back, None, rng)
+        instead += [
+            in_time,
+            *_curved(r, linearisation, columns, point, locate.scan(put_back, over, edges_s), in_time.gain),
+        ]
         left = reduce(whitened, nuisances + len(columns))
-        beside.append(_remainder(r, stage, over, edges_s, left, least, rng))
+        beside.append(_remainder(r, linearisation, over, edges_s, left, least, rng))
     return tuple(max(ones, key=lambda one: one.gain) for ones in (instead, beside))
 
 
@@ -57,7 +62,7 @@ def _put_back(whitened: Whitened, nuisances: int, point: np.ndarray) -> Reduced:
 
 def _remainder(
     r: int,
-    stage: Stage,
+    linearisation: Linearisation,
     over: list[locate.Channel],
     edges_s: np.ndarray,
     reduced: Reduced,
@@ -65,10 +70,10 @@ def _remainder(
     rng: np.random.Generator,
 ) -> Remainder:
     """What changes slowly with time; `least` nats that a mismatch must bring, None where one is shown anyway."""
-    case = stage.cases[r]
+    case = linearisation.cases[r]
     trials = locate.significance(reduced, edges_s.size - 1, rng)
     # a channel is one more family, and costs what an effect costs
-    gain = max(one.log_bayes_factor for one in open_forms(reduced, len(over))) - stage.space.cost
+    gain = max(one.log_bayes_factor for one in open_forms(reduced, len(over))) - linearisation.space.cost
     found = locate.scan(reduced, over, edges_s)
     interval = next((one for one in found if not within_statement(case, one)), None)
     if interval is None:
@@ -82,7 +87,7 @@ def _remainder(
 
 def _curved(
     r: int,
-    stage: Stage,
+    linearisation: Linearisation,
     columns: Sequence[Column],
     point: np.ndarray,
     found: Sequence[locate.Interval],
@@ -94,15 +99,15 @@ def _curved(
     temperature that only rises or falls is another clock, so it is said to follow it only where that gains `WITHIN`
     more than the form `in_time`.
     """
-    case = stage.cases[r]
+    case = linearisation.cases[r]
     curves = over_temperature(case)
     if not curves:
         return []
     knots = [column for one in curves.values() for column in one]
-    whitened = case.whitened([*columns, *knots], stage.fitted[r].position)  # as the effects, not on means
+    whitened = case.whitened([*columns, *knots], linearisation.fitted[r].noise_point)  # as the effects, not on means
     forms = open_forms(_put_back(whitened, len(case.nuisances), point), len(curves))
     best = max(forms, key=lambda one: one.log_bayes_factor)
-    gain = best.log_bayes_factor - stage.space.cost
+    gain = best.log_bayes_factor - linearisation.space.cost
     sigma = float(np.sqrt(2.0 * max(gain, 0.0)))
     channel = list(curves)[best.channel]
     follows = CURVE if gain > WITHIN + max(in_time, 0.0) else ""

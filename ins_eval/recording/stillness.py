@@ -38,7 +38,7 @@ class Stretch:
         return self.end_s - self.start_s
 
 
-def quiet_stretches(imu: Imu, minimum_s: float = 120.0) -> list[Stretch]:
+def still_stretches(imu: Imu, minimum_s: float = 120.0) -> list[Stretch]:
     """Find the stretches of at least `minimum_s` in which nobody disturbs the vehicle, in order of time.
 
     1. The recording is cut into windows of 1 s. The agitation of a window is the standard deviation of the three

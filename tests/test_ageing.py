@@ -13,7 +13,7 @@ from ins_eval.analysis import ageing
 from ins_eval.analysis.ageing import COMPENSATIONS, STATES, STORED
 from ins_eval.commands import flight_report
 from ins_eval.ensemble import Plan, World
-from ins_eval.ensemble.stored import stored
+from ins_eval.ensemble.ageing import aged
 from ins_eval.errors import UsageError
 from tests.ensemble.conftest import PROFILE
 
@@ -29,7 +29,7 @@ def storage(small_report: Path) -> dict:
 def members(small_report: Path) -> dict[str, list]:
     """By state, read where the report has left them."""
     plan = Plan()
-    plans = {"all": (plan, 4), **ageing.plans(plan, 4, stored(1.0, 1))}
+    plans = {"all": (plan, 4), **ageing.plans(plan, 4, aged(1.0, 1))}
     found = ensemble.run(plans, small_report / "members", workers=1, quiet=True)
     return dict(zip(STATES, found.values(), strict=True))
 
@@ -88,7 +88,7 @@ def test_vertical_channel_feels_gravity_scaled(storage: dict) -> None:
 
 def test_loops_of_the_three_states_are_the_same(members: dict[str, list]) -> None:
     """The scale factors of an instrument are those of its loops before and after their self-calibration."""
-    units = stored(1.0, 1)
+    units = aged(1.0, 1)
     of = {s: World(plan) for s, (plan, _) in zip(STORED, ageing.plans(Plan(), 4, units).values(), strict=True)}
     after = dict(zip(units.drifted_ppm, units.self_calibrated_ppm, strict=True))
     drawn = [[a.units["loop_gain"] for i in range(4) for a in of[s].instrument(i).accelerometers] for s in STORED]

@@ -24,7 +24,7 @@ CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class Linearisation:
     """Recordings navigated with some effects, all hypotheses around that point, and the sums at the noise there.
 
     `model` are the first hypotheses, `point` (m,) the coefficients that were taken off, 0 elsewhere; `refined` says how
@@ -69,7 +69,7 @@ class Stage:
         ones = [self.hypotheses[k].candidate for k in self.best.members]
         return " + ".join(f"{one.name} {one.axis or ''}".strip() for one in ones)
 
-    def own_first(self, count: int) -> Stage:
+    def own_first(self, count: int) -> Linearisation:
         """The same with the set of its first `count` hypotheses best, with which the recordings were navigated.
 
         A set of the same families with other times, widths or lags is the same explanation.
@@ -104,7 +104,7 @@ class Stage:
         return np.array([not name.startswith("gyro.") and any(word in name for word in THERMAL) for name in names])
 
     @cached_property
-    def foretold(self) -> list[tuple[Hypothesis, float]]:
+    def predicted(self) -> list[tuple[Hypothesis, float]]:
         """What is believed of other recordings of the instrument: hypotheses, each with its coefficient.
 
         To be named, an effect must be sure, for it is one of many that could have been. But once one accelerometer is
@@ -151,26 +151,26 @@ class Stage:
     def held_out(self) -> dict[str, float | str]:
         """The fit on data that were not used."""
         m = list(self.best.members)
-        positions = [one.position for one in self.fitted]
-        return held_out(self.cases, self.chosen(scaled=False), self.point[m], positions)
+        noise_points = [one.noise_point for one in self.fitted]
+        return held_out(self.cases, self.chosen(scaled=False), self.point[m], noise_points)
 
 
-def staged(
+def linearise(
     cases: Sequence[Case],
     model: Sequence[Hypothesis],
     point: np.ndarray,
     fitted: Sequence[Fitted],
     share: float,
-) -> Stage:
+) -> Linearisation:
     """The stage at which the effects of `model` are taken off with coefficients `point`, and its search."""
     taken = {_identity(one) for one in model}
     others = [one for one in union(cases) if _identity(one) not in taken]
     hypotheses = (*model, *others)
     of_space = space(hypotheses, HANDICAP)
     whole = np.append(point, np.zeros(len(others)))
-    here = sums(cases, [one.position for one in fitted], hypotheses, whole if point.any() else None)
+    here = sums(cases, [one.noise_point for one in fitted], hypotheses, whole if point.any() else None)
     ranked = search(here.normal, here.projection, of_space, share)
-    return Stage(tuple(cases), hypotheses, of_space, whole, tuple(fitted), here, tuple(ranked))
+    return Linearisation(tuple(cases), hypotheses, of_space, whole, tuple(fitted), here, tuple(ranked))
 
 
 def _identity(one: Hypothesis) -> tuple:

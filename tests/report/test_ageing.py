@@ -6,7 +6,7 @@ import copy
 
 import pytest
 
-from ins_eval.report.after_storage import after_storage
+from ins_eval.report.ageing import ageing_blocks
 from ins_eval.report.content import Paragraph, Table
 
 MEASURES = ("velocity_rms_horizontal", "velocity_rms_down", "cep_rate_final")
@@ -64,7 +64,7 @@ def storage() -> dict:
 
 
 def blocks_of(storage: dict) -> tuple[str, dict[str, Table]]:
-    blocks = after_storage({"storage": storage})
+    blocks = ageing_blocks({"storage": storage})
     words = " ".join(f"{b.lead} {b.text}" for b in blocks if isinstance(b, Paragraph))
     return words, {b.title.split(":")[0]: b for b in blocks if isinstance(b, Table)}
 
@@ -127,13 +127,13 @@ def paths(tree: dict, before: tuple = ()) -> list[tuple]:
 
 
 def test_any_missing_key_is_survived(storage: dict) -> None:
-    whole = len(after_storage({"storage": storage}))
+    whole = len(ageing_blocks({"storage": storage}))
     for path in paths(storage):
         cut = copy.deepcopy(storage)
         branch = cut
         for key in path[:-1]:
             branch = branch[key]
         del branch[path[-1]]
-        found = after_storage({"storage": cut})
+        found = ageing_blocks({"storage": cut})
         assert 0 < len(found) <= whole, path
-    assert after_storage({}) == []
+    assert ageing_blocks({}) == []

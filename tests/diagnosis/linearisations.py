@@ -8,8 +8,8 @@ import numpy as np
 
 from ins_eval.diagnosis.columns import Column
 from ins_eval.diagnosis.library import Candidate
+from ins_eval.diagnosis.linearisation import Linearisation
 from ins_eval.diagnosis.search import search
-from ins_eval.diagnosis.stage import Stage
 from ins_eval.diagnosis.study import Hypothesis, Sums, space
 
 INFORMATION = 16.0  # each coefficient is known to a quarter of its nominal size
@@ -19,7 +19,9 @@ CENTRE = {"temperature.lag": 1.0}  # what physics fixes a coefficient to
 Effect = tuple[str, str | None, dict[str, float | str]]  # name, axis, further parameters
 
 
-def stage(effects: Sequence[Effect], seen: dict[int, float], alike: tuple[int, int] | None = None) -> Stage:
+def linearisation(
+    effects: Sequence[Effect], seen: dict[int, float], alike: tuple[int, int] | None = None
+) -> Linearisation:
     """Recordings that tell the coefficients `seen`, by the number of the effect, `NOTHING` of others.
 
     Of the two effects `alike` the columns have the correlation `ALIKE`.
@@ -36,4 +38,4 @@ def stage(effects: Sequence[Effect], seen: dict[int, float], alike: tuple[int, i
     here = Sums(normal, normal @ [seen.get(k, NOTHING) for k in range(len(effects))], 0.0)
     families = space(hypotheses, 0.0)
     ranked = tuple(search(here.normal, here.projection, families))
-    return Stage((), hypotheses, families, np.zeros(len(effects)), (), here, ranked)
+    return Linearisation((), hypotheses, families, np.zeros(len(effects)), (), here, ranked)

@@ -10,7 +10,7 @@ from scipy.stats import chi2
 
 from ins_eval.digital_loop import Loop, bench, load, population
 from ins_eval.digital_loop.injector import Injection
-from ins_eval.ensemble.stored import Stored, stored
+from ins_eval.ensemble.ageing import Aged, aged
 from ins_eval.errors import UsageError
 from ins_eval.streams import Streams
 
@@ -21,8 +21,8 @@ NOISE_PPM = 0.3  # of one estimate by the sampled loop; its own tests say 0.1 ug
 
 
 @pytest.fixture(scope="module")
-def year() -> Stored:
-    return stored(1.0, seed=1)
+def year() -> Aged:
+    return aged(1.0, seed=1)
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def without_temperature(tmp_path: Path) -> Loop:
     return load(path)
 
 
-def test_scale_factor_is_the_inverse_of_the_feedback(year: Stored) -> None:
+def test_scale_factor_is_the_inverse_of_the_feedback(year: Aged) -> None:
     """k0 g / (k_t k_VI k_DA), Paper B eq. (13), whatever the forward gain has done."""
     expected = 1.0 / ((1.0 + 1e-6 * year.feedback_ppm) * (1.0 + 1e-6 * year.torquer_ppm))
     assert year.drifted_ppm == pytest.approx(1e6 * (expected - 1.0), abs=ROUNDING_PPM)
@@ -45,7 +45,7 @@ def test_scale_factor_is_the_inverse_of_the_feedback(year: Stored) -> None:
 
 def test_what_self_calibration_leaves_where_temperature_does_nothing(without_temperature: Loop) -> None:
     """The gain is gone; the torquer is not seen and the current source is believed: 1 / ((1 + t) (1 + i))."""
-    found = stored(3.0, seed=2, size=40, loop=without_temperature)
+    found = aged(3.0, seed=2, size=40, loop=without_temperature)
     torquer, current = 1.0 + 1e-6 * found.torquer_ppm, 1.0 + 1e-6 * found.current_ppm
     assert found.self_calibrated_ppm == pytest.approx(1e6 * (1.0 / (torquer * current) - 1.0), abs=1.1 * CODE_PPM)
     assert found.estimate_ppm == pytest.approx(
@@ -53,7 +53,7 @@ def test_what_self_calibration_leaves_where_temperature_does_nothing(without_tem
     )
 
 
-def test_what_remains_is_the_change_of_the_output_and_the_estimate(year: Stored) -> None:
+def test_what_remains_is_the_change_of_the_output_and_the_estimate(year: Aged) -> None:
     """The closure of Paper B: 24 = -193 + 218, to second order and the rounding of N_VREF."""
     second_order = 1e-6 * np.abs(year.drifted_ppm * year.estimate_ppm).max()
     assert year.self_calibrated_ppm == pytest.approx(
@@ -65,21 +65,21 @@ def test_what_remains_is_the_change_of_the_output_and_the_estimate(year: Stored)
     ("gain", "sigma_ppm"),
     [("feedback_ppm", 100.0), ("torquer_ppm", 5.0), ("current_ppm", 5.0)],
 )
-def test_a_year_has_the_sizes_that_the_paper_prints(year: Stored, gain: str, sigma_ppm: float) -> None:
+def test_a_year_has_the_sizes_that_the_paper_prints(year: Aged, gain: str, sigma_ppm: float) -> None:
     squares = np.sum((getattr(year, gain) / sigma_ppm) ** 2)
     low, high = chi2.ppf([CHANCE, 1.0 - CHANCE], 200)
     assert low < squares < high
 
 
-def test_drifts_grow_in_proportion_to_time(year: Stored) -> None:
-    longer = stored(4.0, seed=1)
+def test_drifts_grow_in_proportion_to_time(year: Aged) -> None:
+    longer = aged(4.0, seed=1)
     second_order_ppm = 1e-6 * np.abs(longer.feedback_ppm).max() ** 2
     assert longer.feedback_ppm == pytest.approx(4.0 * year.feedback_ppm, abs=2.0 * second_order_ppm)
     assert np.array_equal(longer.warmer_c, year.warmer_c)
 
 
 def test_fresh_units_keep_their_scale_factor_and_the_estimate_errs_alike() -> None:
-    fresh, year = stored(0.0, seed=1, size=30), stored(1.0, seed=1, size=30)
+    fresh, year = aged(0.0, seed=1, size=30), aged(1.0, seed=1, size=30)
     assert np.all(fresh.drifted_ppm == 0.0)
     error_ppm = year.estimate_ppm - year.feedback_ppm + year.current_ppm
     assert error_ppm == pytest.approx(fresh.estimate_ppm, abs=0.1)  # additive: products of drifts are left
@@ -93,10 +93,10 @@ def test_estimate_is_that_of_the_simulated_bench(index: int) -> None:
     unit, node = population.draw(streams, index), streams.at("unit", index, "bench")
     first = bench.temperatures(unit.loop, node)[:, :1]
     simulated = bench.procedure(unit, node, Injection(0.0, 0.0), first).feedback_ppm[0]
-    assert stored(0.0, seed=1, size=index + 1).estimate_ppm[index] == pytest.approx(simulated, abs=NOISE_PPM)
+    assert aged(0.0, seed=1, size=index + 1).estimate_ppm[index] == pytest.approx(simulated, abs=NOISE_PPM)
 
 
 @pytest.mark.parametrize("years", [-1.0, float("nan"), float("inf")])
 def test_time_that_cannot_be_is_refused(years: float) -> None:
     with pytest.raises(UsageError, match="years, expected 0 to 100"):
-        stored(years, seed=1)
+        aged(years, seed=1)

@@ -54,7 +54,7 @@ class Dependence:
     columns: tuple[Column, ...]
 
 
-def following(case: Case, r: int, base: Fitted) -> Suspect | None:
+def motion_dependence(case: Case, r: int, base: Fitted) -> Suspect | None:
     """The most probable channel of recording `r` that follows its motion; None where nothing moves."""
     if case.believed is None or case.kind in PARKED:
         return None
@@ -63,16 +63,16 @@ def following(case: Case, r: int, base: Fitted) -> Suspect | None:
     cost = float(np.log(len(tried) / ODDS)) + ALONE
     columns = [column for one in tried for column in one.columns]
     starts = []
-    for position in (base.position, with_quiet_sensors(case, base.position)):
-        whitened = case.whitened(columns, position, case.block)
+    for noise_point in (base.noise_point, with_quiet_sensors(case, base.noise_point)):
+        whitened = case.whitened(columns, noise_point, case.block)
         left = reduce(whitened, known.stop)
-        here = log_evidence_of(whitened, known) - 0.5 * float(position @ position)
+        here = log_evidence_of(whitened, known) - 0.5 * float(noise_point @ noise_point)
         first = 0
         for one in tried:
             own = slice(first, first + len(one.columns))
-            starts.append((here + _evidence(left.normal[own, own], left.projection[own]), position, one))
+            starts.append((here + _evidence(left.normal[own, own], left.projection[own]), noise_point, one))
             first = own.stop
-    height, position, best = max(starts, key=lambda start: start[0])
+    height, noise_point, best = max(starts, key=lambda start: start[0])
     if height - base.log_evidence < PROMISING:
         return None
 
@@ -80,11 +80,11 @@ def following(case: Case, r: int, base: Fitted) -> Suspect | None:
         left = reduce(whitened, known.stop)
         return log_evidence_of(whitened, known) + _evidence(left.normal, left.projection)
 
-    fitted = case.fitted(best.columns, position, gain)
+    fitted = case.fitted(best.columns, noise_point, gain)
     gained = fitted.log_evidence - base.log_evidence - cost
     edges_s = locate.edges(case.model)
     windows = list(locate.windows(best.channel, edges_s, case.slow, case.model))
-    left = reduce(case.whitened(windows, fitted.position, case.block), known.stop)
+    left = reduce(case.whitened(windows, fitted.noise_point, case.block), known.stop)
     found = locate.scan(left, [best.channel], edges_s)
     if not found:
         return None

@@ -9,8 +9,8 @@ import pytest
 
 from ins_eval.diagnosis.case import prepare
 from ins_eval.diagnosis.judge import judge
-from ins_eval.diagnosis.partial import disturbances, located
-from ins_eval.diagnosis.shown import before_after, evidence, ground, limits
+from ins_eval.diagnosis.nonparametric import disturbances, located
+from ins_eval.diagnosis.summary import basis, before_after, evidence, limits
 from ins_eval.diagnosis.verdict import EXPLAINED, NO_MISMATCH
 from ins_eval.earth import EARTH_RATE
 from ins_eval.units import DEG_PER_H, HOUR, UG
@@ -50,7 +50,7 @@ def parked(ideal_recording):
 def test_a_sound_recording_has_evidence_and_limits_but_nothing_located(parked) -> None:
     found = parked[0]
     assert found.verdict == NO_MISMATCH
-    of = ground(found)
+    of = basis(found)
     places = evidence(of, None)
     assert places[0].log_bayes_factor < of.space.cost
     assert not any(one.named for one in places)
@@ -61,7 +61,9 @@ def test_a_sound_recording_has_evidence_and_limits_but_nothing_located(parked) -
 
 def test_what_nothing_explains_is_found_in_size_and_time(parked) -> None:
     found = parked[1]
-    found = replace(found, effects=(), stage=None, remainder=replace(found.remainder, mismatch=found.mismatches[0]))
+    found = replace(
+        found, effects=(), linearisation=None, remainder=replace(found.remainder, mismatch=found.mismatches[0])
+    )
     one = located(found)
     assert (one.channel, one.unit) == ("gyro.x", "deg/h")
     assert not np.isfinite(one.effect).any()
@@ -76,7 +78,7 @@ def test_an_effect_lies_along_what_data_find(parked) -> None:
     assert found.verdict == EXPLAINED
     effect = found.effects[0]
     assert (effect.hypothesis.candidate.name, effect.hypothesis.candidate.axis) == ("gyro.bias_drift", "x")
-    places = evidence(ground(found), effect)
+    places = evidence(basis(found), effect)
     assert [one.named for one in places[:2]] == [True, False]
     one = located(found, effect)
     assert (one.channel, one.unit, one.drive_unit) == ("gyro.x", "deg/h", "h")

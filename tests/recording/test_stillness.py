@@ -7,8 +7,8 @@ import pytest
 
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Imu
-from ins_eval.recording.quiet import Stretch, choose_alignment, quiet_stretches
 from ins_eval.recording.readers.psins_text import read_imu_text
+from ins_eval.recording.stillness import Stretch, choose_alignment, still_stretches
 
 WINDOW_S = 1.0  # the rule's resolution: ends may lie one window beside the burst
 DURATION_S = 900
@@ -38,16 +38,16 @@ def assert_stretches(found: list[Stretch], expected: list[tuple[float, float]]):
 def test_bursts_split_and_single_steps_do_not(rate_hz, noise):
     bursts = [(0.0, 100.0, 5.0), (200.0, 201.0, 10.0), (300.0, 303.0, 10.0), (400.0, 420.0, 4.0), (600.0, 608.0, 4.0)]
     imu = parked(rate_hz, noise, bursts)
-    assert_stretches(quiet_stretches(imu), [(100.0, 400.0), (420.0, 600.0), (608.0, 900.0)])
+    assert_stretches(still_stretches(imu), [(100.0, 400.0), (420.0, 600.0), (608.0, 900.0)])
 
 
 def test_short_bursts_in_a_row_are_one_long_burst():
     knocks = [(300.0 + 6.0 * k, 302.0 + 6.0 * k, 8.0) for k in range(4)]
-    assert_stretches(quiet_stretches(parked(100.0, 1e-5, knocks)), [(0.0, 300.0), (320.0, 900.0)])
+    assert_stretches(still_stretches(parked(100.0, 1e-5, knocks)), [(0.0, 300.0), (320.0, 900.0)])
 
 
 def test_a_stretch_does_not_begin_or_end_with_a_burst():
-    found = quiet_stretches(parked(100.0, 1e-5, [(0.0, 2.0, 8.0), (898.0, 900.0, 8.0)]))
+    found = still_stretches(parked(100.0, 1e-5, [(0.0, 2.0, 8.0), (898.0, 900.0, 8.0)]))
     assert len(found) == 1
     np.testing.assert_allclose((found[0].start_s, found[0].end_s), (2.0, 898.0), atol=1e-9)
 
@@ -55,36 +55,36 @@ def test_a_stretch_does_not_begin_or_end_with_a_burst():
 def test_either_sensor_alone_shows_the_disturbance():
     calm, noisy = parked(100.0, 1e-5, []), parked(100.0, 1e-5, [(400.0, 500.0, 5.0)], seed=1)
     for gyro, accelerometer in ((noisy.gyro, calm.accelerometer), (calm.gyro, noisy.accelerometer)):
-        assert_stretches(quiet_stretches(Imu(calm.time_s, gyro, accelerometer, "increment")), [(0, 400), (500, 900)])
+        assert_stretches(still_stretches(Imu(calm.time_s, gyro, accelerometer, "increment")), [(0, 400), (500, 900)])
 
 
 def test_undisturbed_noise_is_one_stretch_whatever_the_seed():
     for seed in range(20):
-        assert_stretches(quiet_stretches(parked(50.0, 1e-5, [], seed)), [(0.0, 900.0)])
+        assert_stretches(still_stretches(parked(50.0, 1e-5, [], seed)), [(0.0, 900.0)])
 
 
 def test_times_are_those_of_the_recording():
     imu = parked(100.0, 1e-5, [(400.0, 500.0, 5.0)], start_s=1e5)
-    assert_stretches(quiet_stretches(imu), [(1e5, 1e5 + 400.0), (1e5 + 500.0, 1e5 + 900.0)])
+    assert_stretches(still_stretches(imu), [(1e5, 1e5 + 400.0), (1e5 + 500.0, 1e5 + 900.0)])
 
 
 def test_coarse_counts_and_ideal_constants_are_quiet():
     """A resolution that hides the noise leaves windows without any variation beside windows with one count."""
     imu = parked(100.0, 1e-5, [])
     coarse = Imu(imu.time_s, 1e-7 * np.round(imu.gyro / 1e-7), 4e-5 * np.round(imu.accelerometer / 4e-5), "increment")
-    assert_stretches(quiet_stretches(coarse), [(0.0, 900.0)])
+    assert_stretches(still_stretches(coarse), [(0.0, 900.0)])
     constant = Imu(imu.time_s, 0 * imu.gyro + 5e-7 / 3, 0 * imu.accelerometer - 0.098 / 3, "increment")
-    assert_stretches(quiet_stretches(constant), [(0.0, 900.0)])
+    assert_stretches(still_stretches(constant), [(0.0, 900.0)])
     pulses = np.diff(np.floor(np.outer(np.arange(len(imu.time_s) + 1), [0.3, 0.001, -3203.4])), axis=0)
-    assert_stretches(quiet_stretches(Imu(imu.time_s, constant.gyro, pulses, "pulse")), [(0.0, 900.0)])
+    assert_stretches(still_stretches(Imu(imu.time_s, constant.gyro, pulses, "pulse")), [(0.0, 900.0)])
 
 
 def test_minimum_length():
     imu = parked(100.0, 1e-5, [(150.0, 160.0, 5.0)])
-    assert_stretches(quiet_stretches(imu, minimum_s=200.0), [(160.0, 900.0)])
-    assert quiet_stretches(imu, minimum_s=1000.0) == []
+    assert_stretches(still_stretches(imu, minimum_s=200.0), [(160.0, 900.0)])
+    assert still_stretches(imu, minimum_s=1000.0) == []
     few = Imu(imu.time_s[:5], imu.gyro[:5], imu.accelerometer[:5], "increment")
-    assert quiet_stretches(few, minimum_s=0.0) == []
+    assert still_stretches(few, minimum_s=0.0) == []
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ class TestRealRecording:
     LATITUDE_TOLERANCE_DEG = 0.5  # a gyro bias of 0.1 deg/h is 0.4 degrees of latitude
 
     def test_stretches_lie_in_the_documented_quiet_part(self, imu):
-        found = quiet_stretches(imu)
+        found = still_stretches(imu)
         for first, last in self.DOCUMENTED_DISTURBED_S:
             assert all(stretch.end_s <= first or stretch.start_s >= last for stretch in found), found
         for first, last in self.DOCUMENTED_QUIET_S:
@@ -127,7 +127,7 @@ class TestRealRecording:
             assert inside > 0.4 * (last - first), found
 
     def test_mean_gravity_and_earth_rate_of_the_chosen_stretch_give_heading_and_latitude(self, imu):
-        chosen = choose_alignment(quiet_stretches(imu))
+        chosen = choose_alignment(still_stretches(imu))
         rows = (imu.time_s > chosen.start_s) & (imu.time_s <= chosen.end_s)
         down = -imu.accelerometer[rows].sum(axis=0)
         down /= np.linalg.norm(down)

@@ -30,7 +30,7 @@ LONGEST_YEARS = 100.0  # of ageing in proportion to time
 
 
 @dataclass(frozen=True, eq=False)
-class Stored:
+class Aged:
     """After `years`, of each unit (n,): changes of the scale factor and the gains in ppm since it was new.
 
     drifted_ppm, self_calibrated_ppm   scale factor without and with the correction
@@ -52,14 +52,14 @@ class Stored:
     warmer_c: np.ndarray
 
 
-def stored(years: float, seed: int, size: int = SIZE, loop: Loop | None = None) -> Stored:
+def aged(years: float, seed: int, size: int = SIZE, loop: Loop | None = None) -> Aged:
     """The first `size` units of the population of `loop` (by default the preset's) after `years` in storage."""
     if not 0.0 <= years <= LONGEST_YEARS:
         raise UsageError(f"storage: {years:g} years, expected 0 to {LONGEST_YEARS:g}")
     loop = loop or load()
     streams = Streams(seed).at("digital loop")
     rows = [_unit(loop, streams, index, years) for index in range(size)]
-    return Stored(years, **{key: np.array([row[key] for row in rows]) for key in rows[0]})
+    return Aged(years, **{key: np.array([row[key] for row in rows]) for key in rows[0]})
 
 
 def _unit(loop: Loop, streams: Streams, index: int, years: float) -> dict[str, float]:

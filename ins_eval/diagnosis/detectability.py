@@ -27,7 +27,7 @@ SMALLEST, LARGEST = 1e-4, 1e8  # nominal sizes between which the size that shows
 
 
 @dataclass(frozen=True)
-class Reach:
+class Detectability:
     """One family of effects: what its `usual` size, in `unit`, is expected to gain in nats.
 
     `shows_from` is the size from which on it is expected to gain enough; None where physics leaves no choice of size,
@@ -57,7 +57,7 @@ def shows_from(a: float, enough: float) -> float | None:
     return float(np.exp(brentq(lambda x: expected(a, np.exp(x)) - enough, np.log(SMALLEST), np.log(LARGEST))))
 
 
-def reach(candidates: Sequence[Candidate], a: np.ndarray, enough: float) -> list[Reach]:
+def detectability(candidates: Sequence[Candidate], a: np.ndarray, enough: float) -> list[Detectability]:
     """Every family among `candidates`, least visible first; `a` (m,) is the diagonal of their reduced sums.
 
     Of a family whose members differ in a time, a width or a lag it is the member that shows best, or, where physics
@@ -78,7 +78,7 @@ def reach(candidates: Sequence[Candidate], a: np.ndarray, enough: float) -> list
         size = one.centre or 1.0
         least = None if one.centre else shows_from(own, enough)
         found.append(
-            Reach(
+            Detectability(
                 name=one.name,
                 axis=one.axis,
                 other_axis=one.parameters.get("other_axis"),

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ins_eval.diagnosis.detectability import Detectability, detectability
 from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.reach import Reach, reach
+from ins_eval.diagnosis.linearisation import HANDICAP
 from ins_eval.diagnosis.search import Space, one_more
-from ins_eval.diagnosis.stage import HANDICAP
 from ins_eval.diagnosis.study import Hypothesis, Sums, space, sums, union
 from ins_eval.diagnosis.verdict import Diagnosis, FoundEffect
 from ins_eval.effects.effect import AXES
@@ -24,7 +24,7 @@ from ins_eval.units import DEG
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class Basis:
     """Hypotheses, their families and sums; `members` is the best set, empty where none is named."""
 
     hypotheses: tuple[Hypothesis, ...]
@@ -34,7 +34,7 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Place:
+class EffectEvidence:
     """One family in the place of an effect: its best member, and whether it is the one that the answer names."""
 
     candidate: Candidate
@@ -42,23 +42,28 @@ class Place:
     named: bool
 
 
-def ground(found: Diagnosis) -> Ground:
+def basis(found: Diagnosis) -> Basis:
     """The sums of the answer, or those under the belief where no effect was tried further."""
-    stage = found.stage
-    if stage is not None:
-        return Ground(stage.hypotheses, stage.space, stage.here, stage.best.members if found.effects else ())
+    linearisation = found.linearisation
+    if linearisation is not None:
+        return Basis(
+            linearisation.hypotheses,
+            linearisation.space,
+            linearisation.here,
+            linearisation.best.members if found.effects else (),
+        )
     hypotheses = tuple(union(found.cases))
-    here = sums(found.cases, [one.position for one in found.null], hypotheses)
-    return Ground(hypotheses, space(hypotheses, HANDICAP), here, ())
+    here = sums(found.cases, [one.noise_point for one in found.null], hypotheses)
+    return Basis(hypotheses, space(hypotheses, HANDICAP), here, ())
 
 
-def evidence(of: Ground, effect: FoundEffect | None) -> list[Place]:
+def evidence(of: Basis, effect: FoundEffect | None) -> list[EffectEvidence]:
     """Every family in the place of `effect` beside the rest of the best set, or alone without one; best first."""
     others = [k for k in of.members if effect is None or of.hypotheses[k].key != effect.hypothesis.key]
     of_family, members, _ = one_more(of.here.normal, of.here.projection, others, of.space)
     keys = {of.hypotheses[k].key for k in of.members}
     return [
-        Place(
+        EffectEvidence(
             of.hypotheses[members[family]].candidate,
             float(of_family[family]),
             of.hypotheses[members[family]].key in keys,
@@ -68,9 +73,9 @@ def evidence(of: Ground, effect: FoundEffect | None) -> list[Place]:
     ]
 
 
-def limits(of: Ground) -> list[Reach]:
+def limits(of: Basis) -> list[Detectability]:
     """What the recordings could show of each family, least visible first."""
-    return reach([one.candidate for one in of.hypotheses], np.diag(of.here.normal), of.space.cost)
+    return detectability([one.candidate for one in of.hypotheses], np.diag(of.here.normal), of.space.cost)
 
 
 def before_after(found: Diagnosis, r: int) -> tuple[np.ndarray, np.ndarray] | None:
@@ -80,17 +85,17 @@ def before_after(found: Diagnosis, r: int) -> tuple[np.ndarray, np.ndarray] | No
     """
     if not found.effects:
         return None
-    stage = found.stage
-    members = list(stage.best.members)
-    own = [i for i, k in enumerate(members) if stage.hypotheses[k].columns[r] is not None]
+    linearisation = found.linearisation
+    members = list(linearisation.best.members)
+    own = [i for i, k in enumerate(members) if linearisation.hypotheses[k].columns[r] is not None]
     if not own:
         return None
-    mean, _ = stage.coefficients
-    point = stage.point[members][own]
-    case = stage.cases[r]
+    mean, _ = linearisation.coefficients
+    point = linearisation.point[members][own]
+    case = linearisation.cases[r]
     known = len(case.nuisances)
-    columns = [stage.hypotheses[members[i]].columns[r] for i in own]
-    kept = case.whitened(columns, stage.fitted[r].position, keep=1 + known + len(own)).kept
+    columns = [linearisation.hypotheses[members[i]].columns[r] for i in own]
+    kept = case.whitened(columns, linearisation.fitted[r].noise_point, keep=1 + known + len(own)).kept
     anyway, effects = kept[..., 1 : 1 + known], kept[..., 1 + known :]
     residual = kept[..., 0] + effects @ point
     return _at_best(residual, anyway), _at_best(residual - effects @ mean[own], anyway)
@@ -110,12 +115,16 @@ class TurnedOn:
 
 def turned_on(found: Diagnosis, r: int) -> list[TurnedOn]:
     """Turn-on biases and start attitude of recording `r` beside the effects of the answer, if any."""
-    stage = found.stage if found.effects else None
-    case = found.cases[r] if stage is None else stage.cases[r]
+    linearisation = found.linearisation if found.effects else None
+    case = found.cases[r] if linearisation is None else linearisation.cases[r]
     if case.believed is None:
         return []
-    columns = [] if stage is None else [one.columns[r] for one in stage.chosen() if one.columns[r] is not None]
-    sums_of = case.whitened(columns, found.fitted[r].position)
+    columns = (
+        []
+        if linearisation is None
+        else [one.columns[r] for one in linearisation.chosen() if one.columns[r] is not None]
+    )
+    sums_of = case.whitened(columns, found.fitted[r].noise_point)
     covariance = np.linalg.inv(np.eye(sums_of.projection.size) + sums_of.normal)
     mean, sigma = covariance @ sums_of.projection, np.sqrt(np.diag(covariance))
     belief, start = case.believed.recording.belief, case.believed.start

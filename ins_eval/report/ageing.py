@@ -21,7 +21,7 @@ INVISIBLE = 0.1  # of the velocity RMS: adds 0.5 % in squares
 ALIKE = 0.05  # of what the drift makes: the largest difference between two alignments that do not matter
 
 
-def after_storage(metrics: Mapping) -> list[Block]:
+def ageing_blocks(metrics: Mapping) -> list[Block]:
     """What storage does to the flight; a part whose numbers the metrics lack is left out."""
     blocks: list[Block] = []
     for part in (_gains, _in_flight, _states, _changes, _where, _alignment, _vertical, _left_out):

@@ -69,22 +69,24 @@ def located(found: Diagnosis, effect: FoundEffect | None = None) -> Located | No
     if effect is None:
         one = found.remainder.mismatch
         return None if one is None else _of_mismatch(found, one)
-    stage, key = found.stage, effect.hypothesis.key
-    members = list(stage.best.members)
-    at = next(i for i, k in enumerate(members) if stage.hypotheses[k].key == key)
-    mean, _ = stage.coefficients
-    one, coefficient = stage.hypotheses[members[at]], float(mean[at])
+    linearisation, key = found.linearisation, effect.hypothesis.key
+    members = list(linearisation.best.members)
+    at = next(i for i, k in enumerate(members) if linearisation.hypotheses[k].key == key)
+    mean, _ = linearisation.coefficients
+    one, coefficient = linearisation.hypotheses[members[at]], float(mean[at])
     r = _recording(found, one)
-    case = stage.cases[r]
+    case = linearisation.cases[r]
     channel, made = _affected(case, one.columns[r])
     if channel is None:
         return None
-    others = [h.columns[r] for i, h in enumerate(stage.chosen()) if i != at and h.columns[r] is not None]
-    moved = coefficient - float(stage.point[members[at]])
+    others = [h.columns[r] for i, h in enumerate(linearisation.chosen()) if i != at and h.columns[r] is not None]
+    moved = coefficient - float(linearisation.point[members[at]])
     unit, si = UNITS[_kind(channel)]
     edges_s = locate.edges(case.model)
     of_windows = coefficient * _window_means(case, channel, made, edges_s)
-    mean_, sigma = _open(case, stage.fitted[r].position, channel, edges_s, others, one.columns[r], moved, of_windows)
+    mean_, sigma = _open(
+        case, linearisation.fitted[r].noise_point, channel, edges_s, others, one.columns[r], moved, of_windows
+    )
     per_value, drive_unit = _drive_unit(one.candidate, channel)
     drive = per_value * of_windows / si / (coefficient * one.candidate.nominal)
     seen = np.isfinite(of_windows)
@@ -105,16 +107,18 @@ def located(found: Diagnosis, effect: FoundEffect | None = None) -> Located | No
 
 def _of_mismatch(found: Diagnosis, one: Mismatch) -> Located | None:
     """The open form of the channel of a mismatch that nothing explains, beside the effects, against the temperature."""
-    r, stage = one.recording, found.stage if found.effects else None
-    case = found.cases[r] if stage is None else stage.cases[r]
-    beside = [] if stage is None else [h.columns[r] for h in stage.chosen() if h.columns[r] is not None]
+    r, linearisation = one.recording, found.linearisation if found.effects else None
+    case = found.cases[r] if linearisation is None else linearisation.cases[r]
+    beside = [] if linearisation is None else [h.columns[r] for h in linearisation.chosen() if h.columns[r] is not None]
     over = locate.channels(case.seen, case.candidates[0].axis)
     channel = next((c for c in over if (c.name, c.axis) == (one.channel, one.axis)), None)
     if channel is None:
         return None
     edges_s = locate.edges(case.model)
     none = np.zeros(edges_s.size - 1)
-    mean, sigma = _open(case, _as_believed(case, found.fitted[r].position), channel, edges_s, beside, None, 0.0, none)
+    mean, sigma = _open(
+        case, _as_believed(case, found.fitted[r].noise_point), channel, edges_s, beside, None, 0.0, none
+    )
     unit, si = UNITS[_kind(channel)]
     drive = None
     if case.temperature is not None:
@@ -125,15 +129,15 @@ def _of_mismatch(found: Diagnosis, one: Mismatch) -> Located | None:
     return Located(r, channel.name, channel.axis, unit, time_s, mean / si, sigma / si, nothing, drive, "degC")
 
 
-def _as_believed(case: Case, position: np.ndarray) -> np.ndarray:
-    """The noise at `position`, but that of the instrument no larger than believed: what has no name has inflated it."""
+def _as_believed(case: Case, noise_point: np.ndarray) -> np.ndarray:
+    """The noise at `noise_point`, but the instrument's no larger than believed: what has no name has inflated it."""
     own = np.isin(case.noise.free, OF_INSTRUMENT)
-    return np.where(own, np.minimum(position, 0.0), position)
+    return np.where(own, np.minimum(noise_point, 0.0), noise_point)
 
 
 def _open(
     case: Case,
-    position: np.ndarray,
+    noise_point: np.ndarray,
     channel: locate.Channel,
     edges_s: np.ndarray,
     others: Sequence[Column],
@@ -147,7 +151,7 @@ def _open(
     """
     own = [] if effect is None else [effect]
     columns = [*others, *own, *locate.windows(channel, edges_s, case.slow, case.model)]
-    whitened = case.whitened(columns, position, case.block)
+    whitened = case.whitened(columns, noise_point, case.block)
     known = len(case.nuisances) + len(others)
     first = known + len(own)
     off = moved * whitened.normal[:, known:first].sum(axis=1)
