@@ -10,7 +10,8 @@ Units: SI, angles in rad. Where a quantity is not SI its name says so: ``tempera
 ``rate_c_per_min``, ``latitude_deg``. 1 g of an accelerometer's data is 9.80665 m/s^2, 1 nmi is 1852 m (`units`).
 
 Samples: row k of a recording covers the time from row k-1 to its own ``time_s``. Gyros deliver angle increments,
-accelerometers pulses or velocity increments.
+accelerometers pulses or velocity increments. ``dtheta_b`` and ``dv_b`` are compensated increments of angle (rad) and
+velocity (m/s) over a sample, body axes.
 
 Errors: indicated = true + bias; indicated = (1 + 1e-6 ppm) true. A navigation error is INS minus reference, in the
 reference's north-east-down, in m and m/s.

@@ -64,13 +64,13 @@ def coarse_attitude(mean_rate_b: np.ndarray, mean_force_b: np.ndarray) -> np.nda
 
 
 def align(
-    time_s: np.ndarray, gyro: np.ndarray, velocity: np.ndarray, at: Start, noise: AlignmentNoise | None = None
+    time_s: np.ndarray, dtheta_b: np.ndarray, dv_b: np.ndarray, at: Start, noise: AlignmentNoise | None = None
 ) -> Alignment:
     """Attitude at the end of a stretch at rest.
 
     Parameters
     ----------
-    time_s, gyro, velocity : (n,), (n, 3) rad, (n, 3) m/s: increments of the stretch, body axes
+    time_s, dtheta_b, dv_b : (n,), (n, 3) rad, (n, 3) m/s: increments of the stretch, body axes
     at : known position; `time_s` is where the first sample begins; its attitude is not used
     noise : what the filter allows for
 
@@ -95,15 +95,15 @@ def align(
         )
     first = time_s <= at.time_s + min(COARSE_S, duration)
     span = time_s[first][-1] - at.time_s
-    coarse = coarse_attitude(gyro[first].sum(axis=0) / span, velocity[first].sum(axis=0) / span)
+    coarse = coarse_attitude(dtheta_b[first].sum(axis=0) / span, dv_b[first].sum(axis=0) / span)
 
     sample_s = duration / time_s.size
     every = max(1, round(UPDATE_S / (SAMPLES_PER_STEP * sample_s)))
     usable = time_s.size - time_s.size % (SAMPLES_PER_STEP * every)
     solution = navigate(
         time_s[:usable],
-        gyro[:usable],
-        velocity[:usable],
+        dtheta_b[:usable],
+        dv_b[:usable],
         replace(at, attitude_rad=tuple(coarse), velocity_n=(0.0, 0.0, 0.0)),
         every=every,
     )

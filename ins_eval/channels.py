@@ -104,7 +104,7 @@ def in_windows(recorded: Increments, implied: Increments, start_s: float, length
     Raises DataRefused where fewer than 40 are left.
     """
     edges_s, intervals_s = np.concatenate([[start_s], recorded.time_s]), np.diff(recorded.time_s, prepend=start_s)
-    both = np.hstack([recorded.gyro, recorded.velocity, implied.gyro, implied.velocity])
+    both = np.hstack([recorded.dtheta_b, recorded.dv_b, implied.dtheta_b, implied.dv_b])
     known = np.isfinite(both).all(axis=1) & (intervals_s < MISSING_FACTOR * np.median(intervals_s))
     sums = np.vstack([np.zeros(12), np.cumsum(np.where(known[:, None], both, 0.0), axis=0)])
     unknown = np.concatenate([[0], np.cumsum(~known)])
@@ -206,11 +206,11 @@ def find_clock(
     None where the motion does not determine the offset to 20 ms.
     """
     step_s = float(np.median(np.diff(recorded.time_s)))
-    lag = _lag(recorded.gyro, implied_at(believed_s).gyro, round(FARTHEST_CLOCK_S / step_s))
+    lag = _lag(recorded.dtheta_b, implied_at(believed_s).dtheta_b, round(FARTHEST_CLOCK_S / step_s))
     offset_s = believed_s + step_s * lag
     for _ in range(5):
         ahead, behind = implied_at(offset_s + 0.5 * step_s), implied_at(offset_s - 0.5 * step_s)
-        middle = Increments(ahead.time_s, 0.5 * (ahead.gyro + behind.gyro), 0.5 * (ahead.velocity + behind.velocity))
+        middle = Increments(ahead.time_s, 0.5 * (ahead.dtheta_b + behind.dtheta_b), 0.5 * (ahead.dv_b + behind.dv_b))
         windows = in_windows(recorded, middle, start_s, length_s, stamp_s - offset_s)
         slope = in_windows(ahead, behind, start_s, length_s, stamp_s - offset_s)  # the same windows
         correction = _shift(windows, slope.difference[:, :3] / step_s)

@@ -52,7 +52,7 @@ def implied_increments(
 
     Returns
     -------
-    Increments at `time_s`: gyro (n, 3) rad, velocity (n, 3) m/s. Rows are NaN where a sample is not wholly inside
+    Increments at `time_s`: dtheta_b (n, 3) rad, dv_b (n, 3) m/s. Rows are NaN where a sample is not wholly inside
     an unbroken piece of the reference: a gap (row missing, not valid or not a number) is never bridged.
 
     Raises

@@ -126,11 +126,11 @@ class Mission:
     def record(self, instrument: Instrument, streams: Streams) -> Recording:
         """What `instrument` records, from switching it on; `streams` are those of this one run."""
         true = self.increments
-        counts = np.empty_like(true.velocity)
+        counts = np.empty_like(true.dv_b)
         for axis, (unit, gradient) in enumerate(zip(instrument.accelerometers, instrument.gradient, strict=True)):
             run = self.run_at(gradient) if gradient else self.run
             slow = unit.slow(run, streams)
-            counts[:, axis] = unit.pulses(true.time_s, self.trajectory.start_s, true.velocity, run, slow, streams)
+            counts[:, axis] = unit.pulses(true.time_s, self.trajectory.start_s, true.dv_b, run, slow, streams)
         return Recording(
             name=self.profile.name,
             kind="oven" if self.profile.kind == "static" else "flight",
@@ -138,7 +138,7 @@ class Mission:
             imu=Imu(
                 time_s=true.time_s,
                 gyro=instrument.gyros.increments(
-                    true.time_s, self.trajectory.start_s, true.gyro, streams.at("gyros"), self.imu_c
+                    true.time_s, self.trajectory.start_s, true.dtheta_b, streams.at("gyros"), self.imu_c
                 ),
                 accelerometer=counts,
                 accelerometer_form="pulse",
@@ -157,8 +157,8 @@ class Mission:
             start=self.start(0.0, aligned=True),
             imu=Imu(
                 time_s=self.increments.time_s[keep],
-                gyro=self.increments.gyro[keep],
-                accelerometer=self.increments.velocity[keep],
+                gyro=self.increments.dtheta_b[keep],
+                accelerometer=self.increments.dv_b[keep],
                 accelerometer_form="increment",
                 height_baro_m=self.height_m[keep],
             ),

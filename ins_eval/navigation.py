@@ -95,7 +95,7 @@ def _stands(recording: Recording, stretch: Stretch) -> bool:
 
 def evaluate(
     recording: Recording,
-    velocity: np.ndarray,
+    dv_b: np.ndarray,
     align_on: Stretch | None = None,
     until_s: float = np.inf,
     every: int = 1,
@@ -107,7 +107,7 @@ def evaluate(
 
     Parameters
     ----------
-    velocity : (n, 3) compensated velocity increments, m/s
+    dv_b : (n, 3) compensated velocity increments, m/s
     align_on : stretch at rest on which to align; navigation begins at its end. None: the attitude of the start is taken
     until_s : end of navigation
     every : one row of the solution for so many steps of four samples
@@ -122,9 +122,9 @@ def evaluate(
     GPS, else with the known standstill of a parked recording; for GPS and reference the solution is carried to the
     antenna and the believed time offset is applied.
     """
-    recording, velocity = without_effects(recording, velocity, folder)
+    recording, dv_b = without_effects(recording, dv_b, folder)
     imu, believed = recording.imu, recording.belief
-    gyro = (
+    dtheta_b = (
         imu.gyro - np.asarray(believed.gyro.bias_radps) * recording.interval_s[:, None]
         if any(believed.gyro.bias_radps)
         else imu.gyro
@@ -134,7 +134,7 @@ def evaluate(
     if align_on is not None:
         rows = slice(*np.searchsorted(imu.time_s, [align_on.start_s + 1e-6, align_on.end_s + 1e-6]))
         at = replace(begin, time_s=float(imu.time_s[rows.start - 1]) if rows.start else begin.time_s)
-        alignment = align(imu.time_s[rows], gyro[rows], velocity[rows], at, _alignment_noise(recording))
+        alignment = align(imu.time_s[rows], dtheta_b[rows], dv_b[rows], at, _alignment_noise(recording))
         begin = alignment.start
     elif begin.attitude_rad is None:
         raise DataRefused(
@@ -147,8 +147,8 @@ def evaluate(
     aid = height_aid(recording)
     solution = navigate(
         imu.time_s[rest],
-        gyro[rest],
-        velocity[rest],
+        dtheta_b[rest],
+        dv_b[rest],
         begin,
         None if aid is None else aid[rest],
         vertical or ("damped" if aid is not None or recording.kind in PARKED else "free"),
@@ -249,7 +249,7 @@ class Restarts:
     count: int
 
 
-def restarts(recording: Recording, velocity: np.ndarray, every_s: float) -> Restarts:
+def restarts(recording: Recording, dv_b: np.ndarray, every_s: float) -> Restarts:
     """Navigate in pieces of `every_s`, each started from the fix and the attitude that the reference has then.
 
     For instruments that cannot find north and drift away within minutes. The errors of a piece are taken relative to
@@ -277,7 +277,7 @@ def restarts(recording: Recording, velocity: np.ndarray, every_s: float) -> Rest
         if instants[k] < max(next_s, span[0]) or instants[k] + every_s > span[1]:
             continue
         next_s = instants[k] + every_s
-        errors = _piece(recording, velocity, fixes, k, float(instants[k]), turning, every_s)
+        errors = _piece(recording, dv_b, fixes, k, float(instants[k]), turning, every_s)
         if errors is not None:
             at = np.interp(instants[k] + after_s, errors.time_s[errors.valid], np.arange(errors.valid.sum()))
             rows = np.flatnonzero(errors.valid)[np.round(at).astype(int)]
@@ -299,7 +299,7 @@ def restarts(recording: Recording, velocity: np.ndarray, every_s: float) -> Rest
     )
 
 
-def _piece(recording, velocity, fixes: Fixes, k: int, at_s: float, turning: Slerp, every_s: float) -> Errors | None:
+def _piece(recording, dv_b, fixes: Fixes, k: int, at_s: float, turning: Slerp, every_s: float) -> Errors | None:
     """Errors over `every_s` from fix `k` on, or None where fewer than two fixes are valid in it."""
     first = int(np.searchsorted(recording.imu.time_s, at_s + 1e-6))
     begin_s = float(recording.imu.time_s[first - 1]) if first else recording.start.time_s
@@ -313,6 +313,6 @@ def _piece(recording, velocity, fixes: Fixes, k: int, at_s: float, turning: Sler
         tuple(float(a) for a in roll_pitch_heading),
     )
     try:
-        return evaluate(recording, velocity, until_s=at_s + every_s, start=start).errors
+        return evaluate(recording, dv_b, until_s=at_s + every_s, start=start).errors
     except DataRefused:
         return None

@@ -136,12 +136,12 @@ def _quaternion(v):
 
 
 @numba.njit(cache=True, inline="always")
-def _step_in_body(gyro, velocity, row, weights):
+def _step_in_body(dtheta_b, dv_b, row, weights):
     """Rotation vector, velocity, first moment of specific force over four samples, in the axes of their start."""
     a = np.zeros(18)
     for i in range(4):
         for j in range(3):
-            w, f = gyro[row + i, j], velocity[row + i, j]
+            w, f = dtheta_b[row + i, j], dv_b[row + i, j]
             for m in range(3):
                 a[3 * m + j] += weights[m, i] * w
                 a[9 + 3 * m + j] += weights[m, i] * f
@@ -176,7 +176,7 @@ def _mean_velocity(v, gained, moment, frame, acceleration, dt):
 
 
 @numba.njit(cache=True, nogil=True)
-def _navigate(time_s, gyro, velocity, aid_m, start, quaternion, weights, vertical, gains, earth_terms, every):
+def _navigate(time_s, dtheta_b, dv_b, aid_m, start, quaternion, weights, vertical, gains, earth_terms, every):
     """The compiled loop. `vertical` is 0 damped, 1 free, 2 frozen. Returns one row every `every` steps: (m, 11).
 
     `earth_terms` holds a factor, 1 or 0, for each term of `EarthBelief`.
@@ -184,7 +184,7 @@ def _navigate(time_s, gyro, velocity, aid_m, start, quaternion, weights, vertica
     rotation_term, coriolis_term, transport_term, height_term, latitude_term = earth_terms
     earth_rate = rotation_term * EARTH_RATE
     fixed_latitude = (1.0 - latitude_term) * 0.25 * np.pi
-    steps = gyro.shape[0] // 4
+    steps = dtheta_b.shape[0] // 4
     out = np.empty((steps // every + 1, 11))
     t0, latitude, longitude, height = start[0], start[1], start[2], start[3]
     v = (start[4], start[5], 0.0 if vertical == 2 else start[6])
@@ -201,7 +201,7 @@ def _navigate(time_s, gyro, velocity, aid_m, start, quaternion, weights, vertica
         row = 4 * step
         t1 = time_s[row + 3]
         dt = t1 - t0
-        rotation, gained, moment = _step_in_body(gyro, velocity, row, weights)
+        rotation, gained, moment = _step_in_body(dtheta_b, dv_b, row, weights)
         gained = _rotate(q, gained)
         moment = _rotate(q, moment)
         mean = _mean_velocity(v, gained, moment, frame, acceleration, dt)
@@ -244,8 +244,8 @@ def _navigate(time_s, gyro, velocity, aid_m, start, quaternion, weights, vertica
 
 def navigate(
     time_s: np.ndarray,
-    gyro: np.ndarray,
-    velocity: np.ndarray,
+    dtheta_b: np.ndarray,
+    dv_b: np.ndarray,
     start: Start,
     height_aid_m: np.ndarray | None = None,
     vertical: Vertical = "damped",
@@ -257,7 +257,7 @@ def navigate(
     Parameters
     ----------
     time_s : (n,) end of each sample, s; the first sample begins at `start.time_s`
-    gyro, velocity : (n, 3) increments over the samples, body axes, rad and m/s
+    dtheta_b, dv_b : (n, 3) increments over the samples, body axes, rad and m/s
     start : state with attitude
     height_aid_m : (n,) height that damps the vertical channel, m; None: the height of the start, held
     vertical : "damped" as above; "free" and "frozen" (height held, no vertical velocity) serve diagnostics only
@@ -279,8 +279,8 @@ def navigate(
     aid = np.full(len(time_s), start.height_m) if height_aid_m is None else height_aid_m
     rows = _navigate(
         np.ascontiguousarray(time_s, dtype=float),
-        np.ascontiguousarray(gyro, dtype=float),
-        np.ascontiguousarray(velocity, dtype=float),
+        np.ascontiguousarray(dtheta_b, dtype=float),
+        np.ascontiguousarray(dv_b, dtype=float),
         np.ascontiguousarray(aid, dtype=float),
         np.array([start.time_s, start.latitude_rad, start.longitude_rad, start.height_m, *start.velocity_n]),
         quaternion_from_attitude(start.attitude_rad),

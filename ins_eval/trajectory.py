@@ -43,12 +43,12 @@ class Truth:
 class Increments:
     """What an ideal IMU feels over the samples that end at `time_s` (n,).
 
-    `gyro` (n, 3) in rad and `velocity` (n, 3) in m/s, body axes.
+    `dtheta_b` (n, 3) in rad and `dv_b` (n, 3) in m/s, body axes.
     """
 
     time_s: np.ndarray
-    gyro: np.ndarray
-    velocity: np.ndarray
+    dtheta_b: np.ndarray
+    dv_b: np.ndarray
 
 
 @numba.njit(cache=True)

@@ -68,12 +68,12 @@ def recorded(true: Increments, rng: np.random.Generator) -> Increments:
     """A sensor triad with every error of the model and white noise."""
     return Increments(
         true.time_s,
-        true.gyro @ (np.eye(3) + GAIN["gyro"]).T
+        true.dtheta_b @ (np.eye(3) + GAIN["gyro"]).T
         + STEP_S * BIAS["gyro"]
-        + GYRO_NOISE * np.sqrt(STEP_S) * rng.standard_normal(true.gyro.shape),
-        true.velocity @ (np.eye(3) + GAIN["velocity"]).T
+        + GYRO_NOISE * np.sqrt(STEP_S) * rng.standard_normal(true.dtheta_b.shape),
+        true.dv_b @ (np.eye(3) + GAIN["velocity"]).T
         + STEP_S * BIAS["velocity"]
-        + VELOCITY_NOISE * np.sqrt(STEP_S) * rng.standard_normal(true.velocity.shape),
+        + VELOCITY_NOISE * np.sqrt(STEP_S) * rng.standard_normal(true.dv_b.shape),
     )
 
 
@@ -186,7 +186,9 @@ def test_one_lively_axis_gives_its_own_terms_only(true):
 
 def test_a_fit_that_is_less_sure_than_the_limit_is_not_given(true):
     rng = np.random.default_rng(7)
-    loud = replace(recorded(true, rng), gyro=true.gyro + 0.02 * np.sqrt(STEP_S) * rng.standard_normal(true.gyro.shape))
+    loud = replace(
+        recorded(true, rng), dtheta_b=true.dtheta_b + 0.02 * np.sqrt(STEP_S) * rng.standard_normal(true.dtheta_b.shape)
+    )
     for channel in fit_channels(in_windows(loud, true, 0.0, 1.0, 0.0)):
         for term in channel.terms:
             assert term is None or term.standard_error <= LIMIT
@@ -194,14 +196,14 @@ def test_a_fit_that_is_less_sure_than_the_limit_is_not_given(true):
 
 
 def test_windows_leave_gaps_out_of_either_series(true):
-    holes = Increments(true.time_s, true.gyro.copy(), true.velocity.copy())
-    holes.gyro[1000:1010] = np.nan  # the reference is silent in the window that ends at 21 s
-    holes.velocity[1000:1010] = np.nan
+    holes = Increments(true.time_s, true.dtheta_b.copy(), true.dv_b.copy())
+    holes.dtheta_b[1000:1010] = np.nan  # the reference is silent in the window that ends at 21 s
+    holes.dv_b[1000:1010] = np.nan
     windows = in_windows(true, holes, 0.0, 1.0, 0.0)
     assert windows.time_s.size == DURATION_S - 1 and 21.0 not in np.round(windows.time_s, 6)
     late = true.time_s.copy()
     late[2500:] += 3.0  # samples are missing before 50 s
-    shifted = Increments(late, true.gyro, true.velocity)
+    shifted = Increments(late, true.dtheta_b, true.dv_b)
     assert in_windows(shifted, shifted, 0.0, 1.0, 0.0).time_s.size == DURATION_S - 1
 
 
@@ -221,13 +223,13 @@ def test_windows_begin_and_end_on_epochs_wherever_the_samples_lie():
     implied = implied_increments(fixes, samples_s, 0.0)
     still = implied_increments(replace(fixes, attitude_rad=np.zeros((n, 3))), samples_s, 0.0)  # the Earth alone
     gyro = still.gyro + np.column_stack([*np.zeros((2, samples_s.size)), np.diff(heading(edges_s))])
-    recording = Increments(samples_s, gyro, implied.velocity)
+    recording = Increments(samples_s, gyro, implied.dv_b)
     on, off = (in_windows(recording, implied, 0.0, 1.0, epoch_s).difference[:, 2].std() for epoch_s in (0.0, 0.05))
     assert on < 3e-4 < 1e-3 < off  # 1e-4: the edge divides a sample of 20 ms in proportion
 
 
 def test_too_little_in_common_is_refused(true):
-    short = Increments(true.time_s[:1500], true.gyro[:1500], true.velocity[:1500])
+    short = Increments(true.time_s[:1500], true.dtheta_b[:1500], true.dv_b[:1500])
     with pytest.raises(DataRefused, match=f"covers 30 windows of 1 s .* expected at least {2 * BLOCKS}"):
         in_windows(short, short, 0.0, 1.0, 0.0)
 

@@ -42,8 +42,8 @@ def flight() -> Recording:
         )
     )
     true, rng = trajectory.increments(RATE_HZ), np.random.default_rng(1)
-    gyro = true.gyro * [1.0 + SCALE_ERROR, 1.0, 1.0] + BIAS_RADPS / RATE_HZ
-    velocity = true.velocity + BIAS_MPS2 / RATE_HZ
+    gyro = true.dtheta_b * [1.0 + SCALE_ERROR, 1.0, 1.0] + BIAS_RADPS / RATE_HZ
+    velocity = true.dv_b + BIAS_MPS2 / RATE_HZ
     noise = NOISE * rng.standard_normal((true.time_s.size, 6))
     epochs = trajectory.truth(np.arange(0.0, 200.05, 0.1))
     reference = Fixes(
@@ -69,8 +69,9 @@ def parked() -> Recording:
     """Ten minutes at rest of a navigation-grade unit: 0.05 deg/h and 100 ug off on z."""
     profile = Profile(name="parked", kind="static", duration_s=600.0, start=PLACE, thermal=Thermal(self_heating_c=0.0))
     true, rng = Trajectory(profile).increments(RATE_HZ), np.random.default_rng(2)
-    gyro = true.gyro + np.array([0.0, 0.0, 0.05 * DEG_PER_H]) / RATE_HZ + 1e-8 * rng.standard_normal(true.gyro.shape)
-    velocity = true.velocity + np.array([0.0, 0.0, 100.0 * UG]) / RATE_HZ
+    noise = 1e-8 * rng.standard_normal(true.dtheta_b.shape)
+    gyro = true.dtheta_b + np.array([0.0, 0.0, 0.05 * DEG_PER_H]) / RATE_HZ + noise
+    velocity = true.dv_b + np.array([0.0, 0.0, 100.0 * UG]) / RATE_HZ
     velocity = velocity + 1e-6 * rng.standard_normal(velocity.shape)
     return Recording("parked", "static", start(), Imu(true.time_s, gyro, velocity, "increment"))
 

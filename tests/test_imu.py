@@ -72,7 +72,7 @@ def test_counts_are_whole_and_hold_the_specific_force_within_one(
     for axis, unit in enumerate(instrument.accelerometers):
         slow = unit.slow(mission.run, streams.at("flight"))
         scale = np.interp(imu.time_s, mission.run.time_s, slow.scale)
-        ideal = np.cumsum(scale * mission.increments.velocity[:, axis] / STANDARD_GRAVITY)
+        ideal = np.cumsum(scale * mission.increments.dv_b[:, axis] / STANDARD_GRAVITY)
         assert np.abs(np.cumsum(imu.accelerometer[:, axis]) - ideal).max() <= COUNT + 1e-3
 
 
@@ -101,7 +101,7 @@ def test_gyro_errors_move_no_accelerometer(
 ) -> None:
     other = recorded(mission, InstrumentPopulation(accelerometers, GyroPopulation().perfect()))
     assert np.array_equal(other.imu.accelerometer, recording.imu.accelerometer)
-    assert np.array_equal(other.imu.gyro, mission.increments.gyro)
+    assert np.array_equal(other.imu.gyro, mission.increments.dtheta_b)
     one_more = recorded(mission, InstrumentPopulation(accelerometers, replace(GyroPopulation(), scale_ppm=0.0)))
     assert np.array_equal(one_more.imu.accelerometer, recording.imu.accelerometer)
 
@@ -146,8 +146,8 @@ def test_the_ideal_recording_has_no_errors(mission: Mission) -> None:
     assert ideal.imu.accelerometer_form == "increment"
     assert np.array_equal(ideal.imu.time_s, mission.increments.time_s[late])
     assert ideal.imu.time_s[0] == pytest.approx(1.0 / RATE_HZ)
-    assert np.array_equal(ideal.imu.gyro, mission.increments.gyro[late])
-    assert np.array_equal(ideal.imu.accelerometer, mission.increments.velocity[late])
+    assert np.array_equal(ideal.imu.gyro, mission.increments.dtheta_b[late])
+    assert np.array_equal(ideal.imu.accelerometer, mission.increments.dv_b[late])
     truth = Trajectory(mission.profile).truth(ideal.reference.time_s)
     assert np.array_equal(ideal.reference.latitude_rad, truth.latitude_rad)
     assert np.array_equal(ideal.reference.velocity_n, truth.velocity_n)
@@ -160,12 +160,12 @@ def test_the_oven_is_level_at_rest_and_as_warm_as_the_flight(mission: Mission) -
     """Gravity straight up the z axis, Earth's rate in heading 60 degrees, the temperatures of the flight."""
     oven = mission.in_oven(RATE_HZ)
     latitude = np.deg2rad(34.65)
-    force = oven.increments.velocity * RATE_HZ
+    force = oven.increments.dv_b * RATE_HZ
     up = np.broadcast_to([0.0, 0.0, -gravity(latitude, 400.0)], force.shape)
     assert force == pytest.approx(up, abs=1e-9)
     north, heading = EARTH_RATE * np.cos(latitude), np.deg2rad(60.0)
     rate = [north * np.cos(heading), -north * np.sin(heading), -EARTH_RATE * np.sin(latitude)]
-    assert oven.increments.gyro * RATE_HZ == pytest.approx(np.broadcast_to(rate, force.shape), abs=EXACT)
+    assert oven.increments.dtheta_b * RATE_HZ == pytest.approx(np.broadcast_to(rate, force.shape), abs=EXACT)
     assert np.array_equal(oven.temperature.temperature_c, imu_temperature(mission.trajectory).temperature_c)
     assert np.array_equal(oven.reading_c, mission.reading_c)
     assert not np.any(oven.trajectory.truth(oven.increments.time_s).velocity_n)

@@ -64,8 +64,8 @@ def flight(trajectory: Trajectory) -> Recording:
         start=Start(-STILL_S, float(begin.latitude_rad[0]), float(begin.longitude_rad[0]), float(begin.height_m[0])),
         imu=Imu(
             increments.time_s,
-            increments.gyro,
-            increments.velocity,
+            increments.dtheta_b,
+            increments.dv_b,
             "increment",
             height_baro_m=trajectory.truth(increments.time_s).height_m,
         ),

@@ -142,7 +142,7 @@ def test_the_error_falls_at_least_with_the_square_of_the_sample() -> None:
     errors = []
     for rate_hz in (25.0, 50.0, 100.0):
         increments = trajectory.increments(rate_hz)
-        felt = Felt(increments.time_s, increments.gyro, increments.velocity)
+        felt = Felt(increments.time_s, increments.dtheta_b, increments.dv_b)
         aid = trajectory.truth(increments.time_s).height_m
         solution = navigated(felt, start_of(trajectory), height_aid_m=aid)
         errors.append(horizontal_error_m(solution, trajectory).max())
@@ -472,7 +472,7 @@ def test_python_ins_navigates_to_the_same_place() -> None:
     apart, theirs = {}, {}
     for rate_hz in (100.0, 200.0):
         increments = trajectory.increments(rate_hz)
-        felt = Felt(increments.time_s, increments.gyro, increments.velocity)
+        felt = Felt(increments.time_s, increments.dtheta_b, increments.dv_b)
         solution = navigated(felt, start, vertical="frozen")
         theirs[rate_hz] = with_python_ins(felt, start)[:: round(rate_hz / 25.0)]
         ours = solution if rate_hz == 100.0 else navigated(felt, start, vertical="frozen", every=2)

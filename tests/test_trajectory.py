@@ -128,7 +128,7 @@ def test_specific_force_is_inertial_acceleration_less_gravitation(flown: Flown) 
     centripetal = -(EARTH_RATE**2) * position[:, 4] * [1.0, 1.0, 0.0]
     gravitation = gravity(truth.latitude_rad, truth.height_m)[:, None] * down_i + centripetal
     expected = np.einsum("nij,ni->nj", mat_ib(trajectory, time_s), acceleration - gravitation)
-    felt = at_instant(flown.increments, trajectory.start_s, flown.increments.velocity, time_s)
+    felt = at_instant(flown.increments, trajectory.start_s, flown.increments.dv_b, time_s)
     assert_within(np.abs(felt - expected), FORCE_TOLERANCES)
 
 
@@ -141,7 +141,7 @@ def test_body_rate_is_the_derivative_of_the_attitude_in_inertial_space(flown: Fl
     )
     skew = np.einsum("nji,njk->nik", mat_ib(trajectory, time_s), derivative)
     expected = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1)
-    felt = at_instant(flown.increments, trajectory.start_s, flown.increments.gyro, time_s)
+    felt = at_instant(flown.increments, trajectory.start_s, flown.increments.dtheta_b, time_s)
     assert_within(np.abs(felt - expected), RATE_TOLERANCES)
 
 
@@ -153,7 +153,7 @@ def test_gyro_increments_are_the_turns_between_consecutive_attitudes(flown: Flow
     time_s = flown.increments.time_s[first : first + 1000]
     body = mat_ib(trajectory, time_s)
     turn = Rotation.from_matrix(np.swapaxes(body[:-1], 1, 2) @ body[1:]).as_rotvec()
-    gyro = flown.increments.gyro[first : first + 1000]
+    gyro = flown.increments.dtheta_b[first : first + 1000]
     neighbours = np.cross(gyro[:-2], gyro[1:-1]) + np.cross(gyro[1:-1], gyro[2:])
     assert np.abs(gyro[1:-1] + neighbours / 24.0 - turn[:-1]).max() < LOG_TOLERANCE_RAD
 
@@ -187,7 +187,7 @@ def test_the_motion_is_smooth_at_the_joints(flight: Trajectory) -> None:
     over 10 s lifts the force by 2.1 m/s^2 and the roll rate, 0.13 rad/s, has a curvature of 53 / d^3 of 0.61 rad.
     """
     increments = flight.increments(RATE_HZ)
-    for values, bound in ((increments.velocity, 2.0), (increments.gyro, 0.1)):
+    for values, bound in ((increments.dv_b, 2.0), (increments.dtheta_b, 0.1)):
         curvature = np.abs(np.diff(values * RATE_HZ, 2, axis=0)).max() * RATE_HZ**2
         assert curvature < bound
 
@@ -198,7 +198,7 @@ def test_specific_force_is_the_rate_of_the_velocity_increments(flight: Trajector
     k = np.searchsorted(increments.time_s, 4010.0) + np.arange(100)
     end_s = increments.time_s[k]
     first, middle, last = (flight.specific_force(end_s - back) for back in (0.01, 0.005, 0.0))
-    assert np.allclose(0.01 * (first + 4.0 * middle + last) / 6.0, increments.velocity[k], rtol=0.0, atol=1e-12)
+    assert np.allclose(0.01 * (first + 4.0 * middle + last) / 6.0, increments.dv_b[k], rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("rate_hz", [10.0, 50.0, 400.0])

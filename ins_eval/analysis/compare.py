@@ -192,7 +192,7 @@ def _stretches(recording: Recording) -> list[Stretch]:
 def _aligned(start: Start, recorded: Increments, stretch: Stretch) -> Alignment:
     rows = slice(*np.searchsorted(recorded.time_s, [stretch.start_s + 1e-6, stretch.end_s + 1e-6]))
     at = replace(start, time_s=stretch.start_s)
-    return align(recorded.time_s[rows], recorded.gyro[rows], recorded.velocity[rows], at)
+    return align(recorded.time_s[rows], recorded.dtheta_b[rows], recorded.dv_b[rows], at)
 
 
 def _metrics(

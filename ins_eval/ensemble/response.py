@@ -57,7 +57,7 @@ def _fed_in(mission: Mission, time_s: np.ndarray) -> np.ndarray:
     middle_s = true.time_s - 0.5 / mission.rate_hz
     roll_pitch_heading = mission.trajectory.truth(middle_s).attitude_rad
     turning = Rotation.from_euler("ZYX", roll_pitch_heading[:, ::-1]).as_matrix()
-    fed = PPM * np.cumsum(turning * true.velocity[:, None, :], axis=0)  # (n, NED, axis)
+    fed = PPM * np.cumsum(turning * true.dv_b[:, None, :], axis=0)  # (n, NED, axis)
     at = np.searchsorted(true.time_s, time_s + 1e-6) - 1
     return np.moveaxis(fed[at] - fed[at[0]], 2, 0)
 
@@ -71,8 +71,8 @@ def _perfect(mission: Mission) -> Recording:
         start=mission.start(mission.trajectory.start_s, aligned=False, still_until_s=0.0),
         imu=Imu(
             time_s=true.time_s,
-            gyro=true.gyro,
-            accelerometer=true.velocity,
+            gyro=true.dtheta_b,
+            accelerometer=true.dv_b,
             accelerometer_form="increment",
             height_baro_m=mission.height_m,
         ),

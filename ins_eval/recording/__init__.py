@@ -83,7 +83,7 @@ class Recording:
     reference: Fixes | None = None
     belief: Belief = field(default_factory=Belief)
     notes: tuple[str, ...] = field(default=())  # what a reader found and what it assumed, one sentence each
-    folder: Path = Path(".")  # to which files that the belief names are relative
+    folder: Path = field(default=Path("."), compare=False)  # to which files that the belief names are relative
 
     @cached_property
     def interval_s(self) -> np.ndarray:

@@ -168,7 +168,7 @@ def assert_same(one: object, other: object, where: str = "") -> None:
     """Equal to the last bit of every array and number."""
     if dataclasses.is_dataclass(one):
         assert type(one) is type(other), where
-        for field in dataclasses.fields(one):
+        for field in (field for field in dataclasses.fields(one) if field.compare):
             assert_same(getattr(one, field.name), getattr(other, field.name), f"{where}.{field.name}")
     elif isinstance(one, dict):
         assert list(one) == list(other), where
