@@ -217,7 +217,7 @@ def diagnose(
     folders, belief_file = [Path(folder) for folder in recordings], None if belief is None else Path(belief)
     found = diagnose_folders(folders, belief_file, step)
     if model_file is not None:
-        found = replace(found, written=found.diagnosis.foretold)
+        found = replace(found, written=found.diagnosis.predicted)
         believed, where = belief_of(folders[0], belief_file)
         form.write_belief(Path(model_file), with_effects(believed, found.written), where)
     tree, draw = page_of_diagnosis(found.diagnosis, found.answer, found.written)

@@ -222,7 +222,7 @@ def test_windows_begin_and_end_on_epochs_wherever_the_samples_lie():
     edges_s = np.concatenate([[0.0], samples_s])
     implied = implied_increments(fixes, samples_s, 0.0)
     still = implied_increments(replace(fixes, attitude_rad=np.zeros((n, 3))), samples_s, 0.0)  # the Earth alone
-    gyro = still.gyro + np.column_stack([*np.zeros((2, samples_s.size)), np.diff(heading(edges_s))])
+    gyro = still.dtheta_b + np.column_stack([*np.zeros((2, samples_s.size)), np.diff(heading(edges_s))])
     recording = Increments(samples_s, gyro, implied.dv_b)
     on, off = (in_windows(recording, implied, 0.0, 1.0, epoch_s).difference[:, 2].std() for epoch_s in (0.0, 0.05))
     assert on < 3e-4 < 1e-3 < off  # 1e-4: the edge divides a sample of 20 ms in proportion

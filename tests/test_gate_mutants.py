@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-FITTED, COMPENSATED = "calibration/models.py", "evaluate.py"
+FITTED, COMPENSATED = "calibration/models.py", "navigation.py"
 SHARED, FLOWN = "ensemble/world.py", "ensemble/flight.py"
 NATURE = "accelerometer/presets/jb-kt8.toml"
 

@@ -210,7 +210,7 @@ def test_increments_add_up_at_any_rate(rate_hz: float) -> None:
     turns = tuple(t for t in profile.turn if t.at_s < until_s)
     trajectory = Trajectory(profile.model_copy(update={**kept, "turn": turns, "duration_s": until_s}))
     hundred, other = trajectory.increments(100.0), trajectory.increments(rate_hz)
-    for name in ("gyro", "velocity"):
+    for name in ("dtheta_b", "dv_b"):
         ours = getattr(hundred, name).reshape(-1, 10, 3).sum(axis=1)
         theirs = getattr(other, name).reshape(-1, round(rate_hz / 10.0), 3).sum(axis=1)
         assert np.abs(ours - theirs).max() < QUADRATURE_TOLERANCE
@@ -233,8 +233,8 @@ def test_standing_before_take_off(flight: Trajectory) -> None:
     still = flight.increments(10.0)
     north, down = EARTH_RATE * np.cos(latitude), -EARTH_RATE * np.sin(latitude)
     rate = [north * np.cos(heading), -north * np.sin(heading), down]
-    assert still.gyro[:9000] * 10.0 == pytest.approx(np.broadcast_to(rate, (9000, 3)), abs=1e-15)
-    assert still.velocity[:9000, 2] * 10.0 == pytest.approx(np.full(9000, -gravity(latitude, 400.0)), abs=1e-12)
+    assert still.dtheta_b[:9000] * 10.0 == pytest.approx(np.broadcast_to(rate, (9000, 3)), abs=1e-15)
+    assert still.dv_b[:9000, 2] * 10.0 == pytest.approx(np.full(9000, -gravity(latitude, 400.0)), abs=1e-12)
 
 
 def test_phases_of_the_flight(flight: Trajectory) -> None:
@@ -269,7 +269,7 @@ def test_turns_are_coordinated(box: Trajectory) -> None:
     truth = box.truth(np.arange(2015.0, 2020.0, 0.01))
     assert np.rad2deg(truth.attitude_rad[:, 0]) == pytest.approx(np.full(500, 35.0), abs=0.1)
     k = round((2015.0 - box.start_s) * 10.0)
-    across = box.increments(10.0).velocity[k : k + 50, 1] * 10.0
+    across = box.increments(10.0).dv_b[k : k + 50, 1] * 10.0
     assert np.abs(across).max() < 0.05
 
 

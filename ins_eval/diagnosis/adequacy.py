@@ -27,7 +27,7 @@ CURVE = "a curve of its temperature"
 def left_unexplained(
     linearisation: Linearisation, share: float, rng: np.random.Generator
 ) -> tuple[Remainder, Remainder]:
-    """Instead of the effects of a stage, and beside them: what gains most in any recording.
+    """Instead of the effects that are taken off, and beside them: what gains most in any recording.
 
     A mismatch beside effects whose form is a law must bring at least `share` of what they do.
     """

@@ -154,7 +154,7 @@ class _Judge:
         return found
 
     def _stepped(self, suspect: Suspect) -> Linearisation | None:
-        """The stage at which a sensor has jumped that was off from an instant to the end; None for what has not."""
+        """The linearisation at which a sensor has jumped that was off from an instant to the end; None if none has."""
         r = suspect.recording
         case = self.cases[r]
         exact = None if case.believed is None else _jump(case, suspect)

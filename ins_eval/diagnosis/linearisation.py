@@ -84,7 +84,7 @@ class Linearisation:
 
     @property
     def height(self) -> float:
-        """log posterior of the best set, up to what is common to all stages."""
+        """log posterior of the best set, up to what is common to all linearisations."""
         return self.here.log_null + self.best.log_posterior
 
     def gain(self, members: Sequence[int]) -> float:
@@ -162,7 +162,7 @@ def linearise(
     fitted: Sequence[Fitted],
     share: float,
 ) -> Linearisation:
-    """The stage at which the effects of `model` are taken off with coefficients `point`, and its search."""
+    """The linearisation at which the effects of `model` are taken off with coefficients `point`, and its search."""
     taken = {_identity(one) for one in model}
     others = [one for one in union(cases) if _identity(one) not in taken]
     hypotheses = (*model, *others)

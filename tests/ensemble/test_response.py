@@ -108,7 +108,7 @@ def test_an_instrument_that_drifts_is_moved_as_the_response_says(plan: Plan) -> 
         fresh, stored = (fly(world, index)["simple"] for world in worlds)
         ppm = [unit.units["loop_gain"] for unit in worlds[1].instrument(index).accelerometers]
         at = np.searchsorted(found.time_s, fresh["track_s"])
-        expected = np.tensordot(ppm, found.noise_point, axes=1)[at, :2]
+        expected = np.tensordot(ppm, found.position, axes=1)[at, :2]
         moved = stored["track_m"] - fresh["track_m"]
         assert moved == pytest.approx(expected, abs=LINEAR * np.abs(expected).max() + PULSES_M)
         assert np.abs(expected).max() > 10.0 * PULSES_M
