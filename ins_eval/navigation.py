@@ -158,6 +158,15 @@ def evaluate(
     return Evaluation(solution, alignment, _compared(recording, solution))
 
 
+def numeric_floor(ideal: Recording, vertical: Vertical | None = None) -> tuple[Errors, float, float]:
+    """What navigation alone makes of a recording without any sensor error, given its true attitude.
+
+    Returns errors, the largest horizontal position error in m and the largest horizontal velocity error in m/s.
+    """
+    errors = evaluate(ideal, ideal.imu.accelerometer, vertical=vertical).errors
+    return errors, float(np.hypot(errors.north_m, errors.east_m).max()), float(np.abs(errors.velocity_n[:, :2]).max())
+
+
 def height_aid(recording: Recording) -> np.ndarray | None:
     """Height (n,) at every sample that steadies the vertical channel, as believed; None where there is none."""
     source = recording.belief.height.source

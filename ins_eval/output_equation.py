@@ -43,13 +43,6 @@ def force_error_ug(c: Coefficients, force_g: np.ndarray) -> np.ndarray | float:
     return along + c.delta_o * p - c.delta_p * o
 
 
-def output(
-    c: Coefficients, force_g: np.ndarray, scale: np.ndarray | float, bias_ug: np.ndarray | float
-) -> np.ndarray | float:
-    """E; `force_g` (..., 3) in g along input, pendulous, output axis, K1 and K0 (...,) or constants."""
-    return scale * (1e-6 * (bias_ug + force_error_ug(c, force_g)) + force_g[..., 0])
-
-
 def input_force_g(
     c: Coefficients,
     pulse_per_s: np.ndarray | float,

@@ -108,15 +108,6 @@ def weakness(printed: float, passes: Sequence[float], nothing: float = 0.0) -> s
     return ""
 
 
-def find(tree: Any, *keys: str) -> Any:
-    """What stands below the keys of nested mappings, or None where one of them is missing."""
-    for key in keys:
-        if not isinstance(tree, Mapping) or key not in tree:
-            return None
-        tree = tree[key]
-    return tree
-
-
 def row(
     id: str,
     title: str,

@@ -24,6 +24,7 @@ from ins_eval.navigation import (
     evaluate,
     height_aid,
     measures,
+    numeric_floor,
     restarts,
     samples,
     since_start,
@@ -301,11 +302,5 @@ def _floor(recording: Recording, duration_s: float, rate_hz: float) -> dict[str,
     else:
         profile = load("climb-cruise-landing")
     rate_hz = float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ))
-    ideal = Mission(profile, rate_hz).ideal()
-    errors = evaluate(ideal, ideal.imu.accelerometer).errors
-    return {
-        "rate_hz": rate_hz,
-        "profile": profile.name,
-        "horizontal_m": float(np.hypot(errors.north_m, errors.east_m).max()),
-        "velocity_mps": float(np.abs(errors.velocity_n[:, :2]).max()),
-    }
+    _, horizontal_m, velocity_mps = numeric_floor(Mission(profile, rate_hz).ideal())
+    return {"rate_hz": rate_hz, "profile": profile.name, "horizontal_m": horizontal_m, "velocity_mps": velocity_mps}

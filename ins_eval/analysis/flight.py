@@ -15,7 +15,15 @@ from ins_eval import ensemble, metrics
 from ins_eval.ensemble import SOURCES, Plan, World
 from ins_eval.ensemble.attribution import attribution
 from ins_eval.imu import Mission
-from ins_eval.navigation import Evaluation, compensate, evaluate, measures, samples, standstill_to_align_on
+from ins_eval.navigation import (
+    Evaluation,
+    compensate,
+    evaluate,
+    measures,
+    numeric_floor,
+    samples,
+    standstill_to_align_on,
+)
 from ins_eval.paper_a.printed import FLIGHT as PAPER
 from ins_eval.profile import load
 from ins_eval.recording import Fixes, Recording
@@ -213,14 +221,12 @@ def _floor(world: World) -> dict[str, Any]:
     """Errors of the whole chain without any sensor error, at the rate of the flight shown and of the ensemble."""
     floors = {}
     for rate_hz in (SHOWN_RATE_HZ, world.plan.rate_hz):
-        ideal = Mission(world.flight.profile, rate_hz).ideal()
-        errors = evaluate(ideal, ideal.imu.accelerometer).errors
-        horizontal = float(np.hypot(errors.north_m, errors.east_m).max())
+        errors, horizontal_m, velocity_mps = numeric_floor(Mission(world.flight.profile, rate_hz).ideal())
         floors[rate_hz] = {
             "rate_hz": rate_hz,
-            "horizontal_m": horizontal,
-            "velocity_mps": float(np.abs(errors.velocity_n[:, :2]).max()),
-            "rate_nmi_per_h": horizontal / NMI / (errors.time_s[-1] / HOUR),
+            "horizontal_m": horizontal_m,
+            "velocity_mps": velocity_mps,
+            "rate_nmi_per_h": horizontal_m / NMI / (errors.time_s[-1] / HOUR),
         }
     return {**floors[SHOWN_RATE_HZ], "ensemble": floors[world.plan.rate_hz], "vertical": _other_verticals(world)}
 
@@ -230,11 +236,11 @@ def _other_verticals(world: World) -> dict[str, Any]:
     ideal = world.flight.ideal()
     found = {}
     for vertical in ("free", "frozen"):
-        errors = evaluate(ideal, ideal.imu.accelerometer, vertical=vertical).errors
+        errors, horizontal_m, velocity_mps = numeric_floor(ideal, vertical)
         found[vertical] = {
             "height_m": float(np.abs(errors.down_m).max()),
-            "horizontal_m": float(np.hypot(errors.north_m, errors.east_m).max()),
-            "velocity_mps": float(np.abs(errors.velocity_n[:, :2]).max()),
+            "horizontal_m": horizontal_m,
+            "velocity_mps": velocity_mps,
         }
     return found
 

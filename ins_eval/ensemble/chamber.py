@@ -192,12 +192,6 @@ def summary(members: Sequence[Member], seed: int) -> dict[str, Any]:
     }
 
 
-def _central(values: np.ndarray) -> dict[str, Any]:
-    """Median and central 95 %."""
-    value, low, high = np.quantile(values, (0.5, 0.025, 0.975))
-    return {"value": float(value), "interval95": [float(low), float(high)]}
-
-
 def mean_of_units(shares: np.ndarray, streams: Streams, draws: int = 2000) -> dict[str, Any]:
     """Mean over units (n,) with the bootstrap interval that has units as clusters."""
     chosen = streams.rng().integers(shares.size, size=(draws, shares.size))

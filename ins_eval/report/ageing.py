@@ -9,7 +9,7 @@ from math import hypot, radians, sin
 from ins_eval.report.content import Block, Paragraph, table
 from ins_eval.report.style import in_symbols, label
 from ins_eval.report.vocabulary import CEP, FIRST, SECOND, VELOCITY, measure_name
-from ins_eval.report.wording import MISSING, SHORT_VERDICT, at_most, change, number, small, verdict, with_interval
+from ins_eval.report.wording import MISSING, SHORT_VERDICT, at_most, change, fixed, small, verdict, with_interval
 from ins_eval.units import UG
 
 STATE_NAME = {"fresh": "fresh", "drifted": "stored", "self_calibrated": "self-calibrated"}
@@ -53,8 +53,8 @@ def _in_flight(storage: Mapping) -> list[Block]:
         expected = 100.0 * (hypot(1.0, alone["drifted"] / fresh) - 1.0)
         texts.append(
             f"With {label(name)} compensation storage changes the {measure_name(VELOCITY)} by {change(ratio)}, at most "
-            f"{number(at_most(ratio), 1)} % either way; added in squares to {number(fresh)} m/s it would be "
-            f"+{number(expected, 2)} %."
+            f"{fixed(at_most(ratio), 1)} % either way; added in squares to {fixed(fresh)} m/s it would be "
+            f"+{fixed(expected, 2)} %."
         )
     least = min(states["fresh"][VELOCITY]["value"] for states in storage["compensations"].values())
     text = (
@@ -74,9 +74,9 @@ def _states(storage: Mapping) -> list[Block]:
                 (
                     label(name),
                     STATE_NAME[state],
-                    number(storage["scale_ppm"][state], 0) if stored else MISSING,
+                    fixed(storage["scale_ppm"][state], 0) if stored else MISSING,
                     *(with_interval(estimates[measure], 3) for measure in (VELOCITY, CEP)),
-                    number(storage["final_m"][name][state], 0) if stored else MISSING,
+                    fixed(storage["final_m"][name][state], 0) if stored else MISSING,
                 )
             )
     return table(
@@ -181,4 +181,4 @@ def _left_out(storage: Mapping) -> list[Block]:
 
 
 def _cm(metres: float, digits: int = 1) -> str:
-    return number(100.0 * metres, digits)
+    return fixed(100.0 * metres, digits)

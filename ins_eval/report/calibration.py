@@ -9,9 +9,10 @@ import re
 from collections.abc import Mapping, Sequence
 from math import floor, log10
 
-from ins_eval.report.content import Block, Picture, Section, paragraphs, pick, table
+from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.style import in_symbols, label
-from ins_eval.report.wording import MISSING, listed, number, sentence
+from ins_eval.report.wording import MISSING, fixed, joined, sentence
+from ins_eval.tables import pick
 
 POSITIONS = ("+1", "+0", "-1")
 PRINTED = (  # what the paper's equations yield on the two ways to label the angles
@@ -54,16 +55,16 @@ def _in_short(unit: Mapping, metrics: Mapping) -> str:
     parts, chosen = [], pick(metrics, "compensation", "model")
     if (bare := unit.get("sensitivity_ppm_per_c")) is not None:
         after = [
-            f"{number(left, 1)} after {label(name)} compensation"
+            f"{fixed(left, 1)} after {label(name)} compensation"
             for name in dict.fromkeys(("simple", chosen))
             if (left := pick(unit, "models", name, "scale", "sensitivity_ppm_per_c")) is not None
         ]
-        parts.append(f"the scale factor moves by {', '.join([f'{number(bare, 1)} ppm/°C with temperature', *after])}")
+        parts.append(f"the scale factor moves by {', '.join([f'{fixed(bare, 1)} ppm/°C with temperature', *after])}")
     if within := pick(unit, "models", chosen, "new_run_ug"):
         most = max(within["+1"], within["-1"])
         parts.append(
             f"with {label(chosen)} compensation 95 % of the readings of a new run are off by no more than "
-            f"{number(within['+0'], 0)} µg at 0 g and {number(most, 0)} µg at ±1 g"
+            f"{fixed(within['+0'], 0)} µg at 0 g and {fixed(most, 0)} µg at ±1 g"
         )
     return sentence(f"{unit['name']}: {'; '.join(parts)}")
 
@@ -75,7 +76,7 @@ def _of_file(metrics: Mapping, units: Sequence[Mapping]) -> str:
     if pick(metrics, "compensation", "asked") is None and chosen != "hysteresis":
         lacking = [unit["name"] for unit in units if not pick(unit, "determined", "hysteresis")]
         text = (
-            f"The readings of {listed(lacking)} do not determine the hysteresis compensation; the best that they "
+            f"The readings of {joined(lacking)} do not determine the hysteresis compensation; the best that they "
             f"determine is {label(chosen)}. "
         )
         if all(pick(unit, "models", "hysteresis", "scale") for unit in units):
@@ -95,10 +96,10 @@ def _models(unit: Mapping) -> list[Block]:
         rows.append(
             (
                 label(name),
-                number(pick(model, "scale", "residual_rms_ppm"), 0),
-                number(pick(model, "scale", "sensitivity_ppm_per_c"), 2),
-                number(pick(model, "bias", "residual_rms_ug"), 0),
-                *(number(within.get(position), 0) for position in ("+0", "+1", "-1")),
+                fixed(pick(model, "scale", "residual_rms_ppm"), 0),
+                fixed(pick(model, "scale", "sensitivity_ppm_per_c"), 2),
+                fixed(pick(model, "bias", "residual_rms_ug"), 0),
+                *(fixed(within.get(position), 0) for position in ("+0", "+1", "-1")),
             )
         )
     header = (
@@ -113,7 +114,7 @@ def _models(unit: Mapping) -> list[Block]:
     bare = unit.get("sensitivity_ppm_per_c")
     note = (
         "Sensitivity: largest less smallest mean over a degree of one branch, over mean and span of temperature"
-        + (f"; of K1 itself {number(bare, 2)} ppm/°C" if bare is not None else "")
+        + (f"; of K1 itself {fixed(bare, 2)} ppm/°C" if bare is not None else "")
         + ". New run: 95 % of compensated readings stay within, as a mean over the programme; each run is a switch-on."
     )
     return [*table("", header, rows, note), *paragraphs(*(sentence(reason) for reason in reasons))]
@@ -169,9 +170,9 @@ def _branches(unit: Mapping) -> list[Block]:
 def _new_run(unit: Mapping, metrics: Mapping) -> list[Block]:
     rows = [
         (
-            number(row["temperature_c"], 0),
+            fixed(row["temperature_c"], 0),
             row["direction"],
-            *(f"{number(row[position][0], 0)} to {number(row[position][1], 0)}" for position in POSITIONS),
+            *(f"{fixed(row[position][0], 0)} to {fixed(row[position][1], 0)}" for position in POSITIONS),
         )
         for row in unit.get("new_run") or ()
     ]
@@ -194,7 +195,7 @@ def _determined(unit: Mapping) -> list[Block]:
         "alone. One direction at one rate can give three, both directions at one rate five, two or more rates six."
     )
     if (condition := found.get("condition")) is not None:
-        text += f" The condition number is {number(condition, 0)}: so many times an error may grow."
+        text += f" The condition number is {fixed(condition, 0)}: so many times an error may grow."
     models = {name: model for name, model in (unit.get("models") or {}).items() if "reason" not in model}
     remarks: dict[str, list[str]] = {}
     for name, model in models.items():
@@ -204,7 +205,7 @@ def _determined(unit: Mapping) -> list[Block]:
         text,
         *(
             sentence(
-                f"{f'{listed(names)}: ' if len(names) < len(models) else ''}{readable(remark.removeprefix(PREFIX))}"
+                f"{f'{joined(names)}: ' if len(names) < len(models) else ''}{readable(remark.removeprefix(PREFIX))}"
             )
             for remark, names in remarks.items()
         ),
@@ -253,7 +254,7 @@ def _further(unit: Mapping) -> list[str]:
         )
     if (span := recording.get("temperature_c")) is not None:
         limit = found.get("rate_seen_c_per_min")
-        text = f"Nothing is known below {number(span[0], 0)} and above {number(span[1], 0)} °C"
+        text = f"Nothing is known below {fixed(span[0], 0)} and above {fixed(span[1], 0)} °C"
         text += f" or at rates above {limit:.2f} °C/min" if limit else ""
         texts.append(
             f"{text}: there the terms of the scale factor are an extrapolation, and the bias keeps the value of its "
@@ -285,10 +286,10 @@ def _four_points(units: Sequence[Mapping]) -> list[Block]:
         for key, words, meaning in PRINTED:
             if values := pick(unit, "printed", key):
                 cells = [
-                    f"{number(values['eq3_scale'], 0)} = {meaning[0]}",
-                    f"{number(values['eq4_bias'], 5)} = {meaning[1]}",
-                    f"{number(values['eq13_scale'], 0)} = {meaning[2]}",
-                    f"{number(values['eq14_bias'], 5)} = {meaning[3]}",
+                    f"{fixed(values['eq3_scale'], 0)} = {meaning[0]}",
+                    f"{fixed(values['eq4_bias'], 5)} = {meaning[1]}",
+                    f"{fixed(values['eq13_scale'], 0)} = {meaning[2]}",
+                    f"{fixed(values['eq14_bias'], 5)} = {meaning[3]}",
                 ]
                 rows.append((f"{unit['name']}: {words}" if len(units) > 1 else words, *cells))
     header = ("angles", "eq. (3) [pulse/(g s)]", "eq. (4) [g]", "eq. (13) [pulse/(g s)]", "eq. (14) [g]")
@@ -307,7 +308,7 @@ def _recordings(units: Sequence[Mapping]) -> list[Block]:
                 str(recording.get("readings", MISSING)),
                 str(recording.get("runs", MISSING)),
                 ", ".join(f"{ramp:g}" for ramp in recording.get("ramps_c_per_min") or ()) or MISSING,
-                MISSING if span is None else f"{number(span[0], 1)} to {number(span[1], 1)}",
+                MISSING if span is None else f"{fixed(span[0], 1)} to {fixed(span[1], 1)}",
             )
         )
     header = ("accelerometer", "axis", "readings", "runs", "ramps [°C/min]", "temperature [°C]")
@@ -320,7 +321,7 @@ def with_half_width(term: Mapping) -> tuple[str, str]:
     half = 0.0 if interval is None else 0.5 * (interval[1] - interval[0])
     digits = 1 - floor(log10(half)) if half > 0.0 else 4 - floor(log10(abs(value))) if value else 0
     digits = max(digits, 0)
-    return number(value, digits), MISSING if interval is None else number(half, digits)
+    return fixed(value, digits), MISSING if interval is None else fixed(half, digits)
 
 
 def readable(text: str) -> str:

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from math import floor, log10
 from typing import NamedTuple
 
-from ins_eval.report.content import Block, Picture, Section, paragraphs, pick, table
-from ins_eval.report.wording import MISSING, listed, number, sentence
+from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.report.wording import MISSING, fixed, joined, sentence
+from ins_eval.tables import pick
 from ins_eval.units import DEG, DEG_PER_H, DEG_PER_SQRT_H, STANDARD_GRAVITY, UG
 
 AXES = "xyz"
@@ -77,11 +78,11 @@ def _reads(channels: Mapping[str, Mapping], unit: Unit) -> str:
             most = max(most, -low, high)
             continue
         value, digits = channel["mean_difference"]["value"] / unit.size, _digits(high - low, unit.size)
-        told.append(f"{number(abs(value), digits)} {unit.text} {'high' if value > 0.0 else 'low'} on {axis}")
+        told.append(f"{fixed(abs(value), digits)} {unit.text} {'high' if value > 0.0 else 'low'} on {axis}")
     if untold:
-        within = f"no more than {_significant(most / unit.size)} {unit.text} off on {listed(untold)}"
-        return f"{listed(told)}, {within}" if told else within
-    return listed(told)
+        within = f"no more than {_significant(most / unit.size)} {unit.text} off on {joined(untold)}"
+        return f"{joined(told)}, {within}" if told else within
+    return joined(told)
 
 
 def _clock_in_short(metrics: Mapping) -> str:
@@ -89,8 +90,8 @@ def _clock_in_short(metrics: Mapping) -> str:
     if clock.get("found_s") is None:
         return ""
     if _clock_agrees(clock):
-        return f"the two clocks differ by the believed {number(abs(1e3 * clock['believed_s']), 1)} ms"
-    believed = f" where {number(1e3 * clock['believed_s'], 1)} ms are believed" if clock["believed_s"] else ""
+        return f"the two clocks differ by the believed {fixed(abs(1e3 * clock['believed_s']), 1)} ms"
+    believed = f" where {fixed(1e3 * clock['believed_s'], 1)} ms are believed" if clock["believed_s"] else ""
     return f"the two clocks differ by {_milliseconds(clock)} ms{believed}"
 
 
@@ -111,7 +112,7 @@ def _worst(metrics: Mapping, key: str) -> str:
         for sensor in ("gyro", "accelerometer")
         if (channels := _channels(metrics, sensor))
     ]
-    return listed([f"{_significant(value)} {text}" for value, text in worst])
+    return joined([f"{_significant(value)} {text}" for value, text in worst])
 
 
 def _stands(metrics: Mapping) -> bool:
@@ -128,7 +129,7 @@ def _no_scale(metrics: Mapping) -> str:
     if not any(missing.values()) or limit is None:
         return ""
     who = [f"{sensor} {axis}" for sensor, axes in missing.items() for axis in axes]
-    of_whom = "any channel" if len(who) == 6 else listed(who)
+    of_whom = "any channel" if len(who) == 6 else joined(who)
     return (
         f"No scale factor of {of_whom} is given: the motion is too small to tell it to {100.0 * limit:g} %, so it "
         "stands within the difference."
@@ -176,7 +177,7 @@ def _beliefs(metrics: Mapping) -> list[Block]:
             if estimate := channel.get("found_minus_believed"):
                 low, high = estimate["interval95"]
                 digits = _digits(high - low, unit.size)
-                believed = number(channel["believed_bias"] / unit.size, digits)
+                believed = fixed(channel["believed_bias"] / unit.size, digits)
                 rows.append((f"{sensor} {axis} [{unit.text}]", believed, _with_error(estimate, unit.size)))
     return table("Bias", ("channel", "believed", "found minus believed"), rows)
 
@@ -208,7 +209,7 @@ def _remains(metrics: Mapping) -> list[Block]:
                     *(_significant(rms[key] / unit.size) for key in ("as_recorded", "without_mean", "after_fit")),
                     *([_significant(_over(rms.get("after_fit_found_clock"), unit.size))] if moving else []),
                     f"{_significant(density)} {density_unit}",
-                    f"{_significant(largest['value'] / unit.size)} at {number(largest['time_s'], 1)} s",
+                    f"{_significant(largest['value'] / unit.size)} at {fixed(largest['time_s'], 1)} s",
                 )
             )
     length = pick(metrics, "reference", "window_s")
@@ -232,7 +233,7 @@ def _remains(metrics: Mapping) -> list[Block]:
 
 def _alternating(metrics: Mapping) -> str:
     marked = [
-        f"{sensor} {axis} {number(channel['neighbour_correlation'])}"
+        f"{sensor} {axis} {fixed(channel['neighbour_correlation'])}"
         for sensor in ("gyro", "accelerometer")
         for axis, channel in _channels(metrics, sensor).items()
         if channel.get("neighbour_correlation", 0.0) < ALTERNATING
@@ -240,7 +241,7 @@ def _alternating(metrics: Mapping) -> str:
     if not marked or _stands(metrics):
         return ""
     return (
-        f"Neighbouring windows depart in opposite senses (correlation: {listed(marked)}; −0.5 for noise at the ends of "
+        f"Neighbouring windows depart in opposite senses (correlation: {joined(marked)}; −0.5 for noise at the ends of "
         "windows alone). That is the mark of reading noise and vibration in the reference's attitude and velocity, so "
         "these densities are upper limits for the sensors."
     )
@@ -250,7 +251,7 @@ def _clocks(metrics: Mapping) -> list[Block]:
     clock = metrics.get("clock") or {}
     if "used_s" not in clock:
         return []
-    believed = f"{number(1e3 * clock['believed_s'], 1)} ms"
+    believed = f"{fixed(1e3 * clock['believed_s'], 1)} ms"
     if clock.get("found_s") is None:
         why = clock.get("reason") or "the motion does not determine it"
         return paragraphs(f"The offset between the two clocks was not found: {why}. The believed {believed} was used.")
@@ -326,7 +327,7 @@ def _attenuation(metrics: Mapping) -> str:
         return ""
     return (
         "Noise in the reference's own rates lowers a fitted scale factor. If all that remains were such noise, that "
-        f"would be by {listed([f'{_significant(value)} ppm for {name}' for name, value in given])}; this is not in the "
+        f"would be by {joined([f'{_significant(value)} ppm for {name}' for name, value in given])}; this is not in the "
         "intervals."
     )
 
@@ -366,7 +367,7 @@ def _clock_agrees(clock: Mapping) -> bool:
 def _milliseconds(clock: Mapping) -> str:
     low, high = clock["interval95_s"]
     digits = _digits(high - low, 1e-3)
-    return f"{number(1e3 * abs(clock['found_s']), digits)} ± {number(0.5e3 * (high - low), digits)}"
+    return f"{fixed(1e3 * abs(clock['found_s']), digits)} ± {fixed(0.5e3 * (high - low), digits)}"
 
 
 def _later(clock: Mapping) -> str:
@@ -394,14 +395,14 @@ def _with_error(estimate: Mapping | None, size: float) -> str:
         return MISSING
     low, high = estimate["interval95"]
     digits = _digits(high - low, size)
-    return f"{number(estimate['value'] / size, digits)} ± {number(0.5 * (high - low) / size, digits)}"
+    return f"{fixed(estimate['value'] / size, digits)} ± {fixed(0.5 * (high - low) / size, digits)}"
 
 
 def _significant(value: float | None) -> str:
     """Two digits that count."""
     if value is None or value == 0.0:
         return MISSING if value is None else "0"
-    return number(value, max(0, 1 - floor(log10(abs(value)))))
+    return fixed(value, max(0, 1 - floor(log10(abs(value)))))
 
 
 def axis_units(metrics: Mapping) -> Sequence[str]:

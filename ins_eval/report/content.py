@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 
@@ -68,12 +68,3 @@ def table(
 ) -> list[Table]:
     """A table, or nothing where there are no rows."""
     return [Table(title, header, rows, note, align)] if rows else []
-
-
-def pick(tree: Mapping, *path: str):
-    """The value at a path of keys, or None where a part of it is missing."""
-    for key in path:
-        if not isinstance(tree, Mapping) or key not in tree:
-            return None
-        tree = tree[key]
-    return tree

@@ -8,7 +8,7 @@ from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Section
 from ins_eval.report.diagnosis_sections import sections_of
 from ins_eval.report.diagnosis_words import amount, chance, channel, effect_words, figures, nats, probability, rare
-from ins_eval.report.wording import listed, number, sentence
+from ins_eval.report.wording import fixed, joined, sentence
 
 TITLE = "Diagnosis"
 
@@ -20,7 +20,7 @@ def diagnosis_content(tree: Mapping) -> tuple[str, list[Section]]:
 
 def _answer(tree: Mapping) -> str:
     found = tree["diagnosis"]
-    names = listed([one["name"] for one in tree["recordings"]])
+    names = joined([one["name"] for one in tree["recordings"]])
     lines = [f"{names}: {_headline(found)}", *_what(found), *_seen(tree), *_how_sure(tree), *_else(tree), *_gain(found)]
     return "\n".join([*lines, *_remainder(found)])
 
@@ -62,7 +62,7 @@ def _spoken(one: Mapping, several: bool) -> str:
     begin, end = one["interval_s"]
     of = f" of {one['recording']}" if several else ""
     words = f"; {one['where']}" if one["where"] else ""
-    sigma = number(one["significance_sigma"], 1)
+    sigma = fixed(one["significance_sigma"], 1)
     when = f"{begin:.0f} to {end:.0f} s{words}"
     return sentence(f"{channel(one['channel'])}{of}, {when}: {sigma} sigma after having looked everywhere")
 
@@ -72,7 +72,7 @@ def _how_sure(tree: Mapping) -> list[str]:
     told = tree["statistics"]
     if tree["diagnosis"]["verdict"] != "no mismatch" or "largest_effect" not in told:
         return []
-    gain, cost = number(told["largest_log_bayes_factor"], 1), number(told["cost_of_an_effect"], 1)
+    gain, cost = fixed(told["largest_log_bayes_factor"], 1), fixed(told["cost_of_an_effect"], 1)
     best = tree["evidence"]["families"][:1]
     name = effect_words(best[0]) if best else told["largest_effect"]
     line = f"The effect that would gain most is {name}: {gain} nats, where {cost} are needed"
@@ -113,7 +113,7 @@ def _together(rivals: Sequence[Mapping]) -> str:
     """Constants of one name about several axes that together do the same as an effect."""
     first = rivals[0]
     name, instead = first["name"].replace(".", " "), first["from"].replace(".", " ")
-    each = listed([f"{number(one['value'], 2)} {one['unit']} about {one['axis']}" for one in rivals])
+    each = joined([f"{fixed(one['value'], 2)} {one['unit']} about {one['axis']}" for one in rivals])
     experiment = _experiment(first)
     return sentence(
         f"Constants of {name} of {each} together would fit as well. The {instead} is preferred because it is known to "
@@ -137,13 +137,13 @@ def _gain(found: Mapping) -> list[str]:
     velocity = found["fit"].get("velocity_rms_mps")
     if velocity and "after" in velocity:
         each = [
-            f"{side} {number(velocity['before'][side])} to {number(velocity['after'][side])} m/s"
+            f"{side} {fixed(velocity['before'][side])} to {fixed(velocity['after'][side])} m/s"
             for side in ("north", "east")
         ]
-        parts.append(f"velocity RMS {listed(each)}")
+        parts.append(f"velocity RMS {joined(each)}")
     rate = found["fit"].get("radial_error_rate_nmi_per_h")
     if rate and "after" in rate:
-        parts.append(f"radial error rate {number(rate['before'])} to {number(rate['after'])} nmi/h")
+        parts.append(f"radial error rate {fixed(rate['before'])} to {fixed(rate['after'])} nmi/h")
     held = found["fit"].get("held_out")
     if held:
         parts.append(
@@ -157,7 +157,7 @@ def _remainder(found: Mapping) -> list[str]:
     left = found["unexplained"]
     if not found["effects"]:
         return []
-    sigma = number(left["significance_sigma"], 1)
+    sigma = fixed(left["significance_sigma"], 1)
     if left["channel"] is None:
         return [f"Nothing significant is left beside {_them(found)} ({sigma} sigma)."]
     begin, end = left["interval_s"]

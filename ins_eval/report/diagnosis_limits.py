@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Block, paragraphs, table
 from ins_eval.report.diagnosis_words import effect_words, figures
-from ins_eval.report.wording import MISSING, listed, number, sentence
+from ins_eval.report.wording import MISSING, fixed, joined, sentence
 
 INVISIBLE = 1.0  # expected log Bayes factor below which an effect of usual size does not show
 FAR = 1000.0  # usual sizes, beyond which no size is said to show
@@ -23,7 +23,7 @@ def limits(tree: Mapping) -> list[Block]:
     for name, ones in sorted(of_name.items()):
         words = effect_words({"name": name})
         best = max(one["expected_log_bayes_factor"] for one in ones)
-        rows.append((words, _axes(ones), figures(ones[0]["usual"], 2), ones[0]["unit"], number(best, 1), _from(ones)))
+        rows.append((words, _axes(ones), figures(ones[0]["usual"], 2), ones[0]["unit"], fixed(best, 1), _from(ones)))
         shown_by.setdefault(VOCABULARY[name].excited_by, []).append(words)
     header = ("effect", "axes", "usual size", "unit", "expected log Bayes factor", "shows from")
     note = (
@@ -37,7 +37,7 @@ def limits(tree: Mapping) -> list[Block]:
     if not blocks:
         blocks += paragraphs("Every effect that was asked about would show at its usual size.")
     if tree["absent"]:
-        words = listed(_absent(tree["absent"]))
+        words = joined(_absent(tree["absent"]))
         blocks += paragraphs(
             sentence(f"Not asked about, because the recording has nothing that would show it: {words}")
         )

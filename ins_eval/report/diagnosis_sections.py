@@ -19,7 +19,7 @@ from ins_eval.report.diagnosis_words import (
     numbered,
     probability,
 )
-from ins_eval.report.wording import MISSING, listed, number, sentence
+from ins_eval.report.wording import MISSING, fixed, joined, sentence
 
 NOISE = (
     ("velocity_random_walk_ug_per_sqrt_hz", "velocity random walk [ug/sqrt(Hz)]", 2),
@@ -128,7 +128,7 @@ def _evidence(tree: Mapping) -> list[Block]:
     place = f" in the place of {told['in_place_of']}" if told["in_place_of"] else ""
     note = (
         "In nats, each with its prior over sizes and times integrated out. An effect has to bring "
-        f"{number(told['threshold'], 1)} nats to pay for having been chosen among all that were tried."
+        f"{fixed(told['threshold'], 1)} nats to pay for having been chosen among all that were tried."
     )
     title = f"Log Bayes factor of each effect{place}"
     return [
@@ -177,8 +177,8 @@ def _written(tree: Mapping) -> list[Block]:
 
 def _where(tree: Mapping) -> list[Block]:
     rows = [
-        (one["recording"], channel(one["channel"]), number(one["interval_s"][0], 0), number(one["interval_s"][1], 0),
-         one["where"], number(one["significance_sigma"], 1))
+        (one["recording"], channel(one["channel"]), fixed(one["interval_s"][0], 0), fixed(one["interval_s"][1], 0),
+         one["where"], fixed(one["significance_sigma"], 1))
         for one in tree["diagnosis"]["mismatch"]
     ]  # fmt: skip
     header = ("recording", "channel", "from [s]", "to [s]", "where", "sigma")
@@ -206,9 +206,9 @@ def _navigation(tree: Mapping) -> list[Block]:
     rows = []
     if velocity:
         for side in ("north", "east"):
-            rows.append((f"{side} velocity RMS [m/s]", *(number(velocity[time][side], 3) for time in times)))
+            rows.append((f"{side} velocity RMS [m/s]", *(fixed(velocity[time][side], 3) for time in times)))
     if rate:
-        rows.append(("radial error rate [nmi/h]", *(number(rate[time], 3) for time in times)))
+        rows.append(("radial error rate [nmi/h]", *(fixed(rate[time], 3) for time in times)))
     note = "Of the pure-inertial solution of all recordings in full; before: the belief, after: the effects too."
     return table("Pure-inertial navigation", ("measure", *times), rows, note)
 
@@ -216,7 +216,7 @@ def _navigation(tree: Mapping) -> list[Block]:
 def _unexplained(tree: Mapping) -> list[Block]:
     found = tree["diagnosis"]
     left = found["unexplained"]
-    sigma = number(left["significance_sigma"], 1)
+    sigma = fixed(left["significance_sigma"], 1)
     if left["channel"] is None:
         return paragraphs(
             f"The most remarkable interval that is left has {sigma} sigma after having looked everywhere: nothing is "
@@ -237,8 +237,8 @@ def _residuals(tree: Mapping) -> list[Block]:
     for k, one in enumerate(tree["recordings"]):
         after = one["whiteness_after"] or [None] * len(one["channels"])
         rows = [
-            (name, number(white["rms"]), number(white["correlation"]), number(white["rms_of_means"]),
-             number(then["rms_of_means"] if then else None))
+            (name, fixed(white["rms"]), fixed(white["correlation"]), fixed(white["rms_of_means"]),
+             fixed(then["rms_of_means"] if then else None))
             for name, white, then in zip(one["channels"], one["whiteness"], after, strict=True)
             if white is not None
         ]  # fmt: skip
@@ -247,7 +247,7 @@ def _residuals(tree: Mapping) -> list[Block]:
         ]  # fmt: skip
         if one["whiteness_after"] is None:
             header, rows = header[:4], [row[:4] for row in rows]
-        measured = listed(one["measured_by"])
+        measured = joined(one["measured_by"])
         note = (
             f"Of a white residual 1, 0 and 1. {one['measurements']} measurements by {measured}, {one['outliers']} "
             "isolated ones left out as outliers. The noise was fitted with the belief, where it may hide a part of "
@@ -271,7 +271,7 @@ def _noise(tree: Mapping) -> list[Block]:
             header.append(f"{of}answer")
             columns.append(one["noise_of_answer"])
     rows = [
-        (words, *(number(column.get(key), digits) for column in columns))
+        (words, *(fixed(column.get(key), digits) for column in columns))
         for key, words, digits in NOISE
         if any(column.get(key) for column in columns)
     ]
@@ -299,4 +299,4 @@ def _turned_on(tree: Mapping) -> list[Block]:
 def _with_sigma(value: float, sigma: float) -> str:
     """Both with as many decimals as make two figures of sigma."""
     digits = max(0, 1 - floor(log10(sigma))) if sigma > 0.0 else 3
-    return f"{number(value, digits)} +- {number(sigma, digits)}"
+    return f"{fixed(value, digits)} +- {fixed(sigma, digits)}"

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from math import floor, log10
 
 from ins_eval.effects import VOCABULARY
-from ins_eval.report.wording import number
+from ins_eval.report.wording import fixed
 
 SPOKEN = {
     "gps.position": "GPS position",
@@ -67,23 +67,23 @@ def alike(value: float, interval: Sequence[float] | None) -> tuple[str, str, str
         return figures(value), "", ""
     half = 0.5 * (interval[1] - interval[0])
     digits = max(0, -floor(log10(half / 2.0))) if half > 0.0 else 6
-    return tuple(number(x, min(digits, 6)) for x in (value, *interval))
+    return tuple(fixed(x, min(digits, 6)) for x in (value, *interval))
 
 
 def figures(value: float, count: int = 3) -> str:
     """A number with `count` significant figures and no exponent."""
     if value == 0.0:
         return "0"
-    return number(value, max(0, count - 1 - floor(log10(abs(value)))))
+    return fixed(value, max(0, count - 1 - floor(log10(abs(value)))))
 
 
 def nats(value: float | None) -> str:
     """A log Bayes factor or a difference of two."""
-    return number(value, 1 if value is None or abs(value) < 1000.0 else 0)
+    return fixed(value, 1 if value is None or abs(value) < 1000.0 else 0)
 
 
 def probability(value: float) -> str:
-    return f"above {AS_GOOD_AS_SURE}" if value > AS_GOOD_AS_SURE else number(value, 2 if value >= 0.01 else 4)
+    return f"above {AS_GOOD_AS_SURE}" if value > AS_GOOD_AS_SURE else fixed(value, 2 if value >= 0.01 else 4)
 
 
 def chance(value: float) -> str:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ins_eval.report.content import Block, Picture, Section, paragraphs, pick, table
+from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.style import in_order, label
 from ins_eval.report.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name, definitions_table
-from ins_eval.report.wording import MISSING, listed, number, sentence, small
+from ins_eval.report.wording import MISSING, fixed, joined, sentence, small
+from ins_eval.tables import pick
 
 SCHULER_PERIOD_S = 84.4 * 60.0
 SPOKEN_ONE_BY_ONE = 2  # compensations; of more, the first line names the best and the worst
@@ -57,7 +58,7 @@ def _answer(metrics: Mapping) -> str:
         best, worst = min(velocities, key=velocities.get), max(velocities, key=velocities.get)
         lines = [
             f"{name}: of {len(velocities)} compensations {label(best)} is the best in horizontal velocity, {span}; "
-            f"{_called(best)} {_spoken(arms[best])}, {_called(worst)} it is {number(velocities[worst])} m/s."
+            f"{_called(best)} {_spoken(arms[best])}, {_called(worst)} it is {fixed(velocities[worst])} m/s."
         ]
     if growth := _growth(metrics):
         lines.append(growth)
@@ -74,9 +75,9 @@ def _answer(metrics: Mapping) -> str:
 
 def _spoken(values: Mapping) -> str:
     rate = pick(values, "radial_error_rate_nmi_per_h", "final")
-    numbers = [f"horizontal velocity RMS is {number(pick(values, 'velocity_rms_mps', 'horizontal'))} m/s"]
-    numbers += [f"the radial error rate (final) {number(rate)} nmi/h"] if rate is not None else []
-    return listed(numbers)
+    numbers = [f"horizontal velocity RMS is {fixed(pick(values, 'velocity_rms_mps', 'horizontal'))} m/s"]
+    numbers += [f"the radial error rate (final) {fixed(rate)} nmi/h"] if rate is not None else []
+    return joined(numbers)
 
 
 def _growth(metrics: Mapping) -> str:
@@ -87,7 +88,7 @@ def _growth(metrics: Mapping) -> str:
     best = min(pieces, key=lambda name: pieces[name]["position_rms_m"][-1])
     after_s, position_m = pieces[best]["after_s"], pieces[best]["position_rms_m"]
     at = [k for k, t in enumerate(after_s) if t in SPOKEN_TIMES_S or k == len(after_s) - 1]
-    grown = listed([f"{number(position_m[k], 0)} m after {number(after_s[k], 0)} s" for k in at])
+    grown = joined([f"{fixed(position_m[k], 0)} m after {fixed(after_s[k], 0)} s" for k in at])
     return (
         f"Started afresh from a fix, {_called(best)}, it is off by {grown} (RMS over {pieces[best]['count']} starts)."
     )
@@ -99,7 +100,7 @@ def _short(metrics: Mapping) -> str:
     if start is None or end is None or end - start >= SCHULER_PERIOD_S:
         return ""
     return (
-        f" It lasts {number(100.0 * (end - start) / SCHULER_PERIOD_S, 0)} % of a Schuler period (84.4 min), so the "
+        f" It lasts {fixed(100.0 * (end - start) / SCHULER_PERIOD_S, 0)} % of a Schuler period (84.4 min), so the "
         "rate says nothing about hours of flight."
     )
 
@@ -117,15 +118,15 @@ def _heading(metrics: Mapping) -> str:
     if found is None:
         return ""
     if pick(metrics, "alignment", "stretch_s") is None and sigma is None:
-        return f"Heading at the start, as the recording gives it: {number(found)}°."
-    text = f"Heading from self-alignment: {number(found)}°"
+        return f"Heading at the start, as the recording gives it: {fixed(found)}°."
+    text = f"Heading from self-alignment: {fixed(found)}°"
     if sigma is not None:
-        text += f" ± {number(sigma)}° (1 σ)"
+        text += f" ± {fixed(sigma)}° (1 σ)"
     documented = pick(metrics, "alignment", "documented_heading_deg")
     if documented is None:
         return text + "; none is documented to compare with."
     off = (found - documented + 180.0) % 360.0 - 180.0
-    text += f", {number(abs(off))}° from the documented {number(documented)}°"
+    text += f", {fixed(abs(off))}° from the documented {fixed(documented)}°"
     if sigma:
         text += f", {'within' if abs(off) <= SIGMAS * sigma else 'more than'} {SIGMAS:.0f} σ"
     return text + "."
@@ -161,7 +162,7 @@ def _by_compensation(
     title: str, arms: Mapping[str, Mapping], measures: list[tuple[str, tuple[str, ...], int]], note: str
 ) -> list[Block]:
     """A row for each compensation; a measure that none of them has is left out."""
-    cells = [[number(pick(values, *path), digits) for values in arms.values()] for _, path, digits in measures]
+    cells = [[fixed(pick(values, *path), digits) for values in arms.values()] for _, path, digits in measures]
     kept = [k for k, column in enumerate(cells) if set(column) != {MISSING}]
     rows = [(label(name), *(cells[k][i] for k in kept)) for i, name in enumerate(arms)]
     return table(title, ("compensation", *(measures[k][0] for k in kept)), rows, note) if kept else []
@@ -180,11 +181,11 @@ def _restarts(metrics: Mapping) -> list[Block]:
         header += [f"{label(name)}: position [m]", f"{label(name)}: velocity [m/s]"]
     rows = [
         (
-            number(after_s[k], 0),
+            fixed(after_s[k], 0),
             *(
                 cell
                 for piece in pieces
-                for cell in (number(piece["position_rms_m"][k], 1), number(piece["velocity_rms_mps"][k], 2))
+                for cell in (fixed(piece["position_rms_m"][k], 1), fixed(piece["velocity_rms_mps"][k], 2))
             ),
         )
         for k in shown
@@ -232,7 +233,7 @@ def _alignment(metrics: Mapping) -> list[Block]:
         ("roll_deg", "roll [°]"),
         ("pitch_deg", "pitch [°]"),
     )
-    rows = [(name, number(alignment[key], 3)) for key, name in names if alignment.get(key) is not None]
+    rows = [(name, fixed(alignment[key], 3)) for key, name in names if alignment.get(key) is not None]
     return (
         [
             *paragraphs(where, _heading(metrics)),

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 from ins_eval.report import missions
 from ins_eval.report.ageing import ageing_blocks
-from ins_eval.report.content import Block, Paragraph, Picture, Section, paragraphs, pick, table
+from ins_eval.report.content import Block, Paragraph, Picture, Section, paragraphs, table
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.published import beside_published
 from ins_eval.report.style import LABEL, in_order, label
@@ -37,13 +37,14 @@ from ins_eval.report.wording import (
     certainty,
     change,
     effect,
-    number,
+    fixed,
     percent,
     sentence,
     small,
     verdict,
     with_interval,
 )
+from ins_eval.tables import pick
 
 UNITS = {VELOCITY: "m/s", CEP: "nmi/h"}
 
@@ -275,8 +276,8 @@ def _shown(metrics: Mapping) -> list[Block]:
     rows = [
         (
             label(n),
-            *(number(pick(metrics, "flight", n, "velocity_rms_mps", c)) for c in ("east", "north", "horizontal")),
-            *(number(pick(metrics, "flight", n, "radial_error_rate_nmi_per_h", d)) for d in MAIN_DEFINITIONS),
+            *(fixed(pick(metrics, "flight", n, "velocity_rms_mps", c)) for c in ("east", "north", "horizontal")),
+            *(fixed(pick(metrics, "flight", n, "radial_error_rate_nmi_per_h", d)) for d in MAIN_DEFINITIONS),
         )
         for n in names
     ]
@@ -323,7 +324,7 @@ def _one_drawn(metrics: Mapping) -> str:
     shift = 100.0 * (after / before - 1.0)
     return (
         f"One instrument on one flight, to show the shape of the errors. Its {measure_name(VELOCITY)} changes by "
-        f"{'+' if shift > 0 else ''}{number(shift, 0)} % from simple to refined hysteresis compensation; the answer "
+        f"{'+' if shift > 0 else ''}{fixed(shift, 0)} % from simple to refined hysteresis compensation; the answer "
         "above is the ensemble's, not this flight's."
     )
 
@@ -335,8 +336,8 @@ def _gps(metrics: Mapping) -> str:
     if not gps.get("outages"):
         return f"GPS: {gps['fixes']} fixes, no outage."
     return (
-        f"GPS: {gps['fixes']} fixes; {gps['outages']} outages of {number(gps.get('outage_s'), 0)} s together, the "
-        f"longest {number(gps.get('longest_s'), 0)} s. Outage epochs count in no RMS."
+        f"GPS: {gps['fixes']} fixes; {gps['outages']} outages of {fixed(gps.get('outage_s'), 0)} s together, the "
+        f"longest {fixed(gps.get('longest_s'), 0)} s. Outage epochs count in no RMS."
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ins_eval.report.content import Paragraph, pick
+from ins_eval.report.content import Paragraph
 from ins_eval.report.missions import substitutes
 from ins_eval.report.vocabulary import (
     CEP,
@@ -19,7 +19,8 @@ from ins_eval.report.vocabulary import (
     measure_name,
     source_name,
 )
-from ins_eval.report.wording import at_most, certainty, effect, listed, number, percent, sentence, verdict
+from ins_eval.report.wording import at_most, certainty, effect, fixed, joined, percent, sentence, verdict
+from ins_eval.tables import pick
 
 SHOWS_THE_SIGN = 0.975  # share of instruments improved from which one flight nearly always shows the sign
 BEYOND_REFINEMENT = {
@@ -48,7 +49,7 @@ def _effects(metrics: Mapping, pair: str, who: str) -> str:
     """What a pair does to velocity and CEP, joined by "and"; empty where the metrics hold neither."""
     ratios = [(measure, r) for measure in (VELOCITY, CEP) if (r := improvement(metrics, pair, measure))]
     effects = [effect("" if k else who, "the " + measure_name(m), r).strip() for k, (m, r) in enumerate(ratios)]
-    return listed(effects) if effects else ""
+    return joined(effects) if effects else ""
 
 
 def _refinement(metrics: Mapping) -> str:
@@ -96,7 +97,7 @@ def _scale_factor_hysteresis(metrics: Mapping) -> str:
         if verdict(rate) in ("open", "equal"):
             parts.append(
                 "That the hysteresis of the scale factor matters for navigation is not established; on the "
-                f"velocity RMS its effect is at most {number(at_most(rate), 1)} % either way."
+                f"velocity RMS its effect is at most {fixed(at_most(rate), 1)} % either way."
             )
             if (whole := improvement(metrics, "hysteresis/simple", VELOCITY)) and verdict(whole) == "better":
                 parts.append(
@@ -107,7 +108,7 @@ def _scale_factor_hysteresis(metrics: Mapping) -> str:
             parts.append(
                 "So the hysteresis of the scale factor is visible in navigation"
                 + (
-                    f", but at most {number(at_most(rate), 1)} %, too little to matter."
+                    f", but at most {fixed(at_most(rate), 1)} %, too little to matter."
                     if at_most(rate) < TOO_LITTLE_PERCENT
                     else "."
                 )
@@ -146,14 +147,14 @@ def _definition(metrics: Mapping) -> str:
         return ""
     low, high = min(values, key=values.get), max(values, key=values.get)
     text = (
-        f"The same flights with simple compensation have a CEP rate from {number(values[low])} nmi/h "
-        f"({definition_name(low)}) to {number(values[high])} nmi/h ({definition_name(high)})."
+        f"The same flights with simple compensation have a CEP rate from {fixed(values[low])} nmi/h "
+        f"({definition_name(low)}) to {fixed(values[high])} nmi/h ({definition_name(high)})."
     )
     if printed := pick(metrics, "paper", "cep"):
         spread, gain = values[high] - values[low], printed["simple"] - printed["hysteresis"]
         text += (
-            f" The paper does not say which definition it uses. The choice alone moves the number by {number(spread)} "
-            f"nmi/h, {'more' if spread > gain else 'not more'} than the gain of {number(gain)} nmi/h that it reports."
+            f" The paper does not say which definition it uses. The choice alone moves the number by {fixed(spread)} "
+            f"nmi/h, {'more' if spread > gain else 'not more'} than the gain of {fixed(gain)} nmi/h that it reports."
         )
     return text
 
@@ -171,11 +172,11 @@ def largest_source(budget: Mapping, measure: str, unit: str) -> str:
     before, after = single[source], pick(budget, source, SECOND, measure, "value")
     text = (
         f"In the {measure_name(measure)} the largest single source under simple compensation is "
-        f"{source_name(source)}, with {number(before)} {unit}"
+        f"{source_name(source)}, with {fixed(before)} {unit}"
     )
     if after is None or before == 0.0:
         return text + "."
     if abs(after / before - 1.0) < UNTOUCHED:
         return text + "; refined hysteresis compensation does not act on it, which limits what it can gain here."
     change = "lowers" if after < before else "raises"
-    return f"{text}; refined hysteresis compensation {change} it to {number(after)} {unit}."
+    return f"{text}; refined hysteresis compensation {change} it to {fixed(after)} {unit}."

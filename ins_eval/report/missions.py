@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 
-from ins_eval.report.content import Block, Paragraph, Picture, paragraphs, pick, table
+from ins_eval.report.content import Block, Paragraph, Picture, paragraphs, table
 from ins_eval.report.style import in_order, label
 from ins_eval.report.vocabulary import (
     CEP,
@@ -22,13 +22,14 @@ from ins_eval.report.wording import (
     SHORT_VERDICT,
     change,
     effect,
-    listed,
-    number,
+    fixed,
+    joined,
     percent,
     sentence,
     verdict,
     with_interval,
 )
+from ins_eval.tables import pick
 
 MODEL, OVEN = f"hysteresis/{FIRST}", f"simple_refined/{FIRST}"
 EQUAL, AFTER_MODEL = f"{SECOND}/simple_refined", f"{SECOND}/hysteresis"
@@ -96,7 +97,7 @@ def answer(metrics: Mapping) -> str:
     texts = [f"{change(ratio)} {words[pair]} ({SHORT_VERDICT[verdict(ratio)]})" for pair, ratio in found.items()]
     text = (
         f"On {pick(missions, 'ensemble', 'size')} missions of other places, courses and days, with the same chamber "
-        f"and oven run, the {measure_name(VELOCITY)} changes by {listed(texts)}."
+        f"and oven run, the {measure_name(VELOCITY)} changes by {joined(texts)}."
     )
     if cep := improvement(missions, HEADLINE, CEP):
         text += f" The {measure_name(CEP)} changes by {change(cep)} in the first case ({SHORT_VERDICT[verdict(cep)]})."
@@ -116,14 +117,14 @@ def over_missions(metrics: Mapping) -> list[Block]:
 
 
 def _what(missions: Mapping) -> list[Block]:
-    sources = listed([SOURCE_WORDS.get(name, name) for name in missions["population"]["sources"]])
+    sources = joined([SOURCE_WORDS.get(name, name) for name in missions["population"]["sources"]])
     span = missions["range"]["warmer_c"]
     return [
         Paragraph(
             f"Each of {missions['ensemble']['size']} instruments flies a mission of its own, once with every "
             f"compensation. From one to the next differ: {sources}. Chamber and oven are those of the flight above, "
             "as an analyst has them who calibrates once; on average over a mission the IMU is between "
-            f"{number(span[0], 0)} and {number(span[2], 0)} °C warmer than it was in the oven."
+            f"{fixed(span[0], 0)} and {fixed(span[2], 0)} °C warmer than it was in the oven."
         )
     ]
 

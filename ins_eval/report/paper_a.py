@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import hypot
 
 from ins_eval.papers import Row
-from ins_eval.report.content import Block, Picture, Section, paragraphs, pick, table
+from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.missions import substitutes
 from ins_eval.report.published import beside_published
@@ -21,13 +21,14 @@ from ins_eval.report.wording import (
     MISSING,
     certainty,
     effect,
-    listed,
-    number,
+    fixed,
+    joined,
     percent,
     sentence,
     verdict,
     with_interval,
 )
+from ins_eval.tables import pick
 
 CASE_NAME = {"given": "true attitude given", "aligned": "self-aligned"}
 AXES = ("east", "north", "horizontal")
@@ -114,10 +115,10 @@ def _gain(flight: Mapping) -> str:
             text = effect(who, "the " + measure_name(measure), ratio).strip()
             printed = _printed_change(flight, measure)
             sign = 1.0 if verdict(ratio) == "better" else -1.0  # as `effect` tells it
-            beside = "" if printed is None else f"; Paper A: {number(sign * printed, 0)} %"
+            beside = "" if printed is None else f"; Paper A: {fixed(sign * printed, 0)} %"
             parts.append(f"{text.removesuffix(')')}{beside})" if text.endswith(")") else text)
             who = ""
-    return f"In flight {listed(parts)}, against simple compensation." if parts else ""
+    return f"In flight {joined(parts)}, against simple compensation." if parts else ""
 
 
 def _printed_change(flight: Mapping, measure: str) -> float | None:

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from ins_eval.papers import Row
-from ins_eval.papers import number as significant
+from ins_eval.papers import Row, number
 from ins_eval.report.content import Block, Section, paragraphs, table
 from ins_eval.report.statements import Pictures, counted, signed, statement_sections
-from ins_eval.report.wording import listed, number, with_interval
+from ins_eval.report.wording import fixed, joined, with_interval
 
 CHANNELS = ("forward", "feedback")
 OF_TEST = {"scan": "scan", "current": "constant current", "output": "output at 1 g"}
@@ -77,13 +76,13 @@ def _shift(results: Mapping) -> str:
     if not population:
         return ""
     growth = next(iter(population["shift_grows_ppm"].items()))
-    ours = listed([f"{words} {with_interval(population[f'{c}_shift_ppm'], 0)} ppm" for c, words in _names()])
-    changes = listed([with_interval(growth[1][channel]) for channel in CHANNELS])
+    ours = joined([f"{words} {with_interval(population[f'{c}_shift_ppm'], 0)} ppm" for c, words in _names()])
+    changes = joined([with_interval(growth[1][channel]) for channel in CHANNELS])
     return (
         "The paper's residuals of 9.74 and 9.08 % are no share of a drift (of the feedback gain 109 % were found) but "
         "a shift of +19.5 and +18.2 ppm, for which a warm-up within the paper's 3 °C suffices: over "
         f"{population['units']} units of ours, warmed up by "
-        f"{number(population['warm_up_c']['value'], 1)} °C, the shift is {ours} (median, central 95 %), of either "
+        f"{fixed(population['warm_up_c']['value'], 1)} °C, the shift is {ours} (median, central 95 %), of either "
         f"sign, and with {growth[0]} ppm injected it changes by {changes} ppm (means, 95 % interval)."
     )
 
@@ -98,8 +97,8 @@ def _output(results: Mapping) -> str:
         return ""
     outputs = unit["outputs_ug"]
     return (
-        f"Of 193 µg the paper keeps 24; the unit identified from its tables has {number(outputs['uncompensated'], 0)} "
-        f"and keeps +{number(outputs['compensated'], 0)} µg, over-compensated by the same closure as the printed "
+        f"Of 193 µg the paper keeps 24; the unit identified from its tables has {fixed(outputs['uncompensated'], 0)} "
+        f"and keeps +{fixed(outputs['compensated'], 0)} µg, over-compensated by the same closure as the printed "
         f"numbers (−193 + 218 = +25). Our units have {with_interval(population['uncompensated_ug'], 0)} and keep "
         f"{with_interval(population['compensated_ug'], 0)} µg (sizes in single repetitions: median, central 95 %)."
     )
@@ -111,9 +110,9 @@ def _unseen(results: Mapping) -> str:
         return ""
     magnet = next(row for row in seen if row["part"] == "magnet")
     return (
-        f"A drift of the magnet is not seen by either test: {significant(200.0)} ppm of it change the output by "
-        f"{number(abs(magnet['output_ug']), 0)} µg and the test with the constant current by "
-        f"{significant(abs(magnet['current_test_ppm']), 1)} ppm."
+        f"A drift of the magnet is not seen by either test: {number(200.0)} ppm of it change the output by "
+        f"{fixed(abs(magnet['output_ug']), 0)} µg and the test with the constant current by "
+        f"{number(abs(magnet['current_test_ppm']), 1)} ppm."
     )
 
 
@@ -124,7 +123,7 @@ def _stable(results: Mapping) -> str:
     change = margins["drifted"]["phase_margin_deg"] - margins["nominal"]["phase_margin_deg"]
     return (
         f"For the stability of the loop 200 ppm of the forward gain do not matter: the phase margin changes by "
-        f"{significant(abs(change), 1)}° of {number(margins['nominal']['phase_margin_deg'], 0)}°, and the output of "
+        f"{number(abs(change), 1)}° of {fixed(margins['nominal']['phase_margin_deg'], 0)}°, and the output of "
         "a static test does not change at all."
     )
 
@@ -135,8 +134,8 @@ def _meaning(results: Mapping) -> str:
     year = results["year"]
     return (
         "What it means: the test with the constant current is worth building in, if it is made at the temperature of "
-        f"its reference or put back to it (a year's drift at 1 g then falls from {number(year['before_ug'], 0)} to "
-        f"{number(year['after_ug'], 0)} µg, magnet and current source being left); elsewhere the room decides. "
+        f"its reference or put back to it (a year's drift at 1 g then falls from {fixed(year['before_ug'], 0)} to "
+        f"{fixed(year['after_ug'], 0)} µg, magnet and current source being left); elsewhere the room decides. "
         "The scan of the forward gain may be left out."
     )
 
@@ -160,8 +159,8 @@ def _sight(results: Mapping) -> list[Block]:
     text = ""
     if blind and false:
         text = (
-            f"Drifts of {listed(blind)} change the output and are seen by neither test, so they are not compensated. A "
-            f"drift of {listed(false)} is seen as one of the feedback gain, so that compensation puts it in."
+            f"Drifts of {joined(blind)} change the output and are seen by neither test, so they are not compensated. A "
+            f"drift of {joined(false)} is seen as one of the feedback gain, so that compensation puts it in."
         )
     note = "Each part drifted by 200 ppm alone; with the same noise in every test. Below 0.01 of it counts as not seen."
     header = ("part", "of", "scan [ppm]", "constant current [ppm]", "output at 1 g [µg]", "seen by")
@@ -169,7 +168,7 @@ def _sight(results: Mapping) -> list[Block]:
 
 
 def _size(value: float) -> str:
-    return number(value, 0) if abs(value) >= 10.0 else (number(value, 1) if abs(value) >= 0.05 else "0")
+    return fixed(value, 0) if abs(value) >= 10.0 else (fixed(value, 1) if abs(value) >= 0.05 else "0")
 
 
 def _population(results: Mapping) -> list[Block]:
@@ -220,21 +219,21 @@ def _temperature(results: Mapping) -> list[Block]:
     if not found:
         return []
     of = {"room": "In a room", "far": f"After a change of {found['large_change_c']:g} °C"}
-    floor = ("no change of temperature", *(number(found["floor"][error], 1) for error in ERRORS))
+    floor = ("no change of temperature", *(fixed(found["floor"][error], 1) for error in ERRORS))
     rows = {
         k: [*((words, *(with_interval(found[k][arm][e], 1) for e in ERRORS)) for arm, words in ARMS.items()), floor]
         for k in of
     }
     low, high = found["chamber_c"]
-    per_c = [number(found["ppm_per_c"][key], 1) for key in ("gain", "current_step", "output")]
+    per_c = [fixed(found["ppm_per_c"][key], 1) for key in ("gain", "current_step", "output")]
     left = [with_interval(found["far"]["tests_and_output"][f"{error}_ratio"], 4) for error in ERRORS]
     text = (
         f"Each unit's own tests at {found['temperatures']} temperatures from {low:g} to {high:g} °C give a coefficient "
         "of each reading; later readings are put back to the temperature of the reference by what the unit's "
-        f"thermometer says. After a change of {found['large_change_c']:g} °C the errors are then {listed(left)} of "
+        f"thermometer says. After a change of {found['large_change_c']:g} °C the errors are then {joined(left)} of "
         "what they were (forward, feedback, output). To put back the tests alone does not help the output: as "
         "measured, the current test also takes out what temperature did to k_VI k_DA, and the magnet is in neither. A "
-        f"degree between thermometer and parts brings back {listed(per_c)} ppm (RMS over units)."
+        f"degree between thermometer and parts brings back {joined(per_c)} ppm (RMS over units)."
     )
     note = (
         "RMS over units of estimate less injected drift, and of N_out(1) − N_out(0), with 95 % intervals over units; "
@@ -255,10 +254,10 @@ def _attraction(results: Mapping) -> list[Block]:
     rows = [
         (
             name,
-            number(found["stiffness_ppm"][name], 1),
+            fixed(found["stiffness_ppm"][name], 1),
             with_interval(found["gain_ppm"].get(name, {"value": 0.0}), 1),
-            number(found["added_scatter_ppm"][name], 2),
-            number(found["scatter_ppm"][name], 1),
+            fixed(found["added_scatter_ppm"][name], 2),
+            fixed(found["scatter_ppm"][name], 1),
         )
         for name in found["stiffness_ppm"]
     ]
@@ -266,11 +265,11 @@ def _attraction(results: Mapping) -> list[Block]:
         "The carrier lies across both capacitors in series, and the plate is their middle. If nothing loads the plate, "
         "both carry the same charge and draw alike wherever it is. A capacitance to the middle of the bridge makes the "
         "nearer side draw more, F = C0 V²/(4d) s(2 + s)u/(2 + s(1 − u²))², s over C0: a negative stiffness. Plates of "
-        f"{number(found['area_mm2'], 0)} mm² held at the middle are pulled in by a carrier of "
-        f"{number(found['pull_in_v'], 1)} V from there, and by {number(found['excited_v'], 1)} V from the largest "
-        f"excitation; ours has {number(found['carrier_v'], 2)} V. A drift of 200 ppm of it changes the excited gain by "
-        f"{number(abs(found['drift_ppm']), 2)} ppm. At 0 g a plate on its stop would be held there across less than "
-        f"{number(found['latching_um'], 2)} µm, {number(found['scanned_um'], 2)} at the top of the scan."
+        f"{fixed(found['area_mm2'], 0)} mm² held at the middle are pulled in by a carrier of "
+        f"{fixed(found['pull_in_v'], 1)} V from there, and by {fixed(found['excited_v'], 1)} V from the largest "
+        f"excitation; ours has {fixed(found['carrier_v'], 2)} V. A drift of 200 ppm of it changes the excited gain by "
+        f"{fixed(abs(found['drift_ppm']), 2)} ppm. At 0 g a plate on its stop would be held there across less than "
+        f"{fixed(found['latching_um'], 2)} µm, {fixed(found['scanned_um'], 2)} at the top of the scan."
     )
     header = ("load on the plate", "softer by [ppm of D]", "gain larger by [ppm]", "adds to scatter [ppm]",
               "scatter [ppm]")  # fmt: skip
@@ -300,15 +299,15 @@ def _in_flight(results: Mapping) -> list[Block]:
     text = (
         "Flights are simulated with the steady state of the loop. Sample by sample, over the "
         f"{found['duration_s']:g} s in which the specific force changes most, the steady state stands for the loop to "
-        f"{number(calm['rms_ug']['value'], 1)} µg RMS and {number(calm['largest_mm_s']['value'], 2)} mm/s, with wing "
-        f"rock to {number(rock['rms_ug']['value'], 1)} µg and {number(rock['largest_mm_s']['value'], 2)} mm/s. By its "
-        f"transfer function the loop is {number(found['delay_us'], 1)} µs late; the velocity is off by that times the "
+        f"{fixed(calm['rms_ug']['value'], 1)} µg RMS and {fixed(calm['largest_mm_s']['value'], 2)} mm/s, with wing "
+        f"rock to {fixed(rock['rms_ug']['value'], 1)} µg and {fixed(rock['largest_mm_s']['value'], 2)} mm/s. By its "
+        f"transfer function the loop is {fixed(found['delay_us'], 1)} µs late; the velocity is off by that times the "
         "change of specific force, which does not add up. At the frequency of the wing rock its gain is larger by "
-        f"{number(rock['rock_ppm'], 0)} ppm."
+        f"{fixed(rock['rock_ppm'], 0)} ppm."
     )
     note = "; ".join(
-        f"{words}: from {number(found[f]['from_s'], 1)} s, {found[f]['axis']} axis, which changes by "
-        f"{number(found[f]['change_g'], 2)} g"
+        f"{words}: from {fixed(found[f]['from_s'], 1)} s, {found[f]['axis']} axis, which changes by "
+        f"{fixed(found[f]['change_g'], 2)} g"
         for f, words in flights.items()
     )
     note += ". Means over four realisations of the loop's noise and their 95 % intervals; noise is taken out by the "
@@ -321,14 +320,14 @@ def _identified(results: Mapping) -> list[Block]:
     if not (unit and printed):
         return []
     columns = [values for channel in CHANNELS for values in (printed[channel], unit[f"{channel}_ppm"])]
-    rows = [(str(k), *map(number, cells)) for k, cells in enumerate(zip(*columns, strict=True), 1)]
-    rows.append(("mean", *(number(sum(values) / len(values)) for values in columns)))
+    rows = [(str(k), *map(fixed, cells)) for k, cells in enumerate(zip(*columns, strict=True), 1)]
+    rows.append(("mean", *(fixed(sum(values) / len(values)) for values in columns)))
     header = ("repetition", *(f"{channel}, {whose} [ppm]" for channel in CHANNELS for whose in ("Paper B", "ours")))
     outputs = unit["outputs_ug"]
     note = (
         "Three temperature coefficients of this unit (forward amplifier, current source, magnet) were chosen after "
         "these tables, so that the means agree shows nothing; the 24 µg follow from the rest (B21). Its output changes "
-        f"by {number(outputs['uncompensated'], 0)} µg, and by +{number(outputs['compensated'], 0)} after compensation; "
+        f"by {fixed(outputs['uncompensated'], 0)} µg, and by +{fixed(outputs['compensated'], 0)} after compensation; "
         "Paper B: 193 and 24."
     )
     return table("The identified unit against Tables 3 and 4", header, rows, note)
@@ -337,13 +336,13 @@ def _identified(results: Mapping) -> list[Block]:
 def _stability(results: Mapping) -> list[Block]:
     margins = results.get("stability") or {}
     rows = [
-        (words, *(number(factor * margins[state][key], digits) for state in STATES))
+        (words, *(fixed(factor * margins[state][key], digits) for state in STATES))
         for key, (words, digits, factor) in MARGINS.items()
         if all(state in margins for state in STATES)
     ]
     note = (
         "From the sampled loop with its delay. An overshoot without a prefilter is that of a PI controller. It takes "
-        f"{significant(margins['degree_percent'], 2)} % of forward gain to change the phase margin by a degree."
+        f"{number(margins['degree_percent'], 2)} % of forward gain to change the phase margin by a degree."
         if margins
         else ""
     )

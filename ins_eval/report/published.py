@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ins_eval.paper_a.printed import CHOSEN_WITH_TABLE_7
-from ins_eval.report.content import Block, Picture, paragraphs, pick, table
+from ins_eval.report.content import Block, Picture, paragraphs, table
 from ins_eval.report.style import label
 from ins_eval.report.vocabulary import DEFINITIONS, PAPER, PAPER_ARM, definition_name, measure_name, of_ensemble
-from ins_eval.report.wording import MISSING, number, with_interval
+from ins_eval.report.wording import MISSING, fixed, with_interval
+from ins_eval.tables import pick
 
 
 def beside_published(metrics: Mapping) -> list[Block]:
@@ -24,7 +25,7 @@ def beside_published(metrics: Mapping) -> list[Block]:
         cells = []
         for arm, name in PAPER_ARM.items():
             theirs, ours = printed[arm, measure], of_ensemble(metrics, name, measure)
-            cells += [number(theirs), with_interval(ours)]
+            cells += [fixed(theirs), with_interval(ours)]
             if theirs is not None and ours and measure.startswith("velocity"):
                 distance = ours["value"] - theirs
                 farthest = max(
@@ -39,7 +40,7 @@ def beside_published(metrics: Mapping) -> list[Block]:
     if farthest[0]:
         text = (
             f"Of the four velocity RMS in Table 7 of {PAPER} ours differ by at most "
-            f"{number(abs(farthest[1]))} m/s; the "
+            f"{fixed(abs(farthest[1]))} m/s; the "
             f"farthest is the {farthest[0]}, {'above' if farthest[1] > 0 else 'below'} the published one. "
             f"That is no independent agreement: {CHOSEN_WITH_TABLE_7}."
         )
@@ -73,7 +74,7 @@ def _percentiles(metrics: Mapping) -> list[Block]:
     definitions = dict.fromkeys(d for arm in arms for d in tree[arm])
     rows = [(definition_name(d), *(with_interval(tree[arm].get(d), 0) for arm in arms)) for d in definitions]
     published = [pick(metrics, "paper", "cep", arm) for arm in arms]
-    heads = [f"{arm}, below {number(value)} nmi/h [%]" for arm, value in zip(arms, published, strict=True)]
+    heads = [f"{arm}, below {fixed(value)} nmi/h [%]" for arm, value in zip(arms, published, strict=True)]
     return [
         *paragraphs(text),
         *table(

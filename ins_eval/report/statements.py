@@ -18,10 +18,10 @@ from ins_eval.papers import (
     VERDICT_RULE,
     Row,
     head,
+    number,
 )
-from ins_eval.papers import number as significant
 from ins_eval.report.content import Block, Paragraph, Picture, Section, Table, paragraphs, table
-from ins_eval.report.wording import MISSING, number, sentence
+from ins_eval.report.wording import MISSING, fixed, sentence
 
 MARK = {
     REPRODUCED: "✓ reproduced",
@@ -156,8 +156,8 @@ def _value(value: float | str | None, digits: int) -> str:
     if isinstance(value, str):
         return signed(value)
     if value == round(value):
-        return number(value, 0)
-    text = significant(value, digits)
+        return fixed(value, 0)
+    text = number(value, digits)
     if digits > OUR_DIGITS and "." in text:  # exact numbers, not estimates
         text = re.sub(r"\.?0+(?=$|e)", "", text)
     return text.rstrip(".").replace("-", "−")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ins_eval.report.content import Table, pick, table
+from ins_eval.report.content import Table, table
+from ins_eval.tables import pick
 
 PAPER = "Paper A (Sensors 2021, 21, 294)"
 FIRST, SECOND = "simple", "hysteresis_refined"  # what the paper compares, as far as it tells

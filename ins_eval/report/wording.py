@@ -74,14 +74,14 @@ def with_interval(entry: Statistic | None, digits: int = 2) -> str:
     if entry is None:
         return MISSING
     if not isinstance(entry, Mapping):
-        return number(entry, digits)
+        return fixed(entry, digits)
     value = entry.get("value", entry.get("ratio"))
     interval = entry.get("interval95")
-    text = number(value, digits)
-    return text if interval is None else f"{text} [{number(interval[0], digits)}, {number(interval[1], digits)}]"
+    text = fixed(value, digits)
+    return text if interval is None else f"{text} [{fixed(interval[0], digits)}, {fixed(interval[1], digits)}]"
 
 
-def number(value: float | None, digits: int = 2) -> str:
+def fixed(value: float | None, digits: int = 2) -> str:
     """A number with fixed decimals, a real minus sign, and a dash where it is missing."""
     if value is None:
         return MISSING
@@ -111,7 +111,7 @@ def percent(entry: Statistic | float) -> str:
     return text if interval is None else f"{text} [{100.0 * interval[0]:.0f}, {100.0 * interval[1]:.0f}]"
 
 
-def listed(items: Sequence[str]) -> str:
+def joined(items: Sequence[str]) -> str:
     """``a, b and c``."""
     return items[0] if len(items) == 1 else ", ".join(items[:-1]) + " and " + items[-1]
 
@@ -132,4 +132,4 @@ def _alike(values: Sequence[float], signed: bool = False) -> list[str]:
     digits = 0
     while digits < 3 and any(v != 0.0 and round(v, digits) == 0.0 for v in values):
         digits += 1
-    return [("+" if signed and round(v, digits) > 0 else "") + number(v, digits) for v in values]
+    return [("+" if signed and round(v, digits) > 0 else "") + fixed(v, digits) for v in values]

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from ins_eval.accelerometer import Population
 from ins_eval.errors import DataRefused
-from ins_eval.output_equation import Coefficients, input_force_g, output, specific_force_g
+from ins_eval.output_equation import Coefficients, force_error_ug, input_force_g, specific_force_g
 from ins_eval.streams import Streams
 
 SCALE, BIAS_UG = np.array([320320.0, 308000.0, 328000.0]), np.array([70.0, -1200.0, 400.0])
@@ -19,6 +19,11 @@ LARGE = (
     Coefficients(1000.0, 300.0, 700.0, -600.0, 500.0, 400.0),
 )
 EXACT_G = 1e-11
+
+
+def output(c: Coefficients, force_g: np.ndarray, scale: float, bias_ug: float) -> np.ndarray | float:
+    """E of eq. (1); `force_g` (..., 3) along input, pendulous and output axis."""
+    return scale * (1e-6 * (bias_ug + force_error_ug(c, force_g)) + force_g[..., 0])
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ins_eval.report.content import Block, Picture, Section, Table, paragraphs, table
-from ins_eval.report.wording import MISSING, number
+from ins_eval.report.wording import MISSING, fixed
 from tests.challenge.score import BANDS, SEEN
 from tests.concealed import targets
 from tests.concealed.figures import short
@@ -61,8 +61,8 @@ def _words(one: dict) -> str:
 
 def _case_rows(records: Sequence[dict]) -> list[tuple[str, ...]]:
     return [
-        (one["case"].removeprefix("case-"), one["kind"], one["where"], _words(one), number(one["d"], 1),
-         number(one["margin"], 1), one["verdict"], ", ".join(short(name) for name in one["named"]) or MISSING)
+        (one["case"].removeprefix("case-"), one["kind"], one["where"], _words(one), fixed(one["d"], 1),
+         fixed(one["margin"], 1), one["verdict"], ", ".join(short(name) for name in one["named"]) or MISSING)
         for one in sorted(records, key=lambda one: -(one["d"] or 0.0))
     ]  # fmt: skip
 
@@ -84,7 +84,7 @@ def _outside(result: dict) -> list[Block]:
     wrong = [one for one in result["records"] if not one["null"] and not one["inside"] and one["wrong"]]
     other = [one for one in here if (one["d"] or 0.0) >= SEEN and one["named"] and not one["right"]]
     below = [
-        (*row, number(one.get("answer below"), 1))
+        (*row, fixed(one.get("answer below"), 1))
         for one in sorted(other, key=lambda one: -(one["d"] or 0.0))
         for row in _case_rows([one])
     ]
@@ -157,7 +157,7 @@ def _naming(result: dict) -> list[Block]:
              if "first" in one and one["kind"] != "unidentifiable" and not one["first"] and (one["d"] or 0.0) >= SEEN
              and one["margin"] >= 5.0]  # fmt: skip
     size = result["set size"]
-    sizes = [("explanations named or listed", str(size["count"]), number(size["mean"], 2), *_quantiles(size, 0))]
+    sizes = [("explanations named or listed", str(size["count"]), fixed(size["mean"], 2), *_quantiles(size, 0))]
     return [
         *targets.table(result, "naming", "set size", "confidently wrong"),
         *_rates("Naming", result["naming"]),
@@ -172,7 +172,7 @@ QUANTILES = ("10 %", "25 %", "median", "75 %", "90 %")
 
 
 def _quantiles(one: dict, digits: int = 2) -> list[str]:
-    return [number(value, digits) for value in (one["quantiles"] or {}).values()]
+    return [fixed(value, digits) for value in (one["quantiles"] or {}).values()]
 
 
 def _alike(result: dict) -> list[Block]:
@@ -195,9 +195,9 @@ def _alike(result: dict) -> list[Block]:
 def _probability(result: dict) -> list[Block]:
     p = result["probability of the truth"]
     rows = [
-        (f"{one['from']:g} to {one['to']:g}", number(one["stated"], 3), *spoken(one)) for one in result["calibration"]
+        (f"{one['from']:g} to {one['to']:g}", fixed(one["stated"], 3), *spoken(one)) for one in result["calibration"]
     ]
-    given = [("given to the truth", str(p["count"]), number(p["mean"], 2), *_quantiles(p))] if p["count"] else []
+    given = [("given to the truth", str(p["count"]), fixed(p["mean"], 2), *_quantiles(p))] if p["count"] else []
     return [
         *targets.table(result, "probability of the truth"),
         Picture("calibration", "Stated probabilities against how often they came true."),
@@ -214,7 +214,7 @@ def _intervals(result: dict) -> list[Block]:
 
 
 def _where(result: dict) -> list[Block]:
-    rows = [(name.replace(">=", "≥").replace("<=", "≤"), str(one["count"]), number(one["mean"], 2), *_quantiles(one))
+    rows = [(name.replace(">=", "≥").replace("<=", "≤"), str(one["count"]), fixed(one["mean"], 2), *_quantiles(one))
             for name, one in result["overlap"].items()]  # fmt: skip
     note = "Intersection over union of the first interval that the answer states with the true one; 0 where silent."
     return [
@@ -226,9 +226,9 @@ def _where(result: dict) -> list[Block]:
 
 def _fit(result: dict) -> list[Block]:
     one = result["removed"]
-    rows = [("share removed", str(one["count"]), number(one["mean"], 2), *_quantiles(one))] if one["count"] else []
+    rows = [("share removed", str(one["count"]), fixed(one["mean"], 2), *_quantiles(one))] if one["count"] else []
     energy = result["energy"]
-    gone = [("share of its energy", str(energy["count"]), number(energy["mean"], 2), *_quantiles(energy))]
+    gone = [("share of its energy", str(energy["count"]), fixed(energy["mean"], 2), *_quantiles(energy))]
     of_another = (
         "1 - (t - f)' A (t - f) / t' A t of the truth t and the answer f, A the information of the recording: what "
         "the answer would remove of the effect from another recording of the same path and noise. Detected effects "
@@ -258,7 +258,7 @@ def _navigation(result: dict) -> list[Block]:
                            ("radial_error_rate_nmi_per_h", "radial error rate")):  # fmt: skip
         one = gains[measure]
         if one["count"]:
-            rows.append((words, str(one["count"]), number(one["mean"], 2), *_quantiles(one)))
+            rows.append((words, str(one["count"]), fixed(one["mean"], 2), *_quantiles(one)))
     note = (
         "(before - after) / (before - with nothing concealed) of pure-inertial navigation; single flights and drives "
         "with D of at least 16, detected, in which the truth itself gains more than 5 %. With nothing concealed: the "
@@ -285,7 +285,7 @@ def _time(result: dict) -> list[Block]:
     for where in sorted({one["where"] for one in result["records"]}):
         taken = [one["seconds"] for one in result["records"] if one["where"] == where and one["seconds"] is not None]
         if taken:
-            rows.append((where, str(len(taken)), *(number(float(x), 1) for x in np.quantile(taken, (0.5, 0.9, 1.0)))))
+            rows.append((where, str(len(taken)), *(fixed(float(x), 1) for x in np.quantile(taken, (0.5, 0.9, 1.0)))))
     failed = [(name.removeprefix("case-"), said.splitlines()[-1]) for name, said in result["failures"].items()]
     return [
         *table("Seconds for a case", ("recordings", "cases", "median", "90 %", "longest"), rows),

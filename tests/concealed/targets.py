@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ins_eval.report.content import Table, pick
-from ins_eval.report.wording import MISSING, number
+from ins_eval.report.content import Table
+from ins_eval.report.wording import MISSING, fixed
+from ins_eval.tables import pick
 from tests.challenge.score import CLEAR
 
 MET, MISSED, OPEN = "met", "missed", "no cases"
@@ -100,7 +101,7 @@ def _spoken(target: Target, value, result: dict) -> tuple[str, str, str]:
     if value is None or isinstance(value, dict):
         return spoken(value)
     above = pick(result, *target.path[: -2 if "quantiles" in target.path else -1])
-    return str(above["count"]), number(value, 2), ""
+    return str(above["count"]), fixed(value, 2), ""
 
 
 def spoken(value) -> tuple[str, str, str]:

@@ -21,11 +21,11 @@ from ins_eval.papers import (
     VERDICTS,
     Row,
     between,
-    find,
     head,
     number,
     same,
 )
+from ins_eval.tables import pick
 
 # everything that Paper A contains, listed apart from the code
 TABLES = ["A-T1", "A-T2", "A-T3", "A-T4", "A-T5", "A-T6", "A-T7", "A-CEP"]
@@ -404,7 +404,7 @@ def test_a_claim_is_judged_by_the_whole_interval_of_its_quantity(
 ) -> None:
     def judged(interval: tuple[float, float]) -> Row:
         changed = copy.deepcopy(make_results())
-        find(changed, *path[:-1])[path[-1]] = {"value": sum(interval) / 2.0, "interval95": list(interval)}
+        pick(changed, *path[:-1])[path[-1]] = {"value": sum(interval) / 2.0, "interval95": list(interval)}
         return by_id(rows(changed))[id]
 
     assert by_id(rows(make_results()))[id].verdict == REPRODUCED
@@ -433,7 +433,7 @@ def test_a_statement_that_fails_is_not_reproduced(path: tuple[str, ...], value: 
     results = make_results()
     assert by_id(rows(results))[id].verdict == REPRODUCED
     changed = copy.deepcopy(results)
-    find(changed, *path[:-1])[path[-1]] = value
+    pick(changed, *path[:-1])[path[-1]] = value
     assert by_id(rows(changed))[id].verdict == NOT_REPRODUCED
 
 

@@ -19,9 +19,9 @@ from ins_eval.papers import (
     REPRODUCED,
     VERDICTS,
     Row,
-    find,
     head,
 )
+from ins_eval.tables import pick
 
 # everything that Paper B contains, listed apart from the code
 TABLES = ["B-T1", "B-T2", "B-T3", "B-T4"]
@@ -236,7 +236,7 @@ def test_numbers_of_the_audit_stand_in_their_rows(full: list[Row]) -> None:
 def test_a_statement_that_fails_is_not_reproduced(path: tuple[str, ...], value: object, id: str, results: dict) -> None:
     assert by_id(rows(results))[id].verdict == REPRODUCED
     changed = copy.deepcopy(results)
-    find(changed, *path[:-1])[path[-1]] = value
+    pick(changed, *path[:-1])[path[-1]] = value
     assert by_id(rows(changed))[id].verdict == NOT_REPRODUCED
 
 
@@ -247,7 +247,7 @@ def test_attraction_spoils_the_rejected_test_where_it_scatters_or_pulls_in(
     path: tuple[str, ...], value: float, results: dict
 ) -> None:
     assert by_id(rows(results))["B-C12"].verdict == NOT_REPRODUCED
-    find(results, "attraction", *path[:-1])[path[-1]] = value
+    pick(results, "attraction", *path[:-1])[path[-1]] = value
     assert by_id(rows(results))["B-C12"].verdict == REPRODUCED
 
 

@@ -47,8 +47,8 @@ def test_small(value, text):
 
 
 def test_numbers_and_intervals():
-    assert wording.number(-0.004) == "0.00"
-    assert wording.number(-1.256) == "−1.26"
+    assert wording.fixed(-0.004) == "0.00"
+    assert wording.fixed(-1.256) == "−1.26"
     assert wording.with_interval({"value": 1.256, "interval95": [1.18, 1.35]}) == "1.26 [1.18, 1.35]"
     assert wording.with_interval(None) == "–"
     assert wording.percent({"value": 0.69, "interval95": [0.62, 0.75]}) == "69 % [62, 75]"

@@ -11,12 +11,6 @@ def drift(sheet: AccelerometerSheet = QA3000) -> Drift:
     return worst_case_drift(sheet, *PRINTED["drift"]["between_c"])
 
 
-def names_differ() -> bool:
-    """Whether the title of Table 1 names another device than its column."""
-    names = PRINTED["table1_names"]
-    return not names["column"].startswith(names["title"])
-
-
 def bandwidth_senses() -> tuple[str, str]:
     """How Table 1 bounds the bandwidth of its two devices."""
     return tuple("above" if sheet.bandwidth_at_least_hz else "below" for sheet in (QA3000, GJN096))

@@ -9,7 +9,8 @@ import numpy as np
 from ins_eval.paper_a.audit import navigation
 from ins_eval.paper_a.printed import PRINTED
 from ins_eval.paper_a.single import FIRST, SECOND
-from ins_eval.papers import Estimate, Row, between, claimed, decided, find, given, number, percent_off, recalculated
+from ins_eval.papers import Estimate, Row, between, claimed, decided, given, number, percent_off, recalculated
+from ins_eval.tables import pick
 
 
 def navigation_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
@@ -54,8 +55,8 @@ def _limits(results: Mapping) -> Iterator[Row]:
         ours=gyro,
         unit="nmi/h",
     )
-    simple = find(results, "flight", "ensemble", "improvement", "simple/none", "velocity_rms_horizontal")
-    proposed = find(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", "velocity_rms_horizontal")
+    simple = pick(results, "flight", "ensemble", "improvement", "simple/none", "velocity_rms_horizontal")
+    proposed = pick(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", "velocity_rms_horizontal")
     known = simple and proposed
     yield decided(
         "A-C6",
@@ -71,7 +72,7 @@ def _limits(results: Mapping) -> Iterator[Row]:
 
 
 def _budget(results: Mapping, source: str, measure: str = "velocity_rms_horizontal") -> Estimate | None:
-    return find(results, "flight", "budget", source, FIRST, measure)
+    return pick(results, "flight", "budget", source, FIRST, measure)
 
 
 def _oven(results: Mapping, ours: Mapping) -> Iterator[Row]:
@@ -87,7 +88,7 @@ def _oven(results: Mapping, ours: Mapping) -> Iterator[Row]:
             "It follows from Table 6; what ours gives stands there.",
             unit="%",
         )
-    choice = find(results, "oven", "choice_percent")
+    choice = pick(results, "oven", "choice_percent")
     printed = navigation.reduction_percent(PRINTED["table6"], "horizontal")
     yield claimed(
         "A-C28",
@@ -104,13 +105,13 @@ def _oven(results: Mapping, ours: Mapping) -> Iterator[Row]:
     )
     yield _east_more("A-C29/oven", "Oven", PRINTED["table6"], _gain(results, "east"), _gain(results, "north"))
     ratio = {
-        axis: find(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", f"velocity_rms_{axis}")
+        axis: pick(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", f"velocity_rms_{axis}")
         for axis in navigation.AXES
     }
     flight = {axis: _ratio(r) for axis, r in ratio.items()}
     yield _east_more("A-C29/flight", "Flight", PRINTED["table7"], flight["east"], flight["north"])
-    position = find(ours, "oven_position")
-    best = find(position, "best_horizontal")
+    position = pick(ours, "oven_position")
+    best = pick(position, "best_horizontal")
     yield claimed(
         "A-C30",
         "Oven: the position error decreases",
@@ -126,7 +127,7 @@ def _oven(results: Mapping, ours: Mapping) -> Iterator[Row]:
 
 
 def _gain(results: Mapping, axis: str) -> Estimate | None:
-    return find(results, "oven", "gain", "given", axis)
+    return pick(results, "oven", "gain", "given", axis)
 
 
 def _east_more(id: str, where: str, table: Mapping, east: Estimate | None, north: Estimate | None) -> Row:
@@ -155,7 +156,7 @@ def _east_more(id: str, where: str, table: Mapping, east: Estimate | None, north
 
 
 def _temperature(ours: Mapping) -> Iterator[Row]:
-    thermal, of = find(ours, "thermal"), PRINTED["flight"]
+    thermal, of = pick(ours, "thermal"), PRINTED["flight"]
     yield decided(
         "A-C31",
         "The temperature rises first because the circuits heat the INS",
@@ -227,7 +228,7 @@ def _flight(results: Mapping, ours: Mapping) -> Iterator[Row]:
         "It follows from the two values.",
         unit="%",
     )
-    ratio = find(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", "cep_rate_final")
+    ratio = pick(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", "cep_rate_final")
     gain = percent_off(ratio)
     yield claimed(
         "A-C36/at_least",
@@ -245,9 +246,9 @@ def _flight(results: Mapping, ours: Mapping) -> Iterator[Row]:
 
 
 def _early_and_late(results: Mapping, ours: Mapping) -> Iterator[Row]:
-    tree, thermal = find(results, "flight", "difference_m"), find(ours, "thermal")
-    at = {s: find(tree, s) for s in ("1800", "3600", "6000", "8400")}
-    early, change = (find(results, "flight", key) for key in ("early_excess_m", "late_growth_m"))
+    tree, thermal = pick(results, "flight", "difference_m"), pick(ours, "thermal")
+    at = {s: pick(tree, s) for s in ("1800", "3600", "6000", "8400")}
+    early, change = (pick(results, "flight", key) for key in ("early_excess_m", "late_growth_m"))
     yield claimed(
         "A-C37",
         "At the early stage the two compensations differ little in position",
@@ -287,9 +288,9 @@ def _early_and_late(results: Mapping, ours: Mapping) -> Iterator[Row]:
 
 
 def _system(results: Mapping) -> Iterator[Row]:
-    tree = find(results, "flight", "ensemble", "improvement")
+    tree = pick(results, "flight", "ensemble", "improvement")
     refined, ratio, fair = (
-        _ratio(find(tree, pair, "velocity_rms_horizontal"))
+        _ratio(pick(tree, pair, "velocity_rms_horizontal"))
         for pair in (f"{SECOND}/hysteresis", f"{SECOND}/{FIRST}", f"{SECOND}/simple_refined")
     )
     yield claimed(

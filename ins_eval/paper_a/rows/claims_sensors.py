@@ -19,7 +19,6 @@ from ins_eval.papers import (
     between,
     claimed,
     decided,
-    find,
     given,
     listed,
     number,
@@ -27,6 +26,7 @@ from ins_eval.papers import (
     row,
     same,
 )
+from ins_eval.tables import pick
 
 VELOCITY = "velocity_rms_horizontal"
 NOTHING_PERCENT = 1.0  # an effect on the velocity RMS that is at most so large does not matter
@@ -46,7 +46,7 @@ def sensor_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
 
 def unseen(results: Mapping) -> float | None:
     """Velocity RMS in m/s that adds `NOTHING_PERCENT` in squares to that of a flight with simple compensation."""
-    whole = find(results, "flight", "ensemble", FIRST, "velocity_rms_mps", "horizontal", "value")
+    whole = pick(results, "flight", "ensemble", FIRST, "velocity_rms_mps", "horizontal", "value")
     return whole and whole * float(np.sqrt((1.0 + NOTHING_PERCENT / 100.0) ** 2 - 1.0))
 
 
@@ -76,14 +76,14 @@ def _data_sheets() -> Iterator[Row]:
 
 
 def _hysteresis(results: Mapping, ours: Mapping) -> Iterator[Row]:
-    shares = [find(results, "chamber", "magnet_share", unit) for unit in UNITS]
+    shares = [pick(results, "chamber", "magnet_share", unit) for unit in UNITS]
     yield given(
         "A-C7",
         "The magnet is the main factor of the scale factor's hysteresis",
         "the size of the simulated magnet's loop was chosen after Table 4."
         + (f" It opens {' / '.join(between(s) for s in shares)} of the loops at 22 °C." if all(shares) else ""),
     )
-    bias = find(ours, "bias")
+    bias = pick(ours, "bias")
     yield claimed(
         "A-C8",
         "Viscoelasticity of the epoxy is the main factor of the bias hysteresis",
@@ -95,7 +95,7 @@ def _hysteresis(results: Mapping, ours: Mapping) -> Iterator[Row]:
         above=HALF / 100.0,
         what="the share of creep",
     )
-    terms, invisible = find(results, "flight", "budget", "accelerometer_cross_terms", FIRST, VELOCITY), unseen(results)
+    terms, invisible = pick(results, "flight", "budget", "accelerometer_cross_terms", FIRST, VELOCITY), unseen(results)
     yield claimed(
         "A-C9",
         "K3, Kip, Kio, δo and δp are negligible",
@@ -110,7 +110,7 @@ def _hysteresis(results: Mapping, ours: Mapping) -> Iterator[Row]:
         unit="m/s",
     )
     yield given("A-C10", "K2 hardly depends on temperature", "so it is simulated; no number is printed.")
-    high, printed = find(ours, "high_order"), PRINTED["high_order"]["coefficient"]
+    high, printed = pick(ours, "high_order"), PRINTED["high_order"]["coefficient"]
     terms = {"rate2_difference": "r² ΔT", "rate2_difference2": "r² ΔT²", "rate_difference2": "r ΔT²"}
     yield decided(
         "A-C11/coefficients",
@@ -157,7 +157,7 @@ def _hysteresis(results: Mapping, ours: Mapping) -> Iterator[Row]:
         + (
             f" In our flight the temperature is up to {ours['thermal']['farthest_from_reference_c']:.0f} °C from "
             "T0 = 22 °C."
-            if find(ours, "thermal")
+            if pick(ours, "thermal")
             else ""
         ),
         printed=words[1],
@@ -216,7 +216,7 @@ def _epoxy(ours: Mapping) -> Iterator[Row]:
         recomputed=listed(fast.cv_percent),
         unit="%",
     )
-    share = find(ours, "creep", "finished_share")
+    share = pick(ours, "creep", "finished_share")
     yield given(
         "A-C17",
         "How long the slow deformation takes depends on temperature",
@@ -231,7 +231,7 @@ def _epoxy(ours: Mapping) -> Iterator[Row]:
 
 
 def _chamber(results: Mapping, ours: Mapping) -> Iterator[Row]:
-    thermal, scale, bias = (find(ours, key) for key in ("thermal", "scale", "bias"))
+    thermal, scale, bias = (pick(ours, key) for key in ("thermal", "scale", "bias"))
     usual, justified = (PRINTED["chamber"][k] for k in ("usual_flight_rate_c_per_min", "justified_rate_c_per_min"))
     rate = thermal and thermal["mean_rate"]
     yield decided(
@@ -292,7 +292,7 @@ def _chamber(results: Mapping, ours: Mapping) -> Iterator[Row]:
         unit="ppm",
     )
     for unit in UNITS:
-        yield _quoted(unit, find(results, "chamber", "table4", unit, "none"))
+        yield _quoted(unit, pick(results, "chamber", "table4", unit, "none"))
     left = bias and bias["open_by_curve_percent"]
     yield claimed(
         "A-C23",

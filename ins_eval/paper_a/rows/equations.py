@@ -14,13 +14,13 @@ from ins_eval.papers import (
     as_printed,
     between,
     decided,
-    find,
     given,
     listed,
     number,
     recalculated,
     row,
 )
+from ins_eval.tables import pick
 
 EXACT = 1e-12  # relative, or in g: what counts as the same equation in double precision
 K1, K0 = 1000.0, 0.01  # a scale factor and a bias in g that show what the printed positions give
@@ -33,7 +33,7 @@ def equation_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
     yield from _bracket_squares(results)
     yield from _six_terms(results)
     yield from _definitions()
-    bias = find(ours, "bias")
+    bias = pick(ours, "bias")
     yield given(
         "A-PW",
         "Piecewise function of the bias",
@@ -45,9 +45,9 @@ def equation_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
 
 
 def _output(ours: Mapping) -> Iterator[Row]:
-    model = find(ours, "model")
-    forward, neglected, back = (find(model, key) for key in ("forward", "neglected_ug", "compensated"))
-    inverse = find(model, "inverse")
+    model = pick(ours, "model")
+    forward, neglected, back = (pick(model, key) for key in ("forward", "neglected_ug", "compensated"))
+    inverse = pick(model, "inverse")
     yield decided(
         "A-E1",
         "Eq. (1): output with every coefficient, and its inverse",
@@ -124,7 +124,7 @@ def _four_point() -> Iterator[Row]:
 def _bracket_squares(results: Mapping) -> Iterator[Row]:
     brackets = ((0.3, 1.1), (0.7, 1.3), (1.9, 1.7))  # any numbers: which terms there are does not depend on them
     squared, plain = audit.expanded(brackets, squared=True), audit.expanded(brackets, squared=False)
-    left = [find(results, "chamber", "table4", unit, "quadratic") for unit in UNITS]
+    left = [pick(results, "chamber", "table4", unit, "quadratic") for unit in UNITS]
     yield given(
         "A-E6",
         "Eq. (6): scale factor as a parabola in temperature",
@@ -151,7 +151,7 @@ def _bracket_squares(results: Mapping) -> Iterator[Row]:
 
 
 def _six_terms(results: Mapping) -> Iterator[Row]:
-    residual = [find(results, "chamber", "residual_rms_ppm", unit, "hysteresis") for unit in UNITS]
+    residual = [pick(results, "chamber", "residual_rms_ppm", unit, "hysteresis") for unit in UNITS]
     rates = PRINTED["chamber"]["rates_c_per_min"]
     ours = f" Ours leaves {' / '.join(between(r) for r in residual)} ppm RMS." if all(residual) else ""
     yield row(

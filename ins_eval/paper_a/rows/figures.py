@@ -8,7 +8,8 @@ from ins_eval.calibration.labelings import FIGURE_4, TURNED
 from ins_eval.paper_a.audit import chamber, epoxy
 from ins_eval.paper_a.audit import scale_factor as audit
 from ins_eval.paper_a.printed import PRINTED, UNITS
-from ins_eval.papers import CONTRADICTS, Row, as_printed, between, claimed, find, given, number, row
+from ins_eval.papers import CONTRADICTS, Row, as_printed, between, claimed, given, number, row
+from ins_eval.tables import pick
 
 HALF = 50.0  # per cent of the variance: what a relation that is not explicit has to leave open
 RIG = "a photograph of equipment; a block diagram stands here."
@@ -50,7 +51,7 @@ def figure_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
 
 
 def _curves(results: Mapping, ours: Mapping) -> Iterator[Row]:
-    scale, bias = find(ours, "scale"), find(ours, "bias")
+    scale, bias = pick(ours, "scale"), pick(ours, "bias")
     for letter, unit in zip("abc", UNITS, strict=True):
         loop = audit.falling_minus_rising_ppm(unit)
         yield row(
@@ -71,7 +72,7 @@ def _curves(results: Mapping, ours: Mapping) -> Iterator[Row]:
             unit="ppm",
         )
     best = min(UNITS, key=lambda unit: PRINTED[unit]["table4"]["hysteresis"])
-    residual = find(results, "chamber", "residual_rms_ppm", best, "hysteresis")
+    residual = pick(results, "chamber", "residual_rms_ppm", best, "hysteresis")
     implied = audit.residual_peak_to_peak_ppm(best)
     yield given(
         "A-F6",
@@ -97,9 +98,9 @@ def _curves(results: Mapping, ours: Mapping) -> Iterator[Row]:
 
 
 def _navigation(results: Mapping, ours: Mapping) -> Iterator[Row]:
-    position = find(ours, "oven_position")
+    position = pick(ours, "oven_position")
     for letter, axis in (("a", "east"), ("b", "north")):
-        gain = find(results, "oven", "best_of_ten", "given", axis)
+        gain = pick(results, "oven", "best_of_ten", "given", axis)
         yield claimed(
             f"A-F9/{letter}",
             f"Oven, one of the best of ten: {axis} velocity error shrinks",
@@ -112,7 +113,7 @@ def _navigation(results: Mapping, ours: Mapping) -> Iterator[Row]:
             unit="%",
         )
     for letter, axis, place in (("a", "east", "longitude"), ("b", "north", "latitude")):
-        best = find(position, f"best_{axis}")
+        best = pick(position, f"best_{axis}")
         yield claimed(
             f"A-F10/{letter}",
             f"Oven, one of the best of ten: {place} error shrinks",
@@ -127,7 +128,7 @@ def _navigation(results: Mapping, ours: Mapping) -> Iterator[Row]:
             unit="%",
         )
     yield given("A-F11/a", "Flight path", "no path is printed in numbers; ours goes out and back and is assumed.")
-    hot, coldest = find(ours, "thermal"), PRINTED["flight"]["coldest_c"]
+    hot, coldest = pick(ours, "thermal"), PRINTED["flight"]["coldest_c"]
     yield given(
         "A-F11/b",
         "Temperature of the IMU over the flight",
@@ -136,7 +137,7 @@ def _navigation(results: Mapping, ours: Mapping) -> Iterator[Row]:
         ours=hot["cruise_end_c"] if hot else None,
         unit="°C",
     )
-    gps = find(results, "flight", "gps")
+    gps = pick(results, "flight", "gps")
     for letter, axis in (("a", "east"), ("b", "north")):
         yield given(
             f"A-F12/{letter}",
@@ -152,8 +153,8 @@ def _navigation(results: Mapping, ours: Mapping) -> Iterator[Row]:
             ours=gps["outages"] if gps else None,
         )
     for letter, what in (("a", "latitude"), ("b", "longitude"), ("c", "position")):
-        ratio = find(results, "flight", "position_ratio", what)
-        single = find(results, "flight", "position_improved", what)
+        ratio = pick(results, "flight", "position_ratio", what)
+        single = pick(results, "flight", "position_improved", what)
         yield claimed(
             f"A-F13/{letter}",
             f"Flight: {what} error shrinks" + (" (the caption has (b) twice)" if letter == "c" else ""),

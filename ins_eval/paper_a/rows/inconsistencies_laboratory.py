@@ -16,12 +16,12 @@ from ins_eval.papers import (
     Row,
     as_printed,
     between,
-    find,
     given,
     listed,
     number,
     row,
 )
+from ins_eval.tables import pick
 
 
 def laboratory_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
@@ -158,7 +158,7 @@ def _table4(results: Mapping, ours: Mapping) -> Iterator[Row]:
     sensitivity = [audit.printed_sensitivity(unit) for unit in UNITS]
     at_zero = [audit.printed_sensitivity(unit, 0.0) for unit in UNITS]
     needed = [audit.reference_needed_c(unit) for unit in UNITS]
-    none = [find(results, "chamber", "table4", unit, "none") for unit in UNITS]
+    none = [pick(results, "chamber", "table4", unit, "none") for unit in UNITS]
     yield row(
         "A12",
         "Eqs (15)-(17) against Table 4",
@@ -171,8 +171,8 @@ def _table4(results: Mapping, ours: Mapping) -> Iterator[Row]:
         unit="ppm/°C",
     )
     loops = [audit.falling_minus_rising_ppm(unit) for unit in UNITS]
-    scale = find(ours, "scale")
-    turned = find(results, "sensitivity", "rate sign/printed", "against_base", SECOND)
+    scale = pick(ours, "scale")
+    turned = pick(results, "sensitivity", "rate sign/printed", "against_base", SECOND)
     yield row(
         "A13",
         "Sign of the rate terms",
@@ -215,7 +215,7 @@ def _table4(results: Mapping, ours: Mapping) -> Iterator[Row]:
         recomputed=listed(ratios, 2),
     )
     implied = [audit.residual_peak_to_peak_ppm(unit) for unit in UNITS]
-    residual = [find(results, "chamber", "residual_rms_ppm", unit, "hysteresis") for unit in UNITS]
+    residual = [pick(results, "chamber", "residual_rms_ppm", unit, "hysteresis") for unit in UNITS]
     repeatability = INS.accelerometer.scale_repeatability_ppm
     yield row(
         "A16",
@@ -229,7 +229,7 @@ def _table4(results: Mapping, ours: Mapping) -> Iterator[Row]:
         unit="ppm",
     )
     least = [audit.least_for_a_line(unit) for unit in UNITS]
-    simple = [find(results, "chamber", "table4", unit, "simple") for unit in UNITS]
+    simple = [pick(results, "chamber", "table4", unit, "simple") for unit in UNITS]
     yield row(
         "A17",
         "What a straight line can leave",

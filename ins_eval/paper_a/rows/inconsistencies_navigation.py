@@ -20,7 +20,6 @@ from ins_eval.papers import (
     between,
     claimed,
     decided,
-    find,
     listed,
     number,
     percent_off,
@@ -29,6 +28,7 @@ from ins_eval.papers import (
     same,
     simulated,
 )
+from ins_eval.tables import pick
 from ins_eval.units import HOUR, NMI
 
 
@@ -40,7 +40,7 @@ def navigation_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
 
 
 def _flight(ours: Mapping) -> Iterator[Row]:
-    thermal = find(ours, "thermal")
+    thermal = pick(ours, "thermal")
     start = navigation.cruise_start_c()
     rates = [navigation.cruise_rate_c_per_min(t) for t in (15.0, 20.0, 25.0)]
     yield row(
@@ -104,7 +104,7 @@ def _flight(ours: Mapping) -> Iterator[Row]:
 
 def _cep(results: Mapping) -> Iterator[Row]:
     of, needed = PRINTED["cep"], navigation.flights_for_an_interval()
-    gain = find(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", "cep_rate_final")
+    gain = pick(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", "cep_rate_final")
     ours = percent_off(gain)
     yield row(
         "A23",
@@ -121,8 +121,8 @@ def _cep(results: Mapping) -> Iterator[Row]:
     )
     for arm, name in (("simple", FIRST), ("hysteresis", SECOND)):
         printed = navigation.cep_to_velocity(arm)
-        velocity = find(results, "flight", "ensemble", name, "velocity_rms_mps", "horizontal")
-        rates = find(results, "flight", "ensemble", name, "cep_rate_nmi_per_h")
+        velocity = pick(results, "flight", "ensemble", name, "velocity_rms_mps", "horizontal")
+        rates = pick(results, "flight", "ensemble", name, "cep_rate_nmi_per_h")
         if not (velocity and rates):
             yield row(f"A24/{arm}", _ratio_title(arm), NOT_REPRODUCED, NOT_COMPUTED, recomputed=printed)
             continue
@@ -163,8 +163,8 @@ def _rest(results: Mapping) -> Iterator[Row]:
         recomputed=found["ppm"],
     )
     for axis in navigation.AXES:
-        best = find(results, "oven", "best_of_ten", "given", axis)
-        typical = find(results, "oven", "median_of_ten", "given", axis)
+        best = pick(results, "oven", "best_of_ten", "given", axis)
+        typical = pick(results, "oven", "median_of_ten", "given", axis)
         yield simulated(
             f"A26/{axis}",
             f"One of the best of ten runs: reduction of the {axis} velocity RMS",
@@ -200,8 +200,8 @@ def _rest(results: Mapping) -> Iterator[Row]:
 def _scale_hysteresis(results: Mapping) -> Row:
     """A29: does the hysteresis of the scale factor matter in navigation?"""
     at_02 = navigation.rate_terms_ppm(PRINTED["chamber"]["usual_flight_rate_c_per_min"])
-    tree = find(results, "flight", "ensemble", "improvement")
-    rate = find(tree, "hysteresis/hysteresis_without_rate", "velocity_rms_horizontal")
+    tree = pick(results, "flight", "ensemble", "improvement")
+    rate = pick(tree, "hysteresis/hysteresis_without_rate", "velocity_rms_horizontal")
     title = "Compensating the hysteresis of the scale factor improves navigation"
     physics = (
         f"The rate terms are {listed(at_02, 2)} ppm at 0.2 °C/min and act on a horizontal specific force of nearly "
@@ -228,8 +228,8 @@ def _lab_and_flight(results: Mapping) -> Iterator[Row]:
     for case in ("given", "aligned"):
         for axis in navigation.AXES:
             printed = navigation.flight_to_oven(FIRST, axis)
-            flight = find(results, "flight", "ensemble", FIRST, "velocity_rms_mps", axis)
-            oven = find(results, "oven", case, FIRST, axis)
+            flight = pick(results, "flight", "ensemble", FIRST, "velocity_rms_mps", axis)
+            oven = pick(results, "oven", case, FIRST, axis)
             yield simulated(
                 f"A30/{case}/{axis}",
                 f"{axis.capitalize()} velocity RMS of the flight over that of the oven, simple, oven "

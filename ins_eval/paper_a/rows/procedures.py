@@ -20,13 +20,13 @@ from ins_eval.papers import (
     between,
     claimed,
     decided,
-    find,
     given,
     listed,
     number,
     recalculated,
     row,
 )
+from ins_eval.tables import pick
 from ins_eval.thermal import Thermometer
 
 
@@ -67,7 +67,7 @@ def _creep(ours: Mapping) -> Iterator[Row]:
 
 
 def _stable(ours: Mapping) -> Iterator[Row]:
-    creep, read_min = find(ours, "creep"), PRINTED["creep"]["stable_after_min"]
+    creep, read_min = pick(ours, "creep"), PRINTED["creep"]["stable_after_min"]
     for k, celsius in enumerate(PRINTED["creep"]["temperature_c"]):
         share = creep and 100.0 * creep["finished_share"][k]
         yield given(
@@ -141,7 +141,7 @@ def _chamber(results: Mapping) -> Iterator[Row]:
         printed=6,
         recomputed=one,
     )
-    residual = [find(results, "chamber", "residual_rms_ppm", unit, "simple") for unit in UNITS]
+    residual = [pick(results, "chamber", "residual_rms_ppm", unit, "simple") for unit in UNITS]
     line = audit.rank([0.3], LINE)
     yield decided(
         "A-P5",
@@ -160,10 +160,10 @@ def _chamber(results: Mapping) -> Iterator[Row]:
 
 
 def _oven(results: Mapping) -> Iterator[Row]:
-    runs = find(results, "oven", "refinement")
+    runs = pick(results, "oven", "refinement")
     counts = sorted(runs, key=int) if runs else []
     first, last = (runs[counts[0]], runs[counts[-1]]) if counts else (None, None)
-    unrefined = find(results, "oven", "given", "hysteresis", "horizontal")
+    unrefined = pick(results, "oven", "given", "hysteresis", "horizontal")
     known = first and unrefined
     yield decided(
         "A-P7",
@@ -176,24 +176,24 @@ def _oven(results: Mapping) -> Iterator[Row]:
         ours=first,
         unit="m/s",
     )
-    improved = find(results, "oven", "runs_improved")
+    improved = pick(results, "oven", "runs_improved")
     yield given(
         "A-P8",
         "Ten oven runs with both compensations and the same algorithm",
         "a procedure, carried out as printed; what comes of it is judged in A-T6. The paper shows one of ten."
         + (
-            f" Of all runs of our {find(results, 'oven', 'size'):g} instruments {100 * improved['given']:.0f} % "
+            f" Of all runs of our {pick(results, 'oven', 'size'):g} instruments {100 * improved['given']:.0f} % "
             f"improve with the true attitude given, {100 * improved['aligned']:.0f} % with self-alignment."
             if improved
             else ""
         ),
         printed=PRINTED["table6"]["runs"],
-        ours=find(results, "oven", "runs"),
+        ours=pick(results, "oven", "runs"),
     )
 
 
 def _flight(results: Mapping, ours: Mapping) -> Iterator[Row]:
-    of, hot = PRINTED["flight"], find(ours, "thermal")
+    of, hot = PRINTED["flight"], pick(ours, "thermal")
     yield recalculated(
         "A-P9/duration",
         "Flight: the three phases make the duration",
@@ -223,7 +223,7 @@ def _flight(results: Mapping, ours: Mapping) -> Iterator[Row]:
         fails="our heat balance, set only so that it ends the cruise at the printed temperature, went another way",
     )
     yield _one_temperature(results)
-    gps = find(results, "flight", "gps")
+    gps = pick(results, "flight", "gps")
     limit = of["gps_lost_beyond_roll_deg"]
     yield given(
         "A-P11",
@@ -256,7 +256,7 @@ def _flight(results: Mapping, ours: Mapping) -> Iterator[Row]:
 def _one_temperature(results: Mapping) -> Row:
     """What axes that are unequally warm do: thermal bias alone, with one temperature and with a spread of it."""
     even, uneven = (
-        find(results, "flight", "budget", f"accelerometer_bias_thermal{spread}", FIRST, VELOCITY)
+        pick(results, "flight", "budget", f"accelerometer_bias_thermal{spread}", FIRST, VELOCITY)
         for spread in ("", "_with_gradient")
     )
     limit = unseen(results)

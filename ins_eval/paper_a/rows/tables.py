@@ -20,7 +20,6 @@ from ins_eval.papers import (
     Estimate,
     Row,
     between,
-    find,
     given,
     number,
     percent_off,
@@ -29,6 +28,7 @@ from ins_eval.papers import (
     same,
     simulated,
 )
+from ins_eval.tables import pick
 
 PAPER_ARM = {"simple": FIRST, "hysteresis": SECOND}  # the paper's compensated arm was refined in the oven
 TABLE1 = {  # row of the table: field of the sheet, its name and unit
@@ -118,7 +118,7 @@ def _epoxy(id: str, key: str, what: str, ours: Mapping) -> Iterator[Row]:
         if not holds and pairs[k]:
             high, low = pairs[k]
             reason += f" The printed value comes from {high:g} and {low:g} µm, so an extreme was overlooked."
-        virtual = find(ours, "creep", f"{key}_variation_percent")
+        virtual = pick(ours, "creep", f"{key}_variation_percent")
         if virtual:
             reason += (
                 " Ours: median and central 95 % of virtual experiments that scatter as much as the table, "
@@ -139,7 +139,7 @@ def _epoxy(id: str, key: str, what: str, ours: Mapping) -> Iterator[Row]:
 def _table4(results: Mapping) -> Iterator[Row]:
     for unit in UNITS:
         for arm in ("none", "simple", "hysteresis"):
-            yield _of_table4(unit, arm, find(results, "chamber", "table4", unit, arm), results)
+            yield _of_table4(unit, arm, pick(results, "chamber", "table4", unit, arm), results)
 
 
 def _of_table4(unit: str, arm: str, est: Mapping | None, results: Mapping) -> Row:
@@ -150,7 +150,7 @@ def _of_table4(unit: str, arm: str, est: Mapping | None, results: Mapping) -> Ro
     mine = f" Ours: {between(est)}, median and central 95 % of the draws." if est else ""
     if arm == "none":
         recomputed = audit.printed_sensitivity(unit)
-        scaled = find(results, "chamber", "table4_scaled", unit, arm)
+        scaled = pick(results, "chamber", "table4_scaled", unit, arm)
         reason = (
             f"The printed polynomial gives {number(recomputed)} over the quoted range with T0 = 22 °C; T0 would "
             f"have to be {number(audit.reference_needed_c(unit))} °C.{mine}"
@@ -240,7 +240,7 @@ def _table5() -> Iterator[Row]:
 
 
 def _table6(results: Mapping) -> Iterator[Row]:
-    oven = find(results, "oven")
+    oven = pick(results, "oven")
     for case, words in (("given", "true attitude given"), ("aligned", "self-aligned")):
         for printed_arm, arm in PAPER_ARM.items():
             for axis in navigation.AXES:
@@ -248,8 +248,8 @@ def _table6(results: Mapping) -> Iterator[Row]:
                     f"A-T6/{case}/{printed_arm}/{axis}",
                     f"Oven, {printed_arm}, {words}: {axis} velocity RMS",
                     PRINTED["table6"][printed_arm][axis],
-                    find(oven, case, arm, axis),
-                    find(oven, "single", case, arm, axis),
+                    pick(oven, case, arm, axis),
+                    pick(oven, "single", case, arm, axis),
                     "oven runs",
                     "m/s",
                     "The printed run is one of the best of ten.",
@@ -259,7 +259,7 @@ def _table6(results: Mapping) -> Iterator[Row]:
                 f"A-T6/{case}/reduction/{axis}",
                 f"Oven, {words}: reduction of the {axis} velocity RMS, best of ten runs",
                 PRINTED["table6"]["reduction_percent"][axis],
-                find(oven, "best_of_ten", case, axis),
+                pick(oven, "best_of_ten", case, axis),
                 "the central 95 % of the best of ten runs of our instruments",
                 _typical(oven, case, axis),
                 recomputed=navigation.reduction_percent(PRINTED["table6"], axis),
@@ -268,7 +268,7 @@ def _table6(results: Mapping) -> Iterator[Row]:
 
 
 def _typical(oven: Any, case: str, axis: str) -> str:
-    gain = find(oven, "gain", case, axis)
+    gain = pick(oven, "gain", case, axis)
     return f"Over all runs and instruments it is {between(percent_off(gain))} %." if gain else ""
 
 
@@ -279,8 +279,8 @@ def _table7(results: Mapping) -> Iterator[Row]:
                 f"A-T7/{printed_arm}/{axis}",
                 f"Flight, {printed_arm}: {axis} velocity RMS",
                 PRINTED["table7"][printed_arm][axis],
-                find(results, "flight", "ensemble", arm, "velocity_rms_mps", axis),
-                find(results, "flight", "single", arm, f"velocity_rms_{axis}"),
+                pick(results, "flight", "ensemble", arm, "velocity_rms_mps", axis),
+                pick(results, "flight", "single", arm, f"velocity_rms_{axis}"),
                 "flights",
                 "m/s",
             )
@@ -303,8 +303,8 @@ def _cep(results: Mapping) -> Iterator[Row]:
                 f"A-CEP/{definition}/{printed_arm}",
                 f"CEP rate ({name}: {meaning.formula}), {printed_arm}",
                 PRINTED["cep"][printed_arm],
-                find(results, "flight", "ensemble", arm, "cep_rate_nmi_per_h", definition),
-                find(results, "flight", "single", arm, measure),
+                pick(results, "flight", "ensemble", arm, "cep_rate_nmi_per_h", definition),
+                pick(results, "flight", "single", arm, measure),
                 "flights",
                 "nmi/h",
                 "The paper does not define its CEP.",
@@ -321,8 +321,8 @@ def _cep(results: Mapping) -> Iterator[Row]:
 
 def _reduction(results: Mapping, id: str, title: str, printed: float, recomputed: float, measure: str) -> Row:
     """What refined hysteresis takes off simple compensation, %."""
-    ratio = find(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", measure)
-    single = find(results, "flight", "single", "gain_percent", measure)
+    ratio = pick(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", measure)
+    single = pick(results, "flight", "single", "gain_percent", measure)
     return _of_one(id, title, printed, percent_off(ratio), single, "flights", "%", recomputed=recomputed)
 
 

@@ -16,7 +16,6 @@ from ins_eval.papers import (
     between,
     claimed,
     decided,
-    find,
     given,
     listed,
     number,
@@ -24,6 +23,7 @@ from ins_eval.papers import (
     same,
     simulated,
 )
+from ins_eval.tables import pick
 
 LINEAR_PPM = 1000.0
 SIX = PRINTED["text"]["repetitions"] - 1
@@ -48,12 +48,12 @@ def _remainder(percent: Estimate | None) -> dict | None:
 
 
 def _headlines(results: Mapping) -> Iterator[Row]:
-    population, of = find(results, "population"), PRINTED["abstract"]
+    population, of = pick(results, "population"), PRINTED["abstract"]
     yield simulated(
         "B-C1",
         "Abstract: 90.26 % of the gain's drift are estimated (forward)",
         of["estimated_percent"],
-        _remainder(find(population, "forward_residual_percent")),
+        _remainder(pick(population, "forward_residual_percent")),
         UNITS,
         nothing=100.0,
         reason="What decides is the room's temperature, so it says little of the method (B10).",
@@ -69,14 +69,14 @@ def _headlines(results: Mapping) -> Iterator[Row]:
         "little.",
         printed=of["feedback_estimated_percent"],
         recomputed=found,
-        ours=_remainder(find(population, "feedback_residual_percent")),
+        ours=_remainder(pick(population, "feedback_residual_percent")),
         unit="%",
     )
     yield simulated(
         "B-C3",
         "Abstract: 87.56 % of the output's error are removed",
         of["restrained_percent"],
-        _remainder(find(population, "output_residual_percent")),
+        _remainder(pick(population, "output_residual_percent")),
         UNITS,
         "24/193 leaves so much; the sign of what is left has turned (B21).",
         nothing=100.0,
@@ -91,7 +91,7 @@ def _headlines(results: Mapping) -> Iterator[Row]:
         printed=text["year_drift_scale_ppm"],
         unit="ppm",
     )
-    exact = find(results, "exact")
+    exact = pick(results, "exact")
     yield decided(
         "B-C5",
         "Both tests work without a turntable, whatever the acceleration",
@@ -106,7 +106,7 @@ def _headlines(results: Mapping) -> Iterator[Row]:
 
 
 def _loop(results: Mapping) -> Iterator[Row]:
-    exact, margins = find(results, "exact"), find(results, "stability")
+    exact, margins = pick(results, "exact"), pick(results, "stability")
     mass = loop.seen_ppm(k_0=200.0)
     yield given(
         "B-C6",
@@ -133,7 +133,7 @@ def _loop(results: Mapping) -> Iterator[Row]:
         "Only their ratio is in the bridge's output.",
         fails="it changed the gain of the bridge",
     )
-    line = find(exact, "scan_nonlinearity_ppm")
+    line = pick(exact, "scan_nonlinearity_ppm")
     yield decided(
         "B-C9",
         "In open loop N_out is proportional to N_FPGA",
@@ -145,7 +145,7 @@ def _loop(results: Mapping) -> Iterator[Row]:
         ours=line,
         unit="ppm",
     )
-    stop = find(exact, "deflection_over_stop")
+    stop = pick(exact, "deflection_over_stop")
     yield given(
         "B-C10",
         "In open loop the plate lies on its stop",
@@ -153,7 +153,7 @@ def _loop(results: Mapping) -> Iterator[Row]:
         + (f" 1 g would deflect the plate to {number(stop, 2)} times the stop." if exact else ""),
         ours=stop,
     )
-    nominal, restored = (find(margins, key) for key in ("nominal", "compensated"))
+    nominal, restored = (pick(margins, key) for key in ("nominal", "compensated"))
     yield decided(
         "B-C11",
         "A drift of the forward gain can be undone in the controller",
@@ -166,7 +166,7 @@ def _loop(results: Mapping) -> Iterator[Row]:
         recomputed=nominal["crossover_hz"] if margins else None,
         unit="Hz",
     )
-    yield _attraction(find(results, "attraction"))
+    yield _attraction(pick(results, "attraction"))
 
 
 def _attraction(found: Mapping | None) -> Row:
@@ -193,7 +193,7 @@ def _attraction(found: Mapping | None) -> Row:
 
 
 def _tests(results: Mapping) -> Iterator[Row]:
-    exact, text = find(results, "exact"), PRINTED["text"]
+    exact, text = pick(results, "exact"), PRINTED["text"]
     asked = abs(output.magnet_and_current_ppm())
     yield decided(
         "B-C13",
@@ -207,7 +207,7 @@ def _tests(results: Mapping) -> Iterator[Row]:
         recomputed=asked,
         unit="ppm",
     )
-    moved = find(exact, "counts_on_less_off")
+    moved = pick(exact, "counts_on_less_off")
     yield decided(
         "B-C14",
         "A constant current acts as an acceleration does",
@@ -240,8 +240,8 @@ def _tests(results: Mapping) -> Iterator[Row]:
         recomputed=max(over) * text["estimation_error_ppm"],
         unit="ppm",
     )
-    quiet, population = find(results, "quiet"), find(results, "population")
-    with_room = find(population, "feedback_scatter_ppm") if quiet else None
+    quiet, population = pick(results, "quiet"), pick(results, "population")
+    with_room = pick(population, "feedback_scatter_ppm") if quiet else None
     yield claimed(
         "B-C17",
         "The current test fluctuates with temperature",
@@ -260,10 +260,10 @@ def _tests(results: Mapping) -> Iterator[Row]:
         "By eqs (26) and (16) no estimate holds the magnet: 200 ppm of it change N_on − N_off by "
         f"{number(abs(loop.seen_ppm(k_t=200.0).on_less_off), 1)} ppm. It degrades the output (B15).",
         recomputed=loop.seen_ppm(k_t=200.0).on_less_off,
-        ours=find(exact, "magnet_current_ppm"),
+        ours=pick(exact, "magnet_current_ppm"),
         unit="ppm",
     )
-    scatter = find(population, "forward_scatter_ppm") if quiet else None
+    scatter = pick(population, "forward_scatter_ppm") if quiet else None
     yield claimed(
         "B-C19",
         "Enough time and a stable temperature are necessary",
@@ -272,7 +272,7 @@ def _tests(results: Mapping) -> Iterator[Row]:
         and f"At constant temperature a scan of ours repeats to {number(quiet['forward_scatter_ppm'], 2)} ppm and a "
         f"current test to {number(quiet['feedback_scatter_ppm'], 2)}, which time would lower; the room adds up to "
         f"{between(scatter)} ppm, which it would not."
-        + _known_temperature(find(results, "temperature")),
+        + _known_temperature(pick(results, "temperature")),
         above=BY_CHANCE * quiet["forward_scatter_ppm"] if quiet else 0.0,
         what="the scatter",
         unit="ppm",
@@ -292,7 +292,7 @@ def _discussion(results: Mapping) -> Iterator[Row]:
         recomputed=limit,
         unit="µg",
     )
-    parts = find(results, "observability")
+    parts = pick(results, "observability")
     forward = [part for part in parts if part["gain"] == "forward" and abs(part["output_ug"]) < 0.1] if parts else []
     yield row(
         "B-C21",
@@ -305,7 +305,7 @@ def _discussion(results: Mapping) -> Iterator[Row]:
         recomputed=loop.seen_ppm(k_pre=-200.0).off,
         unit="ppm",
     )
-    year = find(results, "year")
+    year = pick(results, "year")
     yield decided(
         "B-C22",
         "The long-term stability is improved significantly",
@@ -328,7 +328,7 @@ def _discussion(results: Mapping) -> Iterator[Row]:
         recomputed=mapped,
         unit="ppm",
     )
-    yield _calibrated(find(results, "temperature"))
+    yield _calibrated(pick(results, "temperature"))
 
 
 def _known_temperature(found: Mapping | None) -> str:

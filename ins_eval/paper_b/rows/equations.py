@@ -10,12 +10,12 @@ from ins_eval.papers import (
     CONTRADICTS,
     Row,
     decided,
-    find,
     given,
     number,
     row,
     same,
 )
+from ins_eval.tables import pick
 from ins_eval.units import PPM
 
 ANY_PENDULUM = (2.0, 5.0, 1.0)  # J, C, D: overdamped; which factor is lost does not depend on them
@@ -26,13 +26,13 @@ TESTS = {"current_test_ppm": "test with the constant current", "output_ug": "out
 
 def equation_rows(results: Mapping) -> Iterator[Row]:
     """All of them."""
-    exact, quiet = find(results, "exact"), find(results, "quiet")
-    seen = {part["part"]: part for part in find(results, "observability") or ()}
+    exact, quiet = pick(results, "exact"), pick(results, "quiet")
+    seen = {part["part"]: part for part in pick(results, "observability") or ()}
     yield from _pendulum(exact)
     yield from _bridge(exact, seen)
     yield from _gains(exact, seen)
     yield from _forward(exact)
-    yield from _feedback(exact, quiet, find(results, "in_flight"))
+    yield from _feedback(exact, quiet, pick(results, "in_flight"))
 
 
 def _pendulum(exact: Mapping | None) -> Iterator[Row]:
@@ -51,7 +51,7 @@ def _pendulum(exact: Mapping | None) -> Iterator[Row]:
             printed="M/D",
             recomputed="M J/D",
         )
-    error = find(exact, "steady_state_error")
+    error = pick(exact, "steady_state_error")
     yield decided(
         "B-E3",
         "Eq. (3): steady deflection M/D",
@@ -117,7 +117,7 @@ def _bridge(exact: Mapping | None, seen: Mapping) -> Iterator[Row]:
         f"{number(closed)} (B4).",
         printed="identical",
         recomputed=opened,
-        ours=find(exact, "reference_open_ppm"),
+        ours=pick(exact, "reference_open_ppm"),
         unit="ppm",
     )
 
@@ -160,7 +160,7 @@ def _gains(exact: Mapping | None, seen: Mapping) -> Iterator[Row]:
         f"by {number(abs(sight.on_less_off), 1)} (B15).",
         printed=DRIFT_PPM,
         recomputed=sight.on_less_off,
-        ours=find(exact, "magnet_current_ppm"),
+        ours=pick(exact, "magnet_current_ppm"),
         unit="ppm",
     )
 
@@ -182,7 +182,7 @@ def _part(id: str, title: str, seen: Mapping, part: str, test: str, expected: fl
 
 def _reading(seen: Mapping, part: str, test: str = "forward_scan_ppm") -> float | None:
     """What a test of ours reads of a drift of a part by 200 ppm."""
-    return find(seen, part, test)
+    return pick(seen, part, test)
 
 
 def _forward(exact: Mapping | None) -> Iterator[Row]:
@@ -206,7 +206,7 @@ def _forward(exact: Mapping | None) -> Iterator[Row]:
     yield given(
         "B-E18", "Eq. (18): counts less the first", "a definition. It removes an offset, as eq. (19) does again."
     )
-    found = find(exact, "forward_ppm")
+    found = pick(exact, "forward_ppm")
     yield decided(
         "B-E19",
         "Eq. (19): centred least squares over the scan",
@@ -246,7 +246,7 @@ def _steady_in_flight(found: Mapping | None) -> str:
 
 
 def _feedback(exact: Mapping | None, quiet: Mapping | None, in_flight: Mapping | None) -> Iterator[Row]:
-    rejected = find(exact, "rejected_scatter_ppm")
+    rejected = pick(exact, "rejected_scatter_ppm")
     yield decided(
         "B-E23",
         "Eq. (23): open loop excited through the torquer; not repeatable enough, rejected",
@@ -262,9 +262,9 @@ def _feedback(exact: Mapping | None, quiet: Mapping | None, in_flight: Mapping |
         unit="ppm",
     )
     high, low = loop.seen_ppm(1e6, k_vi_da=DRIFT_PPM).on_less_off, loop.seen_ppm(1e2, k_vi_da=DRIFT_PPM).on_less_off
-    on, off = find(exact, "counts_on"), find(exact, "counts_off")
-    expected = find(exact, "counts_per_g")
-    of_source = find(exact, "counts_on_less_off_expected")
+    on, off = pick(exact, "counts_on"), pick(exact, "counts_off")
+    expected = pick(exact, "counts_per_g")
+    of_source = pick(exact, "counts_on_less_off_expected")
     for k, name, counts, from_printed in (
         (24, "on", on, exact and expected + of_source),
         (25, "off", off, expected),
@@ -290,11 +290,11 @@ def _feedback(exact: Mapping | None, quiet: Mapping | None, in_flight: Mapping |
         f"ppm at a loop gain of 1e6 and by {number(low, 4)} at 100.",
         fails="at a loop gain of 1e6 it changed by another number than 1/(1 + 200 ppm) says, to 0.1 ppm",
         recomputed=high,
-        ours=find(exact, "counts_feedback_ppm"),
+        ours=pick(exact, "counts_feedback_ppm"),
         unit="ppm",
     )
     yield given("B-E27", "Eq. (27): the same in the initial state", "a definition, eq. (26) word for word.")
-    found = find(exact, "feedback_ppm")
+    found = pick(exact, "feedback_ppm")
     yield decided(
         "B-E28",
         "Eq. (28): the same after a drift of the feedback gain",
@@ -310,7 +310,7 @@ def _feedback(exact: Mapping | None, quiet: Mapping | None, in_flight: Mapping |
     yield given(
         "B-E29", "Eq. (29): voltage of DA2", "a definition, counts times eq. (9); our DA2 rounds to its step besides."
     )
-    left = find(exact, "compensated_ug")
+    left = pick(exact, "compensated_ug")
     yield decided(
         "B-E30",
         "Eq. (30): reference voltage from DA0, and its compensation",

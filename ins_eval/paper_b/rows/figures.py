@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 
 from ins_eval.paper_b.audit import bridge, estimation, loop
 from ins_eval.paper_b.printed import PRINTED
-from ins_eval.papers import CONTRADICTS, Row, between, claimed, decided, find, given, number, row, same
+from ins_eval.papers import CONTRADICTS, Row, between, claimed, decided, given, number, row, same
+from ins_eval.tables import pick
 
 OURS = "Redrawn as our loop has it."
 LEVELS_APART = 3.0  # scatters of a level at least
@@ -14,7 +15,7 @@ LEVELS_APART = 3.0  # scatters of a level at least
 
 def figure_rows(results: Mapping) -> Iterator[Row]:
     """All of them."""
-    exact, unit, population = (find(results, key) for key in ("exact", "unit", "population"))
+    exact, unit, population = (pick(results, key) for key in ("exact", "unit", "population"))
     yield given("B-F1", "Pendulum", "a drawing without a number; it stands in our loop as the first block of Fig. 2.")
     yield given("B-F2", "Loop of the digital accelerometer", f"a drawing. {OURS} Where it settles is judged in B-E25.")
     yield given("B-F3", "Bridge and chain that measure ΔC", f"a drawing. {OURS} Its gain is that of B3.")
@@ -61,7 +62,7 @@ def figure_rows(results: Mapping) -> Iterator[Row]:
     yield given("B-F10", "Photograph of the hardware", "it cannot be redrawn.")
     yield _traces("B-F11", "table3", "forward", population)
     yield _traces("B-F12", "table4", "feedback", population)
-    left, outputs = find(population, "output_residual_percent"), find(unit, "outputs_ug")
+    left, outputs = pick(population, "output_residual_percent"), pick(unit, "outputs_ug")
     yield claimed(
         "B-F13",
         "Output before the drift, with it, and compensated: the third nearer to the first than the second",
@@ -83,7 +84,7 @@ def figure_rows(results: Mapping) -> Iterator[Row]:
 
 def _traces(id: str, table: estimation.Table, channel: str, population: Mapping | None) -> Row:
     shift = estimation.shift(table)
-    drift, scatter = (find(population, f"{channel}_{what}_ppm") for what in ("repetition", "baseline_scatter"))
+    drift, scatter = (pick(population, f"{channel}_{what}_ppm") for what in ("repetition", "baseline_scatter"))
     apart = abs(PRINTED[table]["mean"]["drift_ppm"]) / shift.before_scatter_ppm
     known = drift and scatter
     return decided(

@@ -16,12 +16,12 @@ from ins_eval.papers import (
     as_printed,
     between,
     decided,
-    find,
     listed,
     number,
     row,
     simulated,
 )
+from ins_eval.tables import pick
 
 ANY_PENDULUM = (2.0, 5.0, 1.0)  # J, C, D: overdamped
 UNDERDAMPED = (2.0, 2.0, 1.0)
@@ -42,7 +42,7 @@ def inconsistency_rows(results: Mapping) -> Iterator[Row]:
 
 
 def _equations(results: Mapping) -> Iterator[Row]:
-    exact = find(results, "exact")
+    exact = pick(results, "exact")
     printed, right = (pendulum.steady_state(*ANY_PENDULUM, printed=p) for p in (True, False))
     j = ANY_PENDULUM[0]
     yield row(
@@ -55,7 +55,7 @@ def _equations(results: Mapping) -> Iterator[Row]:
         printed="M/D",
         recomputed="M J/D",
     )
-    poles = find(exact, "poles_rad_s")
+    poles = pick(exact, "poles_rad_s")
     yield row(
         "B2",
         "Overdamped pendulum, C² > 4 D J, not stated",
@@ -86,7 +86,7 @@ def _equations(results: Mapping) -> Iterator[Row]:
         "the null. The scan takes such a drift for one of the forward gain, and the correction puts it in.",
         printed="identical",
         recomputed=opened,
-        ours=find(exact, "reference_open_ppm"),
+        ours=pick(exact, "reference_open_ppm"),
         unit="ppm",
     )
     missing = bridge.not_in_the_scan()
@@ -159,11 +159,11 @@ def _tables(results: Mapping) -> Iterator[Row]:
         "sign were turned.",
         printed=PRINTED["table4"]["mean"]["drift_ppm"],
         recomputed=estimation.expected_by_26_ppm(),
-        ours=find(results, "exact", "counts_feedback_ppm"),
+        ours=pick(results, "exact", "counts_feedback_ppm"),
         unit="ppm",
     )
     forward, feedback = estimation.shift("table3"), estimation.shift("table4")
-    population, scaling = find(results, "population"), find(results, "scaling")
+    population, scaling = pick(results, "population"), pick(results, "scaling")
     ours = ""
     if population:
         ours += (
@@ -202,13 +202,13 @@ def _tables(results: Mapping) -> Iterator[Row]:
         f"Tables 3 and 4 are {listed([forward.mean_ppm, feedback.mean_ppm])} ppm off, {listed(over, 2)} times as much.",
         printed=PRINTED["text"]["estimation_error_ppm"],
         recomputed=forward.mean_ppm,
-        ours=find(population, "estimation_error_ppm"),
+        ours=pick(population, "estimation_error_ppm"),
         unit="ppm",
     )
 
 
 def _output(results: Mapping) -> Iterator[Row]:
-    population = find(results, "population")
+    population = pick(results, "population")
     printed, inverse = output.residual_percent()
     yield row(
         "B12",
@@ -224,7 +224,7 @@ def _output(results: Mapping) -> Iterator[Row]:
         "B13",
         "24 µg measured with a bias stability of 50 µg",
         PRINTED["output"]["compensated_ug"],
-        find(population, "compensated_ug"),
+        pick(population, "compensated_ug"),
         "what 95 % of single repetitions of our units stay below",
         f"One difference without an interval, below the {stability:g} µg of Table 2; the feedback estimate alone would "
         f"leave {number(output.feedback_residual_ug())} µg.",
@@ -235,7 +235,7 @@ def _output(results: Mapping) -> Iterator[Row]:
         "B14",
         "193 µg where +200 ppm at 1 g make 200",
         PRINTED["output"]["uncompensated_ug"],
-        find(population, "uncompensated_ug"),
+        pick(population, "uncompensated_ug"),
         SINGLE,
         nothing=output.expected_change_ug(),
         reason=f"{number(abs(output.missing_ppm()))} ppm are missing; a drift of the magnet by as much between the two "
@@ -246,7 +246,7 @@ def _output(results: Mapping) -> Iterator[Row]:
 
 
 def _sight(results: Mapping) -> Iterator[Row]:
-    exact, unit = find(results, "exact"), find(results, "unit")
+    exact, unit = pick(results, "exact"), pick(results, "unit")
     magnet = loop.seen_ppm(k_t=DRIFT_PPM)
     yield row(
         "B15",
@@ -263,11 +263,11 @@ def _sight(results: Mapping) -> Iterator[Row]:
         ),
         printed=DRIFT_PPM,
         recomputed=magnet.on_less_off,
-        ours=find(exact, "magnet_current_ppm"),
+        ours=pick(exact, "magnet_current_ppm"),
         unit="ppm",
     )
     forward = loop.seen_ppm(k_pre=-DRIFT_PPM)
-    margins = find(results, "stability")
+    margins = pick(results, "stability")
     yield row(
         "B16",
         "The output test as a proof of the forward correction",
@@ -283,11 +283,11 @@ def _sight(results: Mapping) -> Iterator[Row]:
         ),
         printed="compensated",
         recomputed=forward.off,
-        ours=find(exact, "output_forward_ug"),
+        ours=pick(exact, "output_forward_ug"),
         unit="ppm",
     )
     left, open_ug = output.closure_ug()
-    of_unit = find(unit, "closure_ug")
+    of_unit = pick(unit, "closure_ug")
     error = estimation.shift("table4").error_ppm
     yield decided(
         "B21",
@@ -301,7 +301,7 @@ def _sight(results: Mapping) -> Iterator[Row]:
         + (
             f" The identified unit, chosen after them, closes to {number(abs(of_unit), 2)} µg, our units to "
             f"{between(results['population']['closure_ug'])}."
-            if of_unit is not None and find(results, "population", "closure_ug")
+            if of_unit is not None and pick(results, "population", "closure_ug")
             else ""
         ),
         CONTRADICTS,
@@ -315,7 +315,7 @@ def _sight(results: Mapping) -> Iterator[Row]:
 
 def _electronics(results: Mapping) -> Iterator[Row]:
     steps = [electronics.step_ppm(bits) for bits in DA0_BITS]
-    bits = find(results, "exact", "reference_bits")
+    bits = pick(results, "exact", "reference_bits")
     yield row(
         "B17",
         "Resolution of DA0",

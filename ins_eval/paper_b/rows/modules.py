@@ -6,14 +6,15 @@ from collections.abc import Iterator, Mapping
 
 from ins_eval.paper_b.audit import bridge, electronics, estimation, loop
 from ins_eval.paper_b.printed import PRINTED
-from ins_eval.papers import CONTRADICTS, Row, decided, find, given, number, row
+from ins_eval.papers import CONTRADICTS, Row, decided, given, number, row
+from ins_eval.tables import pick
 
 PROPOSED = "its value is not printed; ours stands in the preset, with a source or marked as assumed."
 
 
 def module_rows(results: Mapping) -> Iterator[Row]:
     """The modules of the loop, then those of the bench."""
-    exact = find(results, "exact")
+    exact = pick(results, "exact")
     left = loop.seen_ppm(k_0=200.0, k_t=200.0).off
     yield decided(
         "B-M1",
@@ -43,7 +44,7 @@ def module_rows(results: Mapping) -> Iterator[Row]:
     yield given("B-M8", "DA2 with its reference from DA0", PROPOSED + _of(results, "DA2", "DA0"))
     yield given("B-M9", "Voltage-to-current converter", PROPOSED + _of(results, "R"))
     yield given("B-M10", "Torquer k_t = B L_coil L", PROPOSED + _of(results, "k_t"))
-    opened = find(exact, "switch_open_ug")
+    opened = pick(exact, "switch_open_ug")
     yield decided(
         "B-M11",
         "Switch M1 and constant-current source do not disturb the loop while open",
@@ -70,7 +71,7 @@ def module_rows(results: Mapping) -> Iterator[Row]:
         recomputed=mapped[1],
         unit="ppm",
     )
-    static = find(results, "unit", "static_scatter_ug")
+    static = pick(results, "unit", "static_scatter_ug")
     yield given(
         "B-M14",
         "Static test on a stabilized platform at 1 g",
@@ -91,14 +92,14 @@ def module_rows(results: Mapping) -> Iterator[Row]:
 
 def _of(results: Mapping, *symbols: str) -> str:
     """What our loop has for these symbols, as a sentence."""
-    found = [(symbol, find(results, "loop", symbol)) for symbol in symbols]
+    found = [(symbol, pick(results, "loop", symbol)) for symbol in symbols]
     return "".join(f" {symbol} = {words}." for symbol, words in found if words)
 
 
 def study_rows(results: Mapping) -> Iterator[Row]:
     """What the text names besides: stability, the long term, the sources of the residual."""
-    margins = find(results, "stability")
-    nominal, drifted = find(margins, "nominal"), find(margins, "drifted")
+    margins = pick(results, "stability")
+    nominal, drifted = pick(margins, "nominal"), pick(margins, "drifted")
     yield decided(
         "B-S1",
         "Drift of the forward gain endangers the stability of the loop (section I-A)",
@@ -113,7 +114,7 @@ def study_rows(results: Mapping) -> Iterator[Row]:
         unit="°",
     )
     of = PRINTED["text"]
-    year = find(results, "year", "after_ug")
+    year = pick(results, "year", "after_ug")
     yield given(
         "B-S2",
         "Torquer and current source drift by 5 ppm a year",
@@ -139,5 +140,5 @@ def study_rows(results: Mapping) -> Iterator[Row]:
 
 
 def _tens(margins: Mapping) -> str:
-    change = find(margins, "degree_percent")
+    change = pick(margins, "degree_percent")
     return f"{number(change, 2)} %" if change else "a multiple of the gain"

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 
 from ins_eval.paper_b.audit import output
 from ins_eval.paper_b.printed import PRINTED
-from ins_eval.papers import CONTRADICTS, Row, between, decided, find, given, number, simulated
+from ins_eval.papers import CONTRADICTS, Row, between, decided, given, number, simulated
+from ins_eval.tables import pick
 
 SINGLE = "the central 95 % of single repetitions of our units"
 BELOW = "what 95 % of single repetitions of our units stay below"
@@ -14,7 +15,7 @@ BELOW = "what 95 % of single repetitions of our units stay below"
 
 def procedure_rows(results: Mapping) -> Iterator[Row]:
     """All of them."""
-    population, exact = find(results, "population"), find(results, "exact")
+    population, exact = pick(results, "population"), pick(results, "exact")
     yield given(
         "B-P1",
         "Step 1: references of the forward gain and of k_VI k_DA",
@@ -27,7 +28,7 @@ def procedure_rows(results: Mapping) -> Iterator[Row]:
             else ""
         ),
     )
-    static = find(results, "unit", "static_scatter_ug")
+    static = pick(results, "unit", "static_scatter_ug")
     yield given(
         "B-P2",
         "Step 2: static output N_out(0)",
@@ -41,7 +42,7 @@ def procedure_rows(results: Mapping) -> Iterator[Row]:
         "B-P3",
         "Step 3: change of the output with −200 ppm forward and +200 ppm feedback, uncompensated",
         printed["uncompensated_ug"],
-        find(population, "uncompensated_ug"),
+        pick(population, "uncompensated_ug"),
         SINGLE,
         (f"Without disturbances it is {number(abs(exact['output_feedback_ug']), 5)} µg, all of it from the feedback "
          f"gain; the forward gain gives {number(abs(exact['output_forward_ug']), 1)}. " if exact else "")
@@ -53,7 +54,7 @@ def procedure_rows(results: Mapping) -> Iterator[Row]:
         "B-P4",
         "Step 4: change of the output after compensation",
         printed["compensated_ug"],
-        find(population, "compensated_ug"),
+        pick(population, "compensated_ug"),
         BELOW,
         f"The other printed numbers imply {number(output.closure_ug()[0])} µg (B21).",
         recomputed=output.closure_ug()[0],
@@ -75,7 +76,7 @@ def procedure_rows(results: Mapping) -> Iterator[Row]:
         "B-P5/value",
         "Step 5: residual of the output, compensated over uncompensated",
         printed["residual_percent"],
-        find(population, "output_residual_percent"),
+        pick(population, "output_residual_percent"),
         BELOW,
         recomputed=inverse,
         unit="%",

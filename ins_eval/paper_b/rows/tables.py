@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 
 from ins_eval.paper_b.audit import estimation
 from ins_eval.paper_b.printed import PRINTED
-from ins_eval.papers import CONTRADICTS, Row, decided, find, given, number, row, simulated
+from ins_eval.papers import CONTRADICTS, Row, decided, given, number, row, simulated
+from ins_eval.tables import pick
 
 CLASSES = {
     "electrostatic": "Electrostatic accelerometer",
@@ -37,7 +38,7 @@ def table_rows(results: Mapping) -> Iterator[Row]:
         "grow in size (B9).",
         printed=PRINTED["table4"]["mean"]["drift_ppm"],
         recomputed=estimation.expected_by_26_ppm(),
-        ours=find(results, "exact", "counts_feedback_ppm"),
+        ours=pick(results, "exact", "counts_feedback_ppm"),
         unit="ppm",
     )
 
@@ -73,7 +74,7 @@ def _range(ends: list[float]) -> str:
 
 
 def _static(results: Mapping) -> Iterator[Row]:
-    noise = find(results, "unit", "static_scatter_ug")
+    noise = pick(results, "unit", "static_scatter_ug")
     for key, (words, unit) in STATIC.items():
         known = key == "bias_stability_ug" and noise
         yield given(
@@ -94,7 +95,7 @@ def _gain(table: estimation.Table, results: Mapping) -> Iterator[Row]:
     id, channel, name = GAINS[table]
     printed, found, shift = PRINTED[table], estimation.of(table), estimation.shift(table)
     sign = -1.0 if table == "table4" else 1.0  # the table counts N_on - N_off, the estimator its inverse
-    population, unit = find(results, "population"), find(results, "unit", f"{channel}_ppm")
+    population, unit = pick(results, "population"), pick(results, "unit", f"{channel}_ppm")
     slack = found.rounding_ppm
     for k, drift in enumerate(printed["drift_ppm"]):
         agrees = abs(drift - found.drift_ppm[k]) <= slack
@@ -109,7 +110,7 @@ def _gain(table: estimation.Table, results: Mapping) -> Iterator[Row]:
             f"{id}/{k + 1}",
             f"{name}, repetition {k + 1}: drift found",
             drift,
-            find(population, f"{channel}_repetition_ppm"),
+            pick(population, f"{channel}_repetition_ppm"),
             "the central 95 % of single repetitions of our units",
             reason,
             nothing=found.injected_ppm,
@@ -122,7 +123,7 @@ def _gain(table: estimation.Table, results: Mapping) -> Iterator[Row]:
         f"{id}/mean",
         f"{name}: mean drift of the six repetitions",
         drift,
-        find(population, f"{channel}_ppm"),
+        pick(population, f"{channel}_ppm"),
         "the central 95 % of our units, six repetitions each",
         f"The gains give {number(float(found.drift_ppm.mean()), 5)} ppm. It is {number(shift.mean_ppm)} ± "
         f"{number(shift.error_ppm, 2)} ppm from what was injected, {number(shift.sigmas)} standard errors (B10)."
@@ -141,7 +142,7 @@ def _gain(table: estimation.Table, results: Mapping) -> Iterator[Row]:
         f"{id}/residual",
         f"{name}: mean residual",
         residual,
-        find(population, f"{channel}_residual_percent"),
+        pick(population, f"{channel}_residual_percent"),
         "what 95 % of our units stay below",
         f"The gains give {number(of_gains, 4)} %, the mean of the six printed residuals is {number(of_rows, 4)} %.",
         recomputed=of_gains,
@@ -153,7 +154,7 @@ def _gain(table: estimation.Table, results: Mapping) -> Iterator[Row]:
         "it is not printed and follows from the rows; how much the warm-up differs from one repetition to the next was "
         "assumed with it in view.",
         recomputed=shift.scatter_ppm,
-        ours=find(population, f"{channel}_scatter_ppm"),
+        ours=pick(population, f"{channel}_scatter_ppm"),
         unit="ppm",
     )
     mean = printed["mean"]["before"]

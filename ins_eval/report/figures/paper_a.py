@@ -28,7 +28,7 @@ from ins_eval.report.style import (
     sheet,
     styled,
 )
-from ins_eval.report.wording import number
+from ins_eval.report.wording import fixed
 
 Statistic = Mapping[str, object]  # {"value": float, "interval95": [low, high]}
 Columns = Mapping[str, np.ndarray]
@@ -134,7 +134,7 @@ def creep_elongation(
             side.plot(*decimate(run["time_min"], run[key], 400), color=tint, linewidth=1.4, label=text)
             side.margins(y=0.12)
         ax.set_title(
-            f"{letter}: {number(run['container_c'], 0)} °C, ΔLv {number(run['creep_um'][-1], 3)} µm", loc="left"
+            f"{letter}: {fixed(run['container_c'], 0)} °C, ΔLv {fixed(run['creep_um'][-1], 3)} µm", loc="left"
         )
         ax.set_ylabel("temperature\n[°C]", color=COLOUR["simple_refined"])
         right.set_ylabel("elongation\n[µm]", color=COLOUR["hysteresis_refined"])
