@@ -464,7 +464,7 @@ def test_a_figure_that_is_not_there_is_missed() -> None:
 def test_every_place_of_the_index_exists(repository: Path) -> None:
     for row in rows("index.md", "question"):
         file, name = repository / named(row["file"])[0], named(row["name"])[0]
-        assert re.search(rf"^(?:def |class )?{re.escape(name)}\b", file.read_text(), re.MULTILINE), f"{file}: {name}"
+        assert re.search(rf"^ *(?:def |class )?{re.escape(name)}\b", file.read_text(), re.MULTILINE), f"{file}: {name}"
 
 
 def test_every_link_and_every_file_of_the_pages_exists(repository: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import floor, log10
 
+from ins_eval.diagnosis.rivals import WITHIN
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.diagnosis_limits import limits
@@ -33,7 +34,6 @@ NOISE = (
     ("slow_output_ug", "slow error of the output [ug]", 2),
     ("slow_output_time_s", "its correlation time [s]", 0),
 )
-WITHIN = 3.0  # nats of the best: a rival
 BEST = 5  # families in the table of the evidence
 
 
