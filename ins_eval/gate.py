@@ -74,7 +74,7 @@ class Found(Strict):
     log_sd: Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class Measured(Strict):
+class CommittedMeasures(Strict):
     """A compensation, or one against another, in each of `MEASURES`."""
 
     cep_rate_final: Found
@@ -97,8 +97,8 @@ class Committed(Strict):
 
     seed: int
     size: Sizes
-    paper: dict[str, Measured]
-    missions: dict[str, Measured]
+    paper: dict[str, CommittedMeasures]
+    missions: dict[str, CommittedMeasures]
 
     @model_validator(mode="after")
     def _complete(self) -> Committed:

@@ -49,7 +49,7 @@ def _ascending(ends: tuple[float, float]) -> tuple[float, float]:
 Range = Annotated[tuple[float, float], AfterValidator(_ascending)]
 
 
-class Source(Strict):
+class MissionSource(Strict):
     """One difference between missions; as it stands here it makes none."""
 
     def on(self, profile: Profile, rng: np.random.Generator) -> Profile:
@@ -57,7 +57,7 @@ class Source(Strict):
         return profile
 
 
-class Place(Source):
+class StartPlace(MissionSource):
     """Latitude and longitude of the start."""
 
     latitude_deg: Range
@@ -68,7 +68,7 @@ class Place(Source):
         return _with(profile, "start", latitude_deg=latitude, longitude_deg=longitude)
 
 
-class Heading(Source):
+class Heading(MissionSource):
     """Heading on the stand."""
 
     heading_deg: Range
@@ -77,7 +77,7 @@ class Heading(Source):
         return _with(profile, "start", heading_deg=rng.uniform(*self.heading_deg))
 
 
-class Course(Source):
+class Course(MissionSource):
     """The turns of the cruise, instead of those of the profile."""
 
     kinds: Annotated[tuple[CourseKind, ...], Field(min_length=1)]
@@ -104,7 +104,7 @@ class Course(Source):
         return parse(Profile, {**dict(profile), "name": f"{profile.name}, {kind}", "turn": turns}, profile.name)
 
 
-class Cruise(Source):
+class Cruise(MissionSource):
     """Height and speed of the cruise, instead of the largest of the profile."""
 
     height_m: Range
@@ -120,7 +120,7 @@ class Cruise(Source):
         return parse(Profile, {**dict(profile), **changed}, profile.name)
 
 
-class Day(Source):
+class Day(MissionSource):
     """The air: its temperature at the ground, and how it falls to that of the tropopause."""
 
     ground_c: Range
@@ -134,7 +134,7 @@ class Day(Source):
         return _with(profile, "thermal", ground_c=ground_c, lapse_c_per_km=lapse)
 
 
-class Stand(Source):
+class Stand(MissionSource):
     """How long it stands, switched on: whole minutes."""
 
     minutes: Range
@@ -143,7 +143,7 @@ class Stand(Source):
         return _with(profile, "start", stand_s=MINUTE * round(rng.uniform(*self.minutes)))
 
 
-class History(Source):
+class History(MissionSource):
     """A day in a hangar, a flight's time switched on, and the time since then on the ground's air."""
 
     on_h: Range
@@ -162,7 +162,7 @@ class History(Source):
         return _with(profile, "thermal", before=before)
 
 
-class Receiver(Source):
+class Receiver(MissionSource):
     """Errors of the receiver with a memory."""
 
     position_memory_m: Range
@@ -173,20 +173,20 @@ class Receiver(Source):
         return _with(profile, "gps", **{key: rng.uniform(*ends) for key, ends in self})
 
 
-class Gyro(Source):
+class Gyro(MissionSource):
     """Drift of the gyros with temperature; each instrument has its own."""
 
     thermal_deg_per_h_per_c: NotNegative
 
 
-class Gradient(Source):
+class Gradient(MissionSource):
     """Spread of the temperatures in the IMU; each instrument has its own (`imu.Instrument.gradient`)."""
 
     sigma: NotNegative
 
 
 class _Tables(Strict):
-    place: Place | None = None
+    place: StartPlace | None = None
     heading: Heading | None = None
     cruise: Cruise | None = None
     course: Course | None = None
@@ -206,7 +206,7 @@ class Missions:
     """The sources of difference that are on, by name, in the order of `SOURCES`."""
 
     name: str
-    sources: Mapping[str, Source]
+    sources: Mapping[str, MissionSource]
 
     @classmethod
     def load(cls, name_or_path: str | Path) -> Missions:

@@ -20,7 +20,7 @@ from ins_eval.diagnosis.null import Believed
 from ins_eval.diagnosis.observations import REFERENCE_POSITION_M, Observations
 from ins_eval.diagnosis.thermometer import step_noise
 from ins_eval.diagnosis.whitening import Whitened, whiten
-from ins_eval.effects.temperature import Temperature, temperature
+from ins_eval.effects.temperature import SmoothedTemperature, temperature
 from ins_eval.navigation import PARKED
 from ins_eval.recording import Recording
 from ins_eval.recording.belief import Belief, EffectBelief
@@ -41,7 +41,7 @@ class Case:
     model: ErrorModel
     seen: Observations
     inertial: np.ndarray  # (nodes, 9) what the belief as it stands misses by
-    temperature: Temperature | None
+    temperature: SmoothedTemperature | None
     slow: SlowFactor
     nuisances: tuple[Column, ...]
     taken: np.ndarray  # coefficients of the nuisances that were taken off before it was navigated

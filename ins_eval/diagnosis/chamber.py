@@ -23,7 +23,7 @@ from ins_eval.diagnosis.drives import SOURCES
 from ins_eval.diagnosis.error_model import STATES, ErrorModel
 from ins_eval.diagnosis.library import Candidate, Parameters, sized, tried
 from ins_eval.diagnosis.noise import NoiseModel, Prior, white, without_outliers
-from ins_eval.diagnosis.observations import CHANNELS, Observations, Source
+from ins_eval.diagnosis.observations import CHANNELS, MeasurementSource, Observations
 from ins_eval.effects.apply import OF_INPUT, chamber_error
 from ins_eval.effects.effect import ACCELEROMETER, AXES, multiplied
 from ins_eval.effects.parts import chamber_conditions, parts, possible
@@ -70,7 +70,7 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         feedback=np.zeros((epochs, 2)),
     )
     slow = SlowFactor()
-    bench = Bench(readings, chamber_conditions(readings, belief, folder, temperature), slow)
+    bench = ChamberCandidates(readings, chamber_conditions(readings, belief, folder, temperature), slow)
     apart_s = float(np.max(np.diff(nodes_s))) * 1e3
     interval_s = np.where(np.diff(readings.run) != 0, apart_s, np.diff(nodes_s))
     coarse_ug = LEAST_CONSTANT * float(np.median(white(seen)[0][:, 0])) / UG
@@ -100,7 +100,7 @@ def _observations(readings: ChamberReadings, residual: np.ndarray) -> Observatio
     count = readings.time_s.size
     y = np.full((count, CHANNELS), np.nan)
     y[:, 0] = residual
-    source = Source("chamber", None, GpsBelief(), readings.time_s)
+    source = MeasurementSource("chamber", None, GpsBelief(), readings.time_s)
     return Observations(
         (source,),
         residual=y,
@@ -162,7 +162,7 @@ def _of_runs(runs: list[np.ndarray], slow: SlowFactor, nodes_s: np.ndarray, sigm
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class ChamberCandidates:
     """What candidates of a chamber recording are made of; `slow` is added to."""
 
     readings: ChamberReadings

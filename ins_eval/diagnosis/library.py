@@ -18,10 +18,10 @@ from ins_eval.diagnosis.null import Believed
 from ins_eval.effects import composed
 from ins_eval.effects.effect import AXES, Effect
 from ins_eval.effects.lag import SPREAD
-from ins_eval.effects.parts import SENSORS, Part, conditions, parts, possible
+from ins_eval.effects.parts import SENSORS, EffectPart, conditions, parts, possible
 from ins_eval.effects.slow import Conditions
 from ins_eval.effects.start import ROTATIONS
-from ins_eval.effects.temperature import Temperature
+from ins_eval.effects.temperature import SmoothedTemperature
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.navigation import PARKED
 
@@ -69,7 +69,9 @@ class Candidate:
         return effect.enters in (*SENSORS, "any") and effect.slow != "1"
 
 
-def candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, slow: SlowFactor) -> list[Candidate]:
+def candidates(
+    believed: Believed, model: ErrorModel, seen: SmoothedTemperature | None, slow: SlowFactor
+) -> list[Candidate]:
     """Every effect that this recording could show."""
     given = conditions(believed.recording, believed.folder, seen)
     return [
@@ -84,7 +86,7 @@ def candidates(believed: Believed, model: ErrorModel, seen: Temperature | None, 
 def member(
     believed: Believed,
     model: ErrorModel,
-    seen: Temperature | None,
+    seen: SmoothedTemperature | None,
     slow: SlowFactor,
     name: str,
     axis: str | None,
@@ -99,7 +101,7 @@ def member(
 
 
 def composed_candidates(
-    believed: Believed, model: ErrorModel, seen: Temperature | None, slow: SlowFactor
+    believed: Believed, model: ErrorModel, seen: SmoothedTemperature | None, slow: SlowFactor
 ) -> list[Candidate]:
     """What could be composed of the further columns that were recorded: every target, axis and shape of each."""
     given = conditions(believed.recording, believed.folder, seen)
@@ -142,7 +144,7 @@ def _short(given: Conditions) -> bool:
 
 
 def sized(
-    effect: Effect, parameters: Parameters, of_parts: list[Part], time_s: np.ndarray, given: Conditions
+    effect: Effect, parameters: Parameters, of_parts: list[EffectPart], time_s: np.ndarray, given: Conditions
 ) -> tuple[str, float, float]:
     """Unit, nominal size, and the centre of the prior in nominal sizes.
 
@@ -165,7 +167,7 @@ def sized(
 def _member(
     model: ErrorModel, slow: SlowFactor, given: Conditions, effect: Effect, axis: str | None, parameters: Parameters
 ) -> Candidate:
-    of_parts: list[Part] = []
+    of_parts: list[EffectPart] = []
     if effect.enters in (*SENSORS, "temperature", "any"):
         of_parts = parts(effect, axis, parameters, given)
     unit, nominal, centre = sized(effect, parameters, of_parts, model.nodes_s, given)
@@ -181,7 +183,7 @@ def _member(
     return Candidate(effect.name, axis, unit, nominal, column, dict(parameters), centre)
 
 
-def _slow(part: Part, effect: Effect, parameters: Parameters, slow: SlowFactor, model: ErrorModel) -> str:
+def _slow(part: EffectPart, effect: Effect, parameters: Parameters, slow: SlowFactor, model: ErrorModel) -> str:
     """The name of a part's slow factor; an epoch across a step counts by the part that is behind it."""
     if effect.slow == "step":
         return slow.add_window(float(parameters["at_s"]), float(model.nodes_s[-1]) + 1.0, model)

@@ -32,7 +32,7 @@ _CLOCK_S = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class MeasurementSource:
     """One origin of measurements: a receiver, a better navigator, or the knowledge that nothing moves."""
 
     name: str  # gps, reference, standstill
@@ -50,7 +50,7 @@ class Observations:
     (nodes, 9) response to a stamp that is 1 s later than believed; `measured_by` (9,) the source of each channel.
     """
 
-    sources: tuple[Source, ...]
+    sources: tuple[MeasurementSource, ...]
     residual: np.ndarray
     sigma: np.ndarray
     design: np.ndarray
@@ -59,7 +59,7 @@ class Observations:
     measured_by: tuple[str, ...] = ("",) * CHANNELS
 
 
-def sources(believed: Believed, end_s: float) -> tuple[Source, ...]:
+def sources(believed: Believed, end_s: float) -> tuple[MeasurementSource, ...]:
     """Everything that measures: a reference where it knows a channel, GPS for what it does not.
 
     Raises DataRefused where nothing does, and where errors grow beyond what a linear error model can follow.
@@ -77,7 +77,7 @@ def sources(believed: Believed, end_s: float) -> tuple[Source, ...]:
         inside = (instants >= believed.start.time_s - _CLOCK_S) & (instants <= end_s + _CLOCK_S)
         inside &= _not_too_many(inside)
         if (inside & _tells(fixes)).sum() >= 2:
-            found.append(Source(name, _rows(fixes, inside), belief, np.clip(instants[inside], None, end_s)))
+            found.append(MeasurementSource(name, _rows(fixes, inside), belief, np.clip(instants[inside], None, end_s)))
     if not found and recording.kind in PARKED:
         found.append(_standstill(believed, end_s))
     if not found:
@@ -116,7 +116,7 @@ def _not_too_many(inside: np.ndarray) -> np.ndarray:
     return np.arange(inside.size) % max(1, every) == 0
 
 
-def nodes(believed: Believed, measured: tuple[Source, ...], end_s: float) -> np.ndarray:
+def nodes(believed: Believed, measured: tuple[MeasurementSource, ...], end_s: float) -> np.ndarray:
     """The start, every instant of a measurement, and enough between that no epoch is longer than a second."""
     instants = np.unique(np.round(np.concatenate([source.instants_s for source in measured]), 6))
     instants = instants[instants > believed.start.time_s + _CLOCK_S]
@@ -128,7 +128,7 @@ def nodes(believed: Believed, measured: tuple[Source, ...], end_s: float) -> np.
     return np.append(first + place * step, edges[-1])
 
 
-def observe(believed: Believed, model: ErrorModel, measured: tuple[Source, ...]) -> Observations:
+def observe(believed: Believed, model: ErrorModel, measured: tuple[MeasurementSource, ...]) -> Observations:
     """The solution at the nodes against all that was measured there."""
     states, count = model.states, model.nodes_s.size
     out = Observations(
@@ -150,7 +150,7 @@ def observe(believed: Believed, model: ErrorModel, measured: tuple[Source, ...])
     return replace(out, measured_by=tuple(by))
 
 
-def _one_source(source: Source, row: np.ndarray, out: Observations, states, rate_b: np.ndarray) -> list[int]:
+def _one_source(source: MeasurementSource, row: np.ndarray, out: Observations, states, rate_b: np.ndarray) -> list[int]:
     """Write what one source measured into `out`; the channels in which it measured anything."""
     fixes, belief = source.fixes, source.belief
     mat = states.mat_nb[row]
@@ -209,7 +209,7 @@ def _rate(believed: Believed, model: ErrorModel) -> np.ndarray:
     return turned / (high - low)[:, None] - np.einsum("kji,kj->ki", model.states.mat_nb, earth_n)
 
 
-def _sigma(source: Source) -> np.ndarray:
+def _sigma(source: MeasurementSource) -> np.ndarray:
     """One sigma of each channel (m, 9): each fix's own where it states it, else as believed, else a small one."""
     fixes, belief = source.fixes, source.belief
     stated = source.name == "gps"
@@ -227,7 +227,7 @@ def _sigma(source: Source) -> np.ndarray:
     return out
 
 
-def _standstill(believed: Believed, end_s: float) -> Source:
+def _standstill(believed: Believed, end_s: float) -> MeasurementSource:
     start = believed.start
     time_s = np.arange(start.time_s + 1.0, end_s + _CLOCK_S, 1.0)
     one = np.ones(time_s.size)
@@ -239,7 +239,7 @@ def _standstill(believed: Believed, end_s: float) -> Source:
         velocity_n=np.zeros((time_s.size, 3)),
         valid=one.astype(bool),
     )
-    return Source("standstill", fixes, GpsBelief(), time_s)
+    return MeasurementSource("standstill", fixes, GpsBelief(), time_s)
 
 
 def _rows(fixes: Fixes, chosen: np.ndarray) -> Fixes:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ins_eval.compensation import Samples
 from ins_eval.diagnosis.null import Believed, triad
-from ins_eval.effects.temperature import Temperature
+from ins_eval.effects.temperature import SmoothedTemperature
 from ins_eval.navigation import samples
 from ins_eval.units import MINUTE
 
@@ -19,7 +19,7 @@ SHORTEST_STEP_S, LONGEST_STEP_S = 5.0, 300.0
 _SLOPE_STEP_C = 0.05
 
 
-def step_noise(believed: Believed, seen: Temperature | None, middle_s: np.ndarray) -> np.ndarray:
+def step_noise(believed: Believed, seen: SmoothedTemperature | None, middle_s: np.ndarray) -> np.ndarray:
     """Density (epochs, 3) in (m/s^2)^2 s of what the thermometer's steps add to each accelerometer."""
     out = np.zeros((middle_s.size, 3))
     recording = believed.recording

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ins_eval.diagnosis.error_model import ErrorModel
-from ins_eval.effects.temperature import Temperature
+from ins_eval.effects.temperature import SmoothedTemperature
 from ins_eval.units import DEG
 
 MOST = 0.8  # share of an interval that a word must hold for
@@ -16,7 +16,7 @@ TURNING_DEG = 10.0
 SMOOTHED_S = 60
 
 
-def where(model: ErrorModel, seen: Temperature | None, begin_s: float, end_s: float) -> str:
+def where(model: ErrorModel, seen: SmoothedTemperature | None, begin_s: float, end_s: float) -> str:
     """What an interval has in common, such as ``descent, dT/dt > 0, 3 to 9 degC``; only what sets it apart."""
     inside = (model.nodes_s >= begin_s) & (model.nodes_s <= end_s)
     if not inside.any():
@@ -56,7 +56,7 @@ def _turning(model: ErrorModel, inside: np.ndarray) -> str:
     return "straight" if banked.mean() > 0.02 and not banked[inside].any() else ""
 
 
-def _thermal(seen: Temperature, rows: np.ndarray) -> list[str]:
+def _thermal(seen: SmoothedTemperature, rows: np.ndarray) -> list[str]:
     rate = seen.rate_c_per_min[:, 0]
     temperature = seen.smooth_c[:, 0]
     words = []

@@ -30,7 +30,7 @@ SETTLING_S = 0.5  # flown before the stretch: the plate leaves its stop, and the
 SEARCH_S = 0.1
 
 
-class Response(NamedTuple):
+class LoopResponse(NamedTuple):
     """One axis over a stretch, m samples of the navigation computer.
 
     time_s        (m,) at which each ends
@@ -70,7 +70,7 @@ def liveliest_s(trajectory: Trajectory, duration_s: float) -> float:
 
 def flown(
     loop: Loop, trajectory: Trajectory, axis: int, from_s: float, duration_s: float, interval_s: float, streams: Streams
-) -> Response:
+) -> LoopResponse:
     """The loop on body axis `axis` from `from_s` on, in samples of `interval_s`; `streams` has its noise."""
     each, settling = round(interval_s / loop.period_s), round(SETTLING_S / loop.period_s)
     count = round(duration_s / interval_s)
@@ -86,7 +86,7 @@ def flown(
     linear = lfilter(numerator, denominator, force - still) - (force - still)  # from rest, as the plate settles
     slope = np.gradient(force, loop.period_s)
     time_s = from_s + interval_s * np.arange(1, count + 1)
-    return Response(time_s, means(force), means(moving - held), means(linear), means(held), means(slope))
+    return LoopResponse(time_s, means(force), means(moving - held), means(linear), means(held), means(slope))
 
 
 def _less_steady(loop: Loop, force: np.ndarray, streams: Streams) -> np.ndarray:

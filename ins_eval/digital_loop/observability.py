@@ -25,7 +25,7 @@ MEASURED_S = 4.0  # each setting; the noise of the loop is then 0.03 ug, and the
 SETTLING_S = 0.2
 
 
-class Row(NamedTuple):
+class DriftRow(NamedTuple):
     """A part drifted by +200 ppm: what each test reads then. seen_by: those of "scan", "current", "output" that do."""
 
     part: str
@@ -35,7 +35,7 @@ class Row(NamedTuple):
     seen_by: tuple[str, ...]
 
 
-def table(loop: Loop, drift_ppm: float = DRIFT_PPM) -> list[Row]:
+def table(loop: Loop, drift_ppm: float = DRIFT_PPM) -> list[DriftRow]:
     """One row for each of `PARTS`: the estimates of `loop` before and with that part drifted, and the output at 1 g.
 
     Every test is made with the same noise, so that what is shown is the drift. An error that a test makes up, such as
@@ -50,7 +50,9 @@ def table(loop: Loop, drift_ppm: float = DRIFT_PPM) -> list[Row]:
             "current": float(loop_gains.feedback_drift_ppm(step, new_step)),
             "output": (new_output - output) / loop.counts_per_g / PPM,
         }
-        rows.append(Row(part, *found.values(), tuple(name for name, size in found.items() if _seen(size, drift_ppm))))
+        rows.append(
+            DriftRow(part, *found.values(), tuple(name for name, size in found.items() if _seen(size, drift_ppm)))
+        )
     return rows
 
 

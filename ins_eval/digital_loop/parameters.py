@@ -174,7 +174,7 @@ class Scan(Strict):
     periods: _in("1", 1, 1e5, whole=True, open_low=False)
 
 
-class Bench(Strict):
+class BenchParameters(Strict):
     """The static test bench: how long is measured, what the room does, and what the accelerometer's bias does."""
 
     settling: _in("s", 1e-3, 100.0, open_low=False)
@@ -188,7 +188,7 @@ class Bench(Strict):
     bias_sigma: _not_negative("ug")
 
 
-class Chamber(Strict):
+class ChamberParameters(Strict):
     """Where a unit is calibrated over temperature, and the large change of a test made far from its reference."""
 
     lowest: _in("degC", -100.0, 150.0)
@@ -198,7 +198,7 @@ class Chamber(Strict):
     large_change: _in("degC", -200.0, 200.0)
 
     @model_validator(mode="after")
-    def _spans(self) -> Chamber:
+    def _spans(self) -> ChamberParameters:
         if self.lowest.value >= self.highest.value:
             raise ValueError(
                 f"lowest is {self.lowest.value:g} degC and highest {self.highest.value:g} degC; expected a higher one"
@@ -234,8 +234,8 @@ class Parameters(Strict):
     torquer: Torquer
     current_source: CurrentSource
     scan: Scan
-    bench: Bench
-    chamber: Chamber
+    bench: BenchParameters
+    chamber: ChamberParameters
     temperature_coefficient: TemperatureCoefficient
     temperature_coefficient_sigma: TemperatureCoefficientSigma
     ageing_sigma: AgeingSigma

@@ -18,10 +18,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ins_eval.effects.effect import ACCELEROMETER, AXES, Effect, multiplied
-from ins_eval.effects.parts import SENSORS, Part, chamber_conditions, conditions, parts, possible
+from ins_eval.effects.parts import SENSORS, EffectPart, chamber_conditions, conditions, parts, possible
 from ins_eval.effects.slow import Conditions
 from ins_eval.effects.start import ROTATIONS
-from ins_eval.effects.temperature import Temperature
+from ins_eval.effects.temperature import SmoothedTemperature
 from ins_eval.effects.vocabulary import VOCABULARY, checked
 from ins_eval.errors import DataRefused
 from ins_eval.recording import ChamberReadings, Fixes, Recording, Start
@@ -35,7 +35,7 @@ OF_INPUT = ("1", "f", "f^2", "f^3")  # multipliers that are known where only the
 class _Applied(NamedTuple):
     """A part of a believed effect with its size in SI, (n,) at the samples or one number."""
 
-    part: Part
+    part: EffectPart
     size: np.ndarray | float
 
 
@@ -76,7 +76,11 @@ def turned_start(start: Start, belief: Belief) -> Start:
 
 
 def chamber_error(
-    readings: ChamberReadings, belief: Belief, name: str, folder: str | Path = ".", seen: Temperature | None = None
+    readings: ChamberReadings,
+    belief: Belief,
+    name: str,
+    folder: str | Path = ".",
+    seen: SmoothedTemperature | None = None,
 ) -> np.ndarray:
     """What the believed effects add to the compensated specific force of an accelerometer in a chamber, (n,) m/s^2."""
     given = chamber_conditions(readings, belief, folder, seen)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ins_eval.compensation import CompensationModel, Samples
 from ins_eval.effects.effect import Effect, Parameter
-from ins_eval.effects.temperature import Temperature
+from ins_eval.effects.temperature import SmoothedTemperature
 from ins_eval.thermal import filtered_rate, lagged
 
 NAME = "temperature.lag"
@@ -34,7 +34,9 @@ EFFECTS = (
 )  # fmt: skip
 
 
-def lag_factors(model: CompensationModel, seen: Temperature, axis: int, lag_s: float) -> tuple[np.ndarray, np.ndarray]:
+def lag_factors(
+    model: CompensationModel, seen: SmoothedTemperature, axis: int, lag_s: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Scale factor error (n,) and bias (n,) in m/s^2 that a lag makes of one accelerometer, on the grid of `seen`."""
     late = seen.in_runs(lambda time_s, smooth_c: lagged(time_s, smooth_c, lag_s), axis)
     late_rate = np.empty_like(late)
@@ -46,7 +48,9 @@ def lag_factors(model: CompensationModel, seen: Temperature, axis: int, lag_s: f
     return ratio - 1.0, ratio * late_offset - offset
 
 
-def _line(model: CompensationModel, seen: Temperature, temperature_c, rate_c_per_min) -> tuple[np.ndarray, np.ndarray]:
+def _line(
+    model: CompensationModel, seen: SmoothedTemperature, temperature_c, rate_c_per_min
+) -> tuple[np.ndarray, np.ndarray]:
     """A in m/s^2 per pulse/s and B in m/s^2 of f = A E - B, (n,) each."""
     at_zero, at_one = (
         model.specific_force(

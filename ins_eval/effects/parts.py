@@ -19,7 +19,7 @@ from ins_eval.compensation.file import believed_model
 from ins_eval.effects import composed, lag
 from ins_eval.effects.effect import ACCELEROMETER, AXES, GYRO, Effect
 from ins_eval.effects.slow import Conditions, OfTime, known, of_column, slow_factor
-from ins_eval.effects.temperature import Temperature, chamber_temperature, temperature
+from ins_eval.effects.temperature import SmoothedTemperature, chamber_temperature, temperature
 from ins_eval.errors import UsageError
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import Belief
@@ -28,7 +28,7 @@ TEMPERATURE_COLUMN = "temperature_c"
 SENSORS = (ACCELEROMETER, GYRO)
 
 
-class Part(NamedTuple):
+class EffectPart(NamedTuple):
     """weight x multiplier x slow factor, in SI for a value of 1; `key` is the same for the same slow factor."""
 
     sensor: str
@@ -39,7 +39,7 @@ class Part(NamedTuple):
     slow: OfTime
 
 
-def conditions(recording: Recording, folder: str | Path = ".", seen: Temperature | None = None) -> Conditions:
+def conditions(recording: Recording, folder: str | Path = ".", seen: SmoothedTemperature | None = None) -> Conditions:
     """What a recording tells; `seen` is its temperature where that has been smoothed already."""
     imu = recording.imu
     pulses = imu.accelerometer_form == "pulse"
@@ -58,7 +58,7 @@ def conditions(recording: Recording, folder: str | Path = ".", seen: Temperature
 
 
 def chamber_conditions(
-    readings: ChamberReadings, belief: Belief, folder: str | Path = ".", seen: Temperature | None = None
+    readings: ChamberReadings, belief: Belief, folder: str | Path = ".", seen: SmoothedTemperature | None = None
 ) -> Conditions:
     """What a chamber recording tells."""
     return Conditions(
@@ -84,7 +84,9 @@ def possible(effect: Effect, given: Conditions) -> bool:
     return effect.enters in SENSORS and known(effect.slow, given)
 
 
-def parts(effect: Effect, axis: str | None, parameters: Mapping[str, float | str], given: Conditions) -> list[Part]:
+def parts(
+    effect: Effect, axis: str | None, parameters: Mapping[str, float | str], given: Conditions
+) -> list[EffectPart]:
     """The parts of an effect of the sensors, for a value of 1 in its unit.
 
     `parameters` hold what the vocabulary asks for: `other_axis`, `time_constant_s`, `branch_width_c`, `branch_begin`,
@@ -102,21 +104,21 @@ def parts(effect: Effect, axis: str | None, parameters: Mapping[str, float | str
         numbers = [f"{parameters[one.name]:.9g}" for one in effect.parameters if one.name in parameters]
         key = " ".join([effect.slow, *numbers, *([AXES[column]] if effect.slow != "step" else [])])
     slow = slow_factor(effect.slow, given, column, parameters)
-    return [Part(effect.enters, axis, multiplier, effect.si, key, slow)]
+    return [EffectPart(effect.enters, axis, multiplier, effect.si, key, slow)]
 
 
-def _of_lag(lag_s: float, given: Conditions) -> list[Part]:
+def _of_lag(lag_s: float, given: Conditions) -> list[EffectPart]:
     found = []
     seen = given.temperature
     for axis in given.axes:
         scale, bias = lag.lag_factors(given.models(axis), seen, AXES.index(axis), lag_s)
         for multiplier, values in (("f", scale), ("1", bias)):
             key = f"lag {lag_s:.9g} {multiplier} {axis}"
-            found.append(Part(ACCELEROMETER, axis, multiplier, 1.0 / lag_s, key, _through(seen.time_s, values)))
+            found.append(EffectPart(ACCELEROMETER, axis, multiplier, 1.0 / lag_s, key, _through(seen.time_s, values)))
     return found
 
 
-def _composed(form: str, axis: str, given: Conditions) -> list[Part]:
+def _composed(form: str, axis: str, given: Conditions) -> list[EffectPart]:
     target, shape, driver, argument = composed.parse_form(form)
     if shape == composed.MAGNITUDE:
         if target.sensor != GYRO or target.multiplier != "1" or driver != f"gyro_{axis}":
@@ -124,9 +126,9 @@ def _composed(form: str, axis: str, given: Conditions) -> list[Part]:
                 f"composed: the form '{form}' of axis {axis} is not understood, expected 'gyro bias = value * "
                 f"magnitude(gyro_{axis})'; write it so"
             )
-        return [Part(GYRO, axis, "|w|", target.si, "1", np.ones_like)]
+        return [EffectPart(GYRO, axis, "|w|", target.si, "1", np.ones_like)]
     slow = _through(*of_column(shape, given, driver, argument))
-    return [Part(target.sensor, axis, target.multiplier, target.si, f"{shape} {driver} {argument:.9g}", slow)]
+    return [EffectPart(target.sensor, axis, target.multiplier, target.si, f"{shape} {driver} {argument:.9g}", slow)]
 
 
 def _through(time_s: np.ndarray, values: np.ndarray) -> OfTime:

@@ -25,7 +25,7 @@ import numpy as np
 
 from ins_eval.compensation import CompensationModel
 from ins_eval.effects.effect import AXES
-from ins_eval.effects.temperature import Temperature
+from ins_eval.effects.temperature import SmoothedTemperature
 from ins_eval.thermal import filtered_rate, lagged
 
 OfTime = Callable[[np.ndarray], np.ndarray]
@@ -51,7 +51,7 @@ class Conditions:
 
     start_s: float
     end_s: float
-    temperature: Temperature | None
+    temperature: SmoothedTemperature | None
     time_s: np.ndarray
     columns: Mapping[str, np.ndarray]
     models: Callable[[str], CompensationModel] | None
@@ -91,7 +91,9 @@ def slow_factor(slow: str, conditions: Conditions, axis: int, parameters: Mappin
     return lambda time_s: np.interp(time_s, seen.time_s, values)
 
 
-def _of_temperature(slow: str, seen: Temperature, axis: int, parameters: Mapping[str, float | str]) -> np.ndarray:
+def _of_temperature(
+    slow: str, seen: SmoothedTemperature, axis: int, parameters: Mapping[str, float | str]
+) -> np.ndarray:
     if slow == "creep":
         return seen.in_runs(lambda time_s, smooth_c: creep(time_s, smooth_c, parameters["time_constant_s"]), axis)
     if slow == "branch":

@@ -23,7 +23,7 @@ GOOD_FIT_STEPS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Temperature:
+class SmoothedTemperature:
     """Smoothed temperature (n, 3) in degC of the three accelerometers at `time_s` (n,), and its rate.
 
     `runs` are the rows of each uninterrupted stretch, in each of which memory begins anew: all of a flight, each run of
@@ -53,7 +53,7 @@ class Temperature:
         return out
 
 
-def temperature(recording: Recording) -> Temperature | None:
+def temperature(recording: Recording) -> SmoothedTemperature | None:
     """Temperature from the start of the recording on, so that memory begins where the convention says; or None."""
     reading = recording.imu.temperature_c
     if reading is None:
@@ -69,7 +69,7 @@ def temperature(recording: Recording) -> Temperature | None:
     return _three(grid, smooth, rates, belief)
 
 
-def chamber_temperature(readings: ChamberReadings, belief: AccelerometerBelief) -> Temperature:
+def chamber_temperature(readings: ChamberReadings, belief: AccelerometerBelief) -> SmoothedTemperature:
     """Temperature of an accelerometer in a chamber, each run for itself.
 
     Where the temperature of the chamber's air was recorded, it is that of a body that follows it with a lag.
@@ -82,9 +82,9 @@ def chamber_temperature(readings: ChamberReadings, belief: AccelerometerBelief) 
     return _three(readings.time_s, [smooth], [rate], belief, runs)
 
 
-def _three(time_s, columns, rates, belief: AccelerometerBelief, runs=(slice(None),)) -> Temperature:
+def _three(time_s, columns, rates, belief: AccelerometerBelief, runs=(slice(None),)) -> SmoothedTemperature:
     three = [np.column_stack([of[k % len(of)] for k in range(3)]) for of in (columns, rates)]
-    return Temperature(time_s, *three, belief.reference_temperature_c, belief.rate_filter_s, runs)
+    return SmoothedTemperature(time_s, *three, belief.reference_temperature_c, belief.rate_filter_s, runs)
 
 
 def _smooth(readings: ChamberReadings, rows: np.ndarray) -> np.ndarray:

@@ -39,7 +39,7 @@ Experiment = Literal["flight", "oven", "chamber"]
 EXPERIMENTS: tuple[Experiment, ...] = get_args(Experiment)
 
 
-class Source(NamedTuple):
+class ErrorSource(NamedTuple):
     """A source of the error budget: the effects of the accelerometers that stay on, whether the gyros err, changes."""
 
     effects: tuple[str, ...]
@@ -48,16 +48,16 @@ class Source(NamedTuple):
 
 
 _THERMAL = ("thermal_lag", "bias_temperature", "creep")
-SOURCES: dict[str, Source] = {
-    "accelerometer_bias_thermal": Source(_THERMAL),
+SOURCES: dict[str, ErrorSource] = {
+    "accelerometer_bias_thermal": ErrorSource(_THERMAL),
     # the IMU of Paper A has one temperature; with the spread of the missions it has not
-    "accelerometer_bias_thermal_with_gradient": Source(_THERMAL, changes=(("gradient", 0.02),)),
-    "accelerometer_bias_of_the_run": Source(("turn_on", "in_run", "noise")),
-    "accelerometer_scale_factor": Source(
+    "accelerometer_bias_thermal_with_gradient": ErrorSource(_THERMAL, changes=(("gradient", 0.02),)),
+    "accelerometer_bias_of_the_run": ErrorSource(("turn_on", "in_run", "noise")),
+    "accelerometer_scale_factor": ErrorSource(
         ("scale_polynomial", "magnet_hysteresis", "scale_repeatability", "nonlinearity", "loop_gain")
     ),
     # what Paper A neglects in eq. (1); assumed: K3 10 ug/g^3, Kip and Kio as large as K2, 10 seconds of arc
-    "accelerometer_cross_terms": Source(
+    "accelerometer_cross_terms": ErrorSource(
         ("nonlinearity",),
         changes=(
             ("nonlinearity.k2_sigma_ug_per_g2", 0.0),
@@ -68,7 +68,7 @@ SOURCES: dict[str, Source] = {
             ("nonlinearity.delta_p_sigma_urad", 50.0),
         ),
     ),
-    "gyro": Source((), gyros=True),
+    "gyro": ErrorSource((), gyros=True),
 }
 
 

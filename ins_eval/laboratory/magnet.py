@@ -30,7 +30,7 @@ STEP_C = 0.25  # between points of a loop
 WINDOW_C = 2.0  # readings this close to a temperature decide the scale factor at it, by a straight line
 
 
-class Loop(NamedTuple):
+class HysteresisLoop(NamedTuple):
     """The magnet's part of the scale factor along a path of temperature, (n,) each."""
 
     time_s: np.ndarray
@@ -61,7 +61,7 @@ def loop(
     magnet: MagnetHysteresis | None = None,
     half_opening_ppm: float | None = None,
     ramp_c_per_min: float = 0.5,
-) -> Loop:
+) -> HysteresisLoop:
     """Lead a fresh magnet through the temperatures `turns_c`, the first of which is where it starts.
 
     By default the magnet of the population jb-kt8 with its median amplitude.
@@ -82,7 +82,7 @@ def loop(
     amplitude = magnet.half_opening_ppm if half_opening_ppm is None else half_opening_ppm
     # the magnet draws nothing during a run
     ppm = magnet.contribution(amplitude, run, Streams(0).rng()).scale_ppm
-    return Loop(run.time_s, run.temperature_c, ppm)
+    return HysteresisLoop(run.time_s, run.temperature_c, ppm)
 
 
 def opening(accelerometer: Accelerometer, chamber: Chamber | None = None, at_c: float = 22.0) -> Opening:

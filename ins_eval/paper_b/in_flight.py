@@ -8,7 +8,7 @@ import numpy as np
 
 from ins_eval.calibration.loop_gains import over_repetitions
 from ins_eval.digital_loop import Loop, in_flight, stability
-from ins_eval.digital_loop.in_flight import Response
+from ins_eval.digital_loop.in_flight import LoopResponse
 from ins_eval.profile import load as load_profile
 from ins_eval.streams import Streams
 from ins_eval.trajectory import Trajectory
@@ -24,7 +24,7 @@ class Flown(NamedTuple):
     """The tree, and of each flight the response that the figure shows."""
 
     results: dict[str, Any]
-    shown: dict[str, Response]
+    shown: dict[str, LoopResponse]
 
 
 def compute(loop: Loop, streams: Streams) -> Flown:
@@ -67,7 +67,7 @@ def compute(loop: Loop, streams: Streams) -> Flown:
     return Flown(results, shown)
 
 
-def numbers(found: Response) -> dict[str, float]:
+def numbers(found: LoopResponse) -> dict[str, float]:
     """What `compute` says of one realisation."""
     delay_s = -float(found.off @ found.slope / (found.slope @ found.slope))
     velocity = np.cumsum(found.off) * INTERVAL_S

@@ -26,7 +26,7 @@ from ins_eval.digital_loop import (
 )
 from ins_eval.digital_loop.bench import Procedure
 from ins_eval.digital_loop.chamber import Calibrated
-from ins_eval.digital_loop.in_flight import Response
+from ins_eval.digital_loop.in_flight import LoopResponse
 from ins_eval.digital_loop.injector import Injection
 from ins_eval.digital_loop.unit import Unit
 from ins_eval.metrics import central
@@ -52,7 +52,7 @@ class Ours(NamedTuple):
     results: dict[str, Any]
     identified: Procedure
     margins: list[stability.Margins]  # over `SWEEP_PPM`
-    flown: dict[str, Response]  # by flight
+    flown: dict[str, LoopResponse]  # by flight
 
 
 def compute(seed: int, members: Sequence[population.Member], units: Sequence[Calibrated]) -> Ours:
@@ -113,7 +113,7 @@ def constant_temperature(loop: Loop, repetitions: int) -> np.ndarray:
     return np.full((2, repetitions), loop.parameters.bench.temperature.value)
 
 
-def exact(streams: Streams, seen: Sequence[observability.Row]) -> dict[str, Any]:
+def exact(streams: Streams, seen: Sequence[observability.DriftRow]) -> dict[str, Any]:
     """Without drift of temperature and bias, with the same noise of the converters before and after a drift."""
     loop = load()
     drifted = Injection(FORWARD_PPM, FEEDBACK_PPM)(loop)
@@ -203,7 +203,7 @@ def margins(loop: Loop) -> dict[str, Any]:
     return {**found, "degree_percent": abs(1.0 / by_a_percent)}
 
 
-def year(loop: Loop, seen: Sequence[observability.Row]) -> dict[str, float]:
+def year(loop: Loop, seen: Sequence[observability.DriftRow]) -> dict[str, float]:
     """Standard deviation of the output at 1 g after a year of ageing, before and after self-calibration, ug.
 
     Self-calibration adds to the output what the current test reads: of electronics it takes off all, of the torquer

@@ -18,13 +18,13 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 ZERO: Vector = (0.0, 0.0, 0.0)
 
 
-class Table(BaseModel):
+class FormTable(BaseModel):
     """A table of the form: extra keys are allowed and kept, numbers are finite."""
 
     model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
 
 
-class GpsBelief(Table):
+class GpsBelief(FormTable):
     """The receiver: where its antenna is, what its stamps mean, how well it measures."""
 
     lever_arm_m: Vector = ZERO  # IMU to antenna, body axes
@@ -40,14 +40,14 @@ class ReferenceBelief(GpsBelief):
     velocity_sigma_mps: NotNegative = 0.0
 
 
-class HeightBelief(Table):
+class HeightBelief(FormTable):
     """What steadies the vertical channel; `sigma_m` is its slow error."""
 
     source: Literal["baro", "gps", "none"] = "baro"
     sigma_m: NotNegative = 2.0
 
 
-class EarthBelief(Table):
+class EarthBelief(FormTable):
     """What the navigation equations contain."""
 
     rotation: bool = True
@@ -57,7 +57,7 @@ class EarthBelief(Table):
     gravity_latitude: bool = True
 
 
-class GyroBelief(Table):
+class GyroBelief(FormTable):
     """The gyros."""
 
     bias_radps: Vector = ZERO
@@ -65,7 +65,7 @@ class GyroBelief(Table):
     angle_random_walk_deg_per_sqrt_h: NotNegative = 0.001
 
 
-class ScaleBelief(Table):
+class ScaleBelief(FormTable):
     """Eq. (11) of Paper A: pulse/(g s), degC, degC/min."""
 
     alpha: float = 0.0
@@ -81,14 +81,14 @@ class ScaleBelief(Table):
         return np.array([getattr(self, term) for term in TERMS])
 
 
-class BiasBelief(Table):
+class BiasBelief(FormTable):
     """Eq. (4) of Paper A: K0 = k0 + omega (T - T0)."""
 
     k0_ug: float = 0.0
     omega_ug_per_c: float = 0.0
 
 
-class AxisBelief(Table):
+class AxisBelief(FormTable):
     """One accelerometer whose output is in pulses: scale and bias, or the file of a compensation model."""
 
     scale: ScaleBelief | None = None
@@ -102,7 +102,7 @@ class AxisBelief(Table):
         return self
 
 
-class AccelerometerBelief(Table):
+class AccelerometerBelief(FormTable):
     """The accelerometers."""
 
     reference_temperature_c: float = 22.0
@@ -115,7 +115,7 @@ class AccelerometerBelief(Table):
     z: AxisBelief | None = None
 
 
-class EffectBelief(Table):
+class EffectBelief(FormTable):
     """An effect that the instrument is believed to have, by its name in docs/effects.md.
 
     `value` is true minus believed in what is indicated, in `unit`. It belongs to all recordings of the instrument, or
@@ -137,7 +137,7 @@ class EffectBelief(Table):
     form: str | None = None
 
 
-class Belief(Table):
+class Belief(FormTable):
     """All that a recording believes."""
 
     gps: GpsBelief = GpsBelief()

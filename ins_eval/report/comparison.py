@@ -21,20 +21,20 @@ ATTITUDE_WORDS = {
 }
 
 
-class Unit(NamedTuple):
+class DisplayUnit(NamedTuple):
     """A readable unit; a value in SI divided by `size` is in it."""
 
     text: str
     size: float
 
 
-def units(metrics: Mapping) -> dict[str, Unit]:
+def units(metrics: Mapping) -> dict[str, DisplayUnit]:
     """The unit of the differences of each sensor, by their size."""
     gyro = _largest(metrics, "gyro")
     accelerometer = _largest(metrics, "accelerometer")
     return {
-        "gyro": Unit("°/s", DEG) if gyro >= COARSE_GYRO else Unit("°/h", DEG_PER_H),
-        "accelerometer": Unit("m/s²", 1.0) if accelerometer >= COARSE_ACCELEROMETER else Unit("µg", UG),
+        "gyro": DisplayUnit("°/s", DEG) if gyro >= COARSE_GYRO else DisplayUnit("°/h", DEG_PER_H),
+        "accelerometer": DisplayUnit("m/s²", 1.0) if accelerometer >= COARSE_ACCELEROMETER else DisplayUnit("µg", UG),
     }
 
 
@@ -68,7 +68,7 @@ def _answer(metrics: Mapping) -> str:
     return "\n".join(lines)
 
 
-def _reads(channels: Mapping[str, Mapping], unit: Unit) -> str:
+def _reads(channels: Mapping[str, Mapping], unit: DisplayUnit) -> str:
     """``0.0444 °/s high on x, no more than 0.002 °/s off on y and z``, as far as the intervals tell."""
     told, untold, most = [], [], 0.0
     for axis, channel in channels.items():

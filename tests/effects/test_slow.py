@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from ins_eval.effects.parts import conditions
 from ins_eval.effects.slow import branch, creep, per_second
-from ins_eval.effects.temperature import Temperature
+from ins_eval.effects.temperature import SmoothedTemperature
 from ins_eval.thermal import filtered_rate
 
 # an integrator's error; of 63 % reached within one width; of smoothing where the temperature bends
@@ -48,7 +48,7 @@ def test_memory_begins_anew_in_each_run() -> None:
     time_s = np.arange(0.0, 4000.0, 10.0)
     runs = (np.arange(0, 200), np.arange(200, 400))
     smooth = np.tile(np.linspace(0.0, 30.0, 200), 2)
-    seen = Temperature(time_s, np.repeat(smooth[:, None], 3, 1), np.zeros((400, 3)), 22.0, 180.0, runs)
+    seen = SmoothedTemperature(time_s, np.repeat(smooth[:, None], 3, 1), np.zeros((400, 3)), 22.0, 180.0, runs)
     memory = seen.in_runs(lambda t, c: creep(t, c, 600.0), 0)
     np.testing.assert_allclose(memory[200:], memory[:200])
     assert memory[200] == 0.0

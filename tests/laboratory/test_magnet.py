@@ -10,7 +10,7 @@ import pytest
 from ins_eval.accelerometer import Accelerometer, Population
 from ins_eval.errors import UsageError
 from ins_eval.laboratory import Chamber, draw_printed_units
-from ins_eval.laboratory.magnet import FULL_LOOP_C, Loop, loop, opening
+from ins_eval.laboratory.magnet import FULL_LOOP_C, HysteresisLoop, loop, opening
 from ins_eval.streams import Streams
 from ins_eval.thermal import Thermometer
 
@@ -24,7 +24,7 @@ ETA = {"JB-KT8 #1": -0.02409, "JB-KT8 #2": -1.4912, "JB-KT8 #3": -0.0972}
 GAMMA = {"JB-KT8 #1": 320320.0, "JB-KT8 #2": 308000.0, "JB-KT8 #3": 328000.0}
 
 
-def leg(of: Loop, number: int) -> tuple[np.ndarray, np.ndarray]:
+def leg(of: HysteresisLoop, number: int) -> tuple[np.ndarray, np.ndarray]:
     """Temperature and ppm along one leg of a path, ends included."""
     turns = np.flatnonzero(np.diff(np.sign(np.diff(of.temperature_c)))) + 1
     ends = [0, *turns.tolist(), of.temperature_c.size - 1]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ins_eval.digital_loop.in_flight import Response
+from ins_eval.digital_loop.in_flight import LoopResponse
 from ins_eval.paper_b import in_flight
 
 UG = 9.80665e-6
@@ -15,7 +15,7 @@ def test_a_pure_delay_is_found_and_gives_its_velocity_back():
     amplitude, w, tau = 0.4, np.pi, 50e-6
     force, slope = amplitude * np.sin(w * time_s), amplitude * w * np.cos(w * time_s)
     noise = 5.0 * UG * np.where(np.arange(400) % 2, 1.0, -1.0)
-    found = in_flight.numbers(Response(time_s, force, -tau * slope, -tau * slope, noise, slope))
+    found = in_flight.numbers(LoopResponse(time_s, force, -tau * slope, -tau * slope, noise, slope))
     assert found["delay_us"] == pytest.approx(50.0)
     assert found["rest_ug"] == 0.0
     assert found["rms_ug"] == pytest.approx(tau * amplitude * w / np.sqrt(2.0) / UG)

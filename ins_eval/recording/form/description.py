@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.recording import Start
-from ins_eval.recording.belief import ZERO, Belief, NotNegative, Table, Vector
+from ins_eval.recording.belief import ZERO, Belief, FormTable, NotNegative, Vector
 from ins_eval.tables import parse, read_toml
 from ins_eval.units import DEG
 
@@ -26,7 +26,7 @@ _NEAR = 0.8  # similarity from which an unknown key is taken for a slip of the p
 T = TypeVar("T", bound=BaseModel)
 
 
-class ImuTable(Table):
+class ImuTable(FormTable):
     """What the columns of the table ``imu`` mean."""
 
     rate_hz: Annotated[float, Field(gt=0.0)] | None = None
@@ -45,7 +45,7 @@ class ImuTable(Table):
         return axes
 
 
-class StartTable(Table):
+class StartTable(FormTable):
     """The believed state at `time_s`, in degrees."""
 
     time_s: float | None = None  # None: one step before the first sample
@@ -75,7 +75,7 @@ class StartTable(Table):
         )
 
 
-class Description(Table):
+class Description(FormTable):
     """The keys of ``recording.toml`` that are not belief."""
 
     format: str
@@ -190,7 +190,7 @@ def _parse(model: type[T], table: dict[str, Any], path: Path) -> T:
         raise DataRefused(str(fault)) from None
 
 
-def _slips(table: Table | None, place: tuple[str, ...], known: tuple[str, ...] = ()) -> list[str]:
+def _slips(table: FormTable | None, place: tuple[str, ...], known: tuple[str, ...] = ()) -> list[str]:
     """A sentence for each key that is not known but nearly is one that is; other extra keys are nobody's business."""
     if table is None:
         return []
@@ -203,7 +203,7 @@ def _slips(table: Table | None, place: tuple[str, ...], known: tuple[str, ...] =
             notes.append(f"The key {shown(key)}{where} in {FILE} is not known and was not used; is it {near[0]}?")
     for key in type(table).model_fields:
         below = getattr(table, key)
-        notes += _slips(below, (*place, key)) if isinstance(below, Table) else []
+        notes += _slips(below, (*place, key)) if isinstance(below, FormTable) else []
     return notes
 
 

@@ -16,7 +16,7 @@ from ins_eval.errors import UsageError
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.belief import Belief, Vector
 from ins_eval.recording.readers import csv_template
-from ins_eval.recording.readers.delimited import CUT_NOTE, Column, Table
+from ins_eval.recording.readers.delimited import CUT_NOTE, Column, DelimitedTable
 from ins_eval.recording.readers.epochs import checked
 from ins_eval.recording.readers.layout import Layout, choose
 from ins_eval.recording.readers.options import believed_time_offset
@@ -51,7 +51,7 @@ class Velocity(Strict):
     axes: Literal["NED", "ENU", "speed course down"]
 
 
-class Place(Strict):
+class GivenStart(Strict):
     latitude_deg: float
     longitude_deg: float
     height_m: float
@@ -86,7 +86,7 @@ class MappingFile(Strict):
     temperature: One | None = None  # degC
     height_baro: One | None = None  # m
     further: tuple[Column, ...] = ()
-    start: Place | None = None
+    start: GivenStart | None = None
     gps: Epochs | None = None
     reference: Epochs | None = None
     belief: Belief = Belief()
@@ -99,7 +99,7 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
     for a table that cannot be right.
     """
     file, mapping = _mapping(path, assumed)
-    table = Table(path, mapping.header)
+    table = DelimitedTable(path, mapping.header)
     choose("time.unit", time_unit := assumed.get("time.unit", mapping.time.unit), TIME_UNITS)
     layout = Layout(mapping.gyro.unit, mapping.accelerometer.unit, mapping.axes).overridden(assumed)
     scalars = {"temperature_c": mapping.temperature, "height_baro_m": mapping.height_baro}
@@ -147,7 +147,7 @@ def _mapping(path: Path, assumed: Mapping[str, str]) -> tuple[Path, MappingFile]
     """The mapping file and what it says, with the kind that is assumed."""
     file = Path(assumed["mapping"]) if "mapping" in assumed else path.with_suffix(".toml")
     if not file.is_file():
-        table = Table(path)
+        table = DelimitedTable(path)
         raise UsageError(
             f"{file}: there is no such mapping file, expected one that says what the columns of {path.name} are; save "
             f"the following as {path.with_suffix('.toml').name}, complete it and import again\n\n"
@@ -168,12 +168,12 @@ def _origin(time_s: np.ndarray) -> tuple[float, list[str]]:
 
 
 def _epochs(
-    table: Table, described: Epochs, file: Path, name: str, origin_s: float, position_unit: str | None
+    table: DelimitedTable, described: Epochs, file: Path, name: str, origin_s: float, position_unit: str | None
 ) -> Fixes:
     """The table of another navigator; rows without a position are an outage."""
     where = f"{file}, {name}"
     if described.file is not None:
-        table = Table(file.parent / described.file)
+        table = DelimitedTable(file.parent / described.file)
     choose(f"{where}, position.unit", unit := position_unit or described.position.unit, ANGLE_UNITS)
     position = table.vectors(described.position.columns, where)
     position[:, :2] *= ANGLE_UNITS[unit]

@@ -20,7 +20,7 @@ CUT_NOTE = "{} does not end with a line break, so its last row may be cut and wa
 Column = str | int
 
 
-class Table:
+class DelimitedTable:
     """The rows of a CSV file, of which columns are asked for by name."""
 
     def __init__(self, path: Path, header: bool = True):
