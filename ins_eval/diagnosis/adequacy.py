@@ -18,7 +18,7 @@ from ins_eval.diagnosis.evidence import Reduced, reduce
 from ins_eval.diagnosis.linearisation import Linearisation
 from ins_eval.diagnosis.open_form import open_forms, over_temperature
 from ins_eval.diagnosis.rivals import WITHIN
-from ins_eval.diagnosis.verdict import Remainder, located
+from ins_eval.diagnosis.verdict import UnnamedDisturbance, located
 from ins_eval.diagnosis.whitening import Whitened
 
 CURVE = "a curve of its temperature"
@@ -26,7 +26,7 @@ CURVE = "a curve of its temperature"
 
 def left_unexplained(
     linearisation: Linearisation, share: float, rng: np.random.Generator
-) -> tuple[Remainder, Remainder]:
+) -> tuple[UnnamedDisturbance, UnnamedDisturbance]:
     """Instead of the effects that are taken off, and beside them: what gains most in any recording.
 
     A mismatch beside effects whose form is a law must bring at least `share` of what they do.
@@ -44,13 +44,13 @@ def left_unexplained(
         over, edges_s, whitened = of_windows(case, linearisation.fitted[r].noise_point, columns)
         nuisances = len(case.nuisances)
         put_back = _put_back(whitened, nuisances, point)
-        in_time = _remainder(r, linearisation, over, edges_s, put_back, None, rng)
+        in_time = _unnamed(r, linearisation, over, edges_s, put_back, None, rng)
         instead += [
             in_time,
             *_curved(r, linearisation, columns, point, locate.scan(put_back, over, edges_s), in_time.gain),
         ]
         left = reduce(whitened, nuisances + len(columns))
-        beside.append(_remainder(r, linearisation, over, edges_s, left, least, rng))
+        beside.append(_unnamed(r, linearisation, over, edges_s, left, least, rng))
     return tuple(max(ones, key=lambda one: one.gain) for ones in (instead, beside))
 
 
@@ -60,7 +60,7 @@ def _put_back(whitened: Whitened, nuisances: int, point: np.ndarray) -> Reduced:
     return Reduced(left.normal[n:, n:], left.projection[n:] + left.normal[n:, :n] @ point)
 
 
-def _remainder(
+def _unnamed(
     r: int,
     linearisation: Linearisation,
     over: list[locate.Channel],
@@ -68,7 +68,7 @@ def _remainder(
     reduced: Reduced,
     least: float | None,
     rng: np.random.Generator,
-) -> Remainder:
+) -> UnnamedDisturbance:
     """What changes slowly with time; `least` nats that a mismatch must bring, None where one is shown anyway."""
     case = linearisation.cases[r]
     trials = locate.significance(reduced, edges_s.size - 1, rng)
@@ -77,12 +77,12 @@ def _remainder(
     found = locate.scan(reduced, over, edges_s)
     interval = next((one for one in found if not within_statement(case, one)), None)
     if interval is None:
-        return Remainder(None, gain, 0.0)
+        return UnnamedDisturbance(None, gain, 0.0)
     sigma = trials.sigma(interval.t2)
     sure = trials.probability(interval.t2) <= largest_probability(interval)
     if least is None or (sure and 0.5 * interval.t2 > least) or gain > least:
-        return Remainder(located(case, r, interval, sigma), gain, sigma)
-    return Remainder(None, gain, sigma)
+        return UnnamedDisturbance(located(case, r, interval, sigma), gain, sigma)
+    return UnnamedDisturbance(None, gain, sigma)
 
 
 def _curved(
@@ -92,7 +92,7 @@ def _curved(
     point: np.ndarray,
     found: Sequence[locate.Interval],
     in_time: float,
-) -> list[Remainder]:
+) -> list[UnnamedDisturbance]:
     """The sensor whose error is best a curve of its temperature, where there is a temperature that moves.
 
     `columns` of the effects took off their part at `point`; `found` is the best interval of each channel. A
@@ -111,4 +111,8 @@ def _curved(
     sigma = float(np.sqrt(2.0 * max(gain, 0.0)))
     channel = list(curves)[best.channel]
     follows = CURVE if gain > WITHIN + max(in_time, 0.0) else ""
-    return [Remainder(located(case, r, one, sigma, follows), gain, sigma) for one in found if one.channel == channel]
+    return [
+        UnnamedDisturbance(located(case, r, one, sigma, follows), gain, sigma)
+        for one in found
+        if one.channel == channel
+    ]

@@ -21,7 +21,7 @@ WORDS = ("other_axis", "driver", "form")  # parameters that are no numbers
 
 def answer(found: Diagnosis) -> dict[str, Any]:
     """One answer for all recordings of a command line."""
-    left = found.remainder
+    left = found.unnamed
     return {
         "format": FORMAT,
         "verdict": found.verdict,

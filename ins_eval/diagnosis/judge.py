@@ -48,8 +48,8 @@ from ins_eval.diagnosis.verdict import (
     Diagnosis,
     FoundEffect,
     Mismatch,
-    Remainder,
     Rival,
+    UnnamedDisturbance,
     channel_of,
     located,
 )
@@ -295,9 +295,9 @@ class _Judge:
         if linearisation is None:
             if surest is None:
                 sigma = max((one.sigma for one in suspects), default=0.0)
-                return self._answer(NO_MISMATCH, Remainder(None, 0.0, sigma), statistics=statistics)
-            remainder = Remainder(place[0], surest.gain, surest.sigma)
-            return self._answer(UNEXPLAINED, remainder, place, statistics=statistics)
+                return self._answer(NO_MISMATCH, UnnamedDisturbance(None, 0.0, sigma), statistics=statistics)
+            unnamed = UnnamedDisturbance(place[0], surest.gain, surest.sigma)
+            return self._answer(UNEXPLAINED, unnamed, place, statistics=statistics)
         shown = [self._shown(linearisation, k) for k in linearisation.best.members]
         beside, instead = self.beside, self.instead
         if surest is not None and surest.gain > gain:
@@ -307,13 +307,15 @@ class _Judge:
             lead += max(beside.gain, 0.0) - linearisation.space.cost
         harms = linearisation.held_out["harm_nats"] > HARM
         if harms and surest is None and instead.gain < OPEN_MARGIN:
-            return self._answer(NO_MISMATCH, Remainder(None, 0.0, beside.significance_sigma), statistics=statistics)
+            return self._answer(
+                NO_MISMATCH, UnnamedDisturbance(None, 0.0, beside.significance_sigma), statistics=statistics
+            )
         described = self._outdone(linearisation, gain) or self._only_described(linearisation, gain, surest)
         outgained = instead.gain > linearisation.best.log_posterior + lead
         if harms or described or outgained:
             place = place or ([instead.mismatch] if outgained and instead.mismatch else shown)
-            remainder = replace(instead, mismatch=place[0])
-            return self._answer(UNEXPLAINED, remainder, place, linearisation, named=False, statistics=statistics)
+            unnamed = replace(instead, mismatch=place[0])
+            return self._answer(UNEXPLAINED, unnamed, place, linearisation, named=False, statistics=statistics)
         return self._answer(PARTLY, beside, shown, linearisation, statistics=statistics)
 
     def _outdone(self, linearisation: Linearisation, gain: float) -> bool:
@@ -464,7 +466,7 @@ class _Judge:
     def _answer(
         self,
         verdict: str,
-        remainder: Remainder,
+        unnamed: UnnamedDisturbance,
         mismatches: Sequence[Mismatch] = (),
         linearisation: Linearisation | None = None,
         named: bool = True,
@@ -477,7 +479,7 @@ class _Judge:
             effects=(),
             rivals=(),
             mismatches=tuple(mismatches),
-            remainder=remainder,
+            unnamed=unnamed,
             null=tuple(self.null),
             fitted=tuple(self.null if linearisation is None else linearisation.fitted),
             innovations=self.innovations,

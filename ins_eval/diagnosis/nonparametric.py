@@ -67,7 +67,7 @@ def located(found: Diagnosis, effect: FoundEffect | None = None) -> Located | No
     None where there is nothing of the kind: an effect that belongs to the start, or nothing that stays unexplained.
     """
     if effect is None:
-        one = found.remainder.mismatch
+        one = found.unnamed.mismatch
         return None if one is None else _of_mismatch(found, one)
     linearisation, key = found.linearisation, effect.hypothesis.key
     members = list(linearisation.best.members)

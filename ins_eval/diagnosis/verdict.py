@@ -65,7 +65,7 @@ class Rival:
 
 
 @dataclass(frozen=True, eq=False)
-class Remainder:
+class UnnamedDisturbance:
     """The channel that gains most from a disturbance without a name, beside an explanation or instead of it."""
 
     mismatch: Mismatch | None
@@ -86,7 +86,7 @@ class Diagnosis:
     effects: tuple[FoundEffect, ...]
     rivals: tuple[Rival, ...]
     mismatches: tuple[Mismatch, ...]
-    remainder: Remainder
+    unnamed: UnnamedDisturbance
     null: tuple[Fitted, ...]
     fitted: tuple[Fitted, ...]
     innovations: tuple[np.ndarray, ...]

@@ -23,8 +23,8 @@ from ins_eval.diagnosis.verdict import (
     Diagnosis,
     FoundEffect,
     Mismatch,
-    Remainder,
     Rival,
+    UnnamedDisturbance,
     channel_of,
 )
 from ins_eval.effects.vocabulary import VOCABULARY
@@ -139,7 +139,7 @@ LAG = hypothesis("temperature.lag", None, "s", lag_s=60.0)
 LEFT = Mismatch(0, "gyro.x", "x", 5600.0, 6800.0, "climb", 5.123456)
 
 
-def diagnosis(verdict: str, effects=(), rivals=(), mismatches=(), remainder=None) -> Diagnosis:
+def diagnosis(verdict: str, effects=(), rivals=(), mismatches=(), unnamed=None) -> Diagnosis:
     nodes = np.arange(7)
     before = (
         case("first", 300.0 * nodes, 400.0 * nodes, (0.3, -0.4)),
@@ -152,7 +152,7 @@ def diagnosis(verdict: str, effects=(), rivals=(), mismatches=(), remainder=None
         effects=tuple(FoundEffect(one, 4.8, 0.15, 0.97, 41.2, 4e-4, spread) for one, spread in effects),
         rivals=tuple(rivals),
         mismatches=tuple(mismatches),
-        remainder=remainder or Remainder(None, 0.0, 1.1),
+        unnamed=unnamed or UnnamedDisturbance(None, 0.0, 1.1),
         null=(),
         fitted=(),
         innovations=(),
@@ -173,8 +173,8 @@ OF_VERDICT = {
     NO_MISMATCH: diagnosis(NO_MISMATCH),
     EXPLAINED: diagnosis(EXPLAINED, NAMED, (), [LEFT]),
     NOT_IDENTIFIABLE: diagnosis(NOT_IDENTIFIABLE, NAMED, RIVALS, [LEFT]),
-    PARTLY: diagnosis(PARTLY, NAMED, RIVALS, [LEFT, LEFT], Remainder(LEFT, 9.0, 5.123456)),
-    UNEXPLAINED: diagnosis(UNEXPLAINED, (), (), [LEFT], Remainder(LEFT, 9.0, 5.123456)),
+    PARTLY: diagnosis(PARTLY, NAMED, RIVALS, [LEFT, LEFT], UnnamedDisturbance(LEFT, 9.0, 5.123456)),
+    UNEXPLAINED: diagnosis(UNEXPLAINED, (), (), [LEFT], UnnamedDisturbance(LEFT, 9.0, 5.123456)),
 }
 
 

@@ -10,7 +10,7 @@ import pytest
 from ins_eval.diagnosis.judge import FORM, OPEN_MARGIN, _Judge
 from ins_eval.diagnosis.linearisation import Linearisation
 from ins_eval.diagnosis.rivals import WITHIN
-from ins_eval.diagnosis.verdict import Mismatch, Remainder
+from ins_eval.diagnosis.verdict import Mismatch, UnnamedDisturbance
 from tests.diagnosis.linearisations import linearisation
 
 LARGE, SMALL = 6.0, 3.0  # coefficients that are both sure: 24 and 12 sigma
@@ -66,6 +66,6 @@ def test_what_is_composed_of_a_column_has_to_lead_as_an_effect_and_as_a_descript
 def test_a_law_explains_nothing_where_something_is_left_unless_others_explain_most(
     judge, left, sizes, described
 ) -> None:
-    judge.beside = Remainder(Mismatch(0, left, "", 0.0, 100.0, "", 3.0), 10.0, 3.0)
+    judge.beside = UnnamedDisturbance(Mismatch(0, left, "", 0.0, 100.0, "", 3.0), 10.0, 3.0)
     found = sure(OF_Z[0], OTHER, sizes=sizes)
     assert judge._only_described(found, found.best.log_bayes_factor, None) is described

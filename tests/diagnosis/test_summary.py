@@ -61,9 +61,7 @@ def test_a_sound_recording_has_evidence_and_limits_but_nothing_located(parked) -
 
 def test_what_nothing_explains_is_found_in_size_and_time(parked) -> None:
     found = parked[1]
-    found = replace(
-        found, effects=(), linearisation=None, remainder=replace(found.remainder, mismatch=found.mismatches[0])
-    )
+    found = replace(found, effects=(), linearisation=None, unnamed=replace(found.unnamed, mismatch=found.mismatches[0]))
     one = located(found)
     assert (one.channel, one.unit) == ("gyro.x", "deg/h")
     assert not np.isfinite(one.effect).any()
