@@ -1,8 +1,8 @@
-"""The flight after storage: the same instruments on the same flights as fresh, with loop gains that have drifted.
+"""The flight of aged units: the same instruments on the same flights as fresh, with loop gains that have drifted.
 
 The accelerometers are digital ones (Paper B), which can calibrate their feedback in place. Each instrument flies fresh,
-drifted and self-calibrated; only the scale factors differ, so what storage does is told from pairs. Where in the flight
-a scale factor shows is told by `ensemble.response`, without the errors of anything else.
+drifted and self-calibrated; only the scale factors differ, so what ageing does follows from pairs. Where in the flight
+a scale factor shows, `ensemble.response` says, without the errors of anything else.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ def numbers(
     members: Mapping[str, list[dict[str, dict[str, np.ndarray]]]],
     units: Aged,
 ) -> dict[str, Any]:
-    """What storage does, from the finished `members` of `plans`, the fresh ones under "all".
+    """What ageing does, from the finished `members` of `plans`, the fresh ones under "all".
 
     An estimate is ``{"value", "interval95"}``, a ratio ``{"ratio", "interval95"}``.
 
     gains           RMS over `units` of drifts and of the error of the self-calibration, in ppm
-    scale_ppm       RMS of what storage did to the scale factors of the instruments flown
+    scale_ppm       RMS of what ageing did to the scale factors of the instruments flown
     compensations   estimates by compensation, state and measure
     change          ratios of one state to another, by compensation
     hysteresis      ratios of refined hysteresis to simple compensation, by state
@@ -192,7 +192,7 @@ def _vertical(mission: Mission, found: Response, scale_ppm: np.ndarray) -> dict[
 
 
 def _scale_ppm(world: World, size: int) -> np.ndarray:
-    """What storage did to the scale factors of the first `size` instruments, (size, 3) in ppm."""
+    """What ageing did to the scale factors of the first `size` instruments, (size, 3) in ppm."""
     instruments = [world.instrument(index).accelerometers for index in range(size)]
     return np.array([[unit.units["loop_gain"] for unit in axes] for axes in instruments])
 

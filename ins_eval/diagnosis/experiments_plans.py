@@ -253,7 +253,7 @@ def ramps(
 
 def chamber(axis: str, schedule: Sequence[tuple[float, np.ndarray, np.ndarray]]) -> ChamberReadings:
     """Readings of one accelerometer: a run for each (input in g, instants, degC) of `schedule`."""
-    columns: dict[str, list[np.ndarray]] = {name: [] for name in ("time_s", "run", "g", "rate", "told")}
+    columns: dict[str, list[np.ndarray]] = {name: [] for name in ("time_s", "run", "g", "rate", "reading_c")}
     begin = 0.0
     for run, (input_g, knots_s, given) in enumerate(schedule):
         t = np.arange(READING_S, knots_s[-1], READING_S)
@@ -262,7 +262,7 @@ def chamber(axis: str, schedule: Sequence[tuple[float, np.ndarray, np.ndarray]])
         columns["run"].append(np.full(t.size, run))
         columns["g"].append(np.full(t.size, input_g))
         columns["rate"].append(MINUTE * np.gradient(air, t))
-        columns["told"].append(lagged(t, air, CHAMBER_LAG_S))
+        columns["reading_c"].append(lagged(t, air, CHAMBER_LAG_S))
         begin += float(t[-1]) + BETWEEN_RUNS_S
     time_s, run, input_g, rate, given = (np.concatenate(column) for column in columns.values())
     return ChamberReadings(time_s, run, input_g, rate, given, _GAMMA * input_g, axis=axis)

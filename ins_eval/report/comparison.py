@@ -70,19 +70,19 @@ def _answer(metrics: Mapping) -> str:
 
 def _reads(channels: Mapping[str, Mapping], unit: DisplayUnit) -> str:
     """``0.0444 °/s high on x, no more than 0.002 °/s off on y and z``, as far as the intervals tell."""
-    told, untold, most = [], [], 0.0
+    determined, undetermined, most = [], [], 0.0
     for axis, channel in channels.items():
         low, high = channel["mean_difference"]["interval95"]
         if low <= 0.0 <= high:
-            untold.append(axis)
+            undetermined.append(axis)
             most = max(most, -low, high)
             continue
         value, digits = channel["mean_difference"]["value"] / unit.size, _digits(high - low, unit.size)
-        told.append(f"{fixed(abs(value), digits)} {unit.text} {'high' if value > 0.0 else 'low'} on {axis}")
-    if untold:
-        within = f"no more than {_significant(most / unit.size)} {unit.text} off on {joined(untold)}"
-        return f"{joined(told)}, {within}" if told else within
-    return joined(told)
+        determined.append(f"{fixed(abs(value), digits)} {unit.text} {'high' if value > 0.0 else 'low'} on {axis}")
+    if undetermined:
+        within = f"no more than {_significant(most / unit.size)} {unit.text} off on {joined(undetermined)}"
+        return f"{joined(determined)}, {within}" if determined else within
+    return joined(determined)
 
 
 def _clock_in_short(metrics: Mapping) -> str:

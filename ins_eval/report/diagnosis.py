@@ -69,14 +69,14 @@ def _spoken(one: Mapping, several: bool) -> str:
 
 def _how_sure(tree: Mapping) -> list[str]:
     """Where nothing is wrong: how near the most remarkable came."""
-    told = tree["statistics"]
-    if tree["diagnosis"]["verdict"] != "no mismatch" or "largest_effect" not in told:
+    statistics = tree["statistics"]
+    if tree["diagnosis"]["verdict"] != "no mismatch" or "largest_effect" not in statistics:
         return []
-    gain, cost = fixed(told["largest_log_bayes_factor"], 1), fixed(told["cost_of_an_effect"], 1)
+    gain, cost = fixed(statistics["largest_log_bayes_factor"], 1), fixed(statistics["cost_of_an_effect"], 1)
     best = tree["evidence"]["families"][:1]
-    name = effect_words(best[0]) if best else told["largest_effect"]
+    name = effect_words(best[0]) if best else statistics["largest_effect"]
     line = f"The effect that would gain most is {name}: {gain} nats, where {cost} are needed"
-    smallest = told.get("smallest_probability")
+    smallest = statistics.get("smallest_probability")
     if smallest is not None:
         line += f"; the most remarkable interval has a probability of {chance(smallest)}"
     return [sentence(line)]

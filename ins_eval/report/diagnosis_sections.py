@@ -120,15 +120,15 @@ def _before_and_after(tree: Mapping) -> list[Block]:
 
 
 def _evidence(tree: Mapping) -> list[Block]:
-    told = tree["evidence"]
+    evidence = tree["evidence"]
     rows = [
         (effect_words(one), nats(one["log_bayes_factor"]), "yes" if one["named"] else "no")
-        for one in told["families"][:BEST]
+        for one in evidence["families"][:BEST]
     ]
-    place = f" in the place of {told['in_place_of']}" if told["in_place_of"] else ""
+    place = f" in the place of {evidence['in_place_of']}" if evidence["in_place_of"] else ""
     note = (
         "In nats, each with its prior over sizes and times integrated out. An effect has to bring "
-        f"{fixed(told['threshold'], 1)} nats to pay for having been chosen among all that were tried."
+        f"{fixed(evidence['threshold'], 1)} nats to pay for having been chosen among all that were tried."
     )
     title = f"Log Bayes factor of each effect{place}"
     return [

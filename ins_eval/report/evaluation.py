@@ -259,13 +259,13 @@ def _recording(metrics: Mapping) -> list[Block]:
         for key, name, unit in (("kind", "kind", ""), ("rate_hz", "rate", " Hz"), ("duration_s", "length", " s"))
         if recording.get(key) is not None
     ]
-    told = paragraphs(
+    words = paragraphs(
         sentence(", ".join(facts)) if facts else "", *(sentence(note) for note in recording.get("notes") or ())
     )
-    if not told:
+    if not words:
         return []
     return [
-        *told,
+        *words,
         Picture("flight_path", "Path over ground and height, from the reference."),
         Picture("temperature_and_rate", "Temperature of the IMU as read, and the rate that every compensation uses."),
     ]

@@ -1,4 +1,4 @@
-"""Reader of any table in CSV, told by a small mapping file what its columns are.
+"""Reader of any table in CSV; a small mapping file states what its columns are.
 
 The mapping lies beside the table (DRIVE.csv, DRIVE.toml) or is named with ``--assume mapping=PATH``. Without one the
 refusal prints a mapping made for the columns found, to be completed and saved (`csv_template`).

@@ -22,9 +22,9 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
     for table in ("gps", "reference"):
         key = f"{table}.time_offset_s"
         if key in assumed:
-            told = getattr(belief, table)
-            offset_s = number(assumed, key, told.time_offset_s)
-            belief = belief.model_copy(update={table: told.model_copy(update={"time_offset_s": offset_s})})
+            stated = getattr(belief, table)
+            offset_s = number(assumed, key, stated.time_offset_s)
+            belief = belief.model_copy(update={table: stated.model_copy(update={"time_offset_s": offset_s})})
     return replace(recording, belief=belief)
 
 
@@ -32,8 +32,8 @@ def _from_anywhere(believed: AccelerometerBelief, folder: Path) -> Accelerometer
     """Files of compensation models by their full path: the copy will lie in another folder."""
     axes = {axis: getattr(believed, axis) for axis in "xyz"}
     found = {
-        axis: told.model_copy(update={"compensation": str(folder / told.compensation)})
-        for axis, told in axes.items()
-        if told is not None and told.compensation is not None
+        axis: stated.model_copy(update={"compensation": str(folder / stated.compensation)})
+        for axis, stated in axes.items()
+        if stated is not None and stated.compensation is not None
     }
     return believed.model_copy(update=found)
