@@ -10,7 +10,7 @@ import pytest
 
 from ins_eval import ensemble
 from ins_eval.analysis import ageing
-from ins_eval.analysis.ageing import COMPENSATIONS, STATES, STORED
+from ins_eval.analysis.ageing import AGED, COMPENSATIONS, STATES
 from ins_eval.commands import flight_report
 from ins_eval.ensemble import Plan, World
 from ins_eval.ensemble.ageing import aged
@@ -89,9 +89,9 @@ def test_vertical_channel_feels_gravity_scaled(storage: dict) -> None:
 def test_loops_of_the_three_states_are_the_same(members: dict[str, list]) -> None:
     """The scale factors of an instrument are those of its loops before and after their self-calibration."""
     units = aged(1.0, 1)
-    of = {s: World(plan) for s, (plan, _) in zip(STORED, ageing.plans(Plan(), 4, units).values(), strict=True)}
+    of = {s: World(plan) for s, (plan, _) in zip(AGED, ageing.plans(Plan(), 4, units).values(), strict=True)}
     after = dict(zip(units.drifted_ppm, units.self_calibrated_ppm, strict=True))
-    drawn = [[a.units["loop_gain"] for i in range(4) for a in of[s].instrument(i).accelerometers] for s in STORED]
+    drawn = [[a.units["loop_gain"] for i in range(4) for a in of[s].instrument(i).accelerometers] for s in AGED]
     assert [after[ppm] for ppm in drawn[0]] == drawn[1]
 
 

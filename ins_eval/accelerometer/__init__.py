@@ -16,7 +16,7 @@
     nonlinearity            quadratic, cubic, cross-coupling, misalignment
     noise                   white noise
     quantisation            whole pulses
-    loop_gain               gains of a digital loop drift in storage; absent unless stated
+    loop_gain               gains of a digital loop drift with age; absent unless stated
     absent                  an effect that is switched off
 
 A unit is drawn once and keeps its constants; each run (one uninterrupted stay, switched on once) redraws what a

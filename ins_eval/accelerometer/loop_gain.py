@@ -4,7 +4,7 @@ The loop integrates, so its output follows the feedback alone, k_t k_VI k_DA N =
 the torquer by t multiplies K1 by 1 / ((1 + f) (1 + t)); a drift of the forward gain does nothing. What remains after a
 self-calibration is worked out in `ensemble.ageing` from a loop of parts; here an accelerometer is given the result.
 
-Chamber and oven come before storage, so only a flight feels it.
+Chamber and oven come before the ageing, so only a flight feels it.
 Source: Paper B (IEEE Access 2019), eqs (9)-(13) and (24)-(30).
 """
 

@@ -25,8 +25,8 @@ from ins_eval.streams import Streams
 from ins_eval.units import PPM
 
 COMPENSATIONS = ("simple", "hysteresis_refined")
-STORED = ("drifted", "self_calibrated")
-STATES = ("fresh", *STORED)
+AGED = ("drifted", "self_calibrated")
+STATES = ("fresh", *AGED)
 SIZE = 40
 MEASURES = ("velocity_rms_horizontal", "velocity_rms_down", "cep_rate_final")
 STEPS = (("drifted", "fresh"), ("self_calibrated", "drifted"), ("self_calibrated", "fresh"))  # new against old
@@ -36,7 +36,7 @@ FREE_S = 600.0  # after which a vertical channel without barometer is shown
 
 def plans(fresh: Plan, size: int, units: Aged) -> dict[str, tuple[Plan, int]]:
     """The ensembles beside the `fresh` one, whose accelerometers have loops like those of `units`."""
-    changed = {state: (("loop_gain.scale_ppm", tuple(getattr(units, f"{state}_ppm").tolist())),) for state in STORED}
+    changed = {state: (("loop_gain.scale_ppm", tuple(getattr(units, f"{state}_ppm").tolist())),) for state in AGED}
     return {
         f"storage/{state}": (replace(fresh, arms=COMPENSATIONS, changes=fresh.changes + change), min(size, SIZE))
         for state, change in changed.items()
@@ -61,7 +61,7 @@ def numbers(
     alone           see `alone`
     """
     size = plans["storage/drifted"][1]
-    labels = {"fresh": "all", **{state: f"storage/{state}" for state in STORED}}
+    labels = {"fresh": "all", **{state: f"storage/{state}" for state in AGED}}
     flown = {state: ensemble.stacked(members[label][:size]) for state, label in labels.items()}
     arms = {f"{name}/{state}": flown[state][name] for name in COMPENSATIONS for state in STATES}
     simple, hysteresis = COMPENSATIONS
@@ -85,7 +85,7 @@ def numbers(
         track, fresh = (flown[s][name]["track_m"][:, -1] for s in (state, "fresh"))
         return _length_rms(track - fresh)
 
-    worlds = {state: World(plans[labels[state]][0]) for state in STORED}
+    worlds = {state: World(plans[labels[state]][0]) for state in AGED}
     scale_ppm = {state: _scale_ppm(world, size) for state, world in worlds.items()}
     return {
         "years": units.years,
@@ -95,7 +95,7 @@ def numbers(
         "compensations": {n: {state: estimates(f"{n}/{state}") for state in STATES} for n in COMPENSATIONS},
         "change": {n: {f"{a}/{b}": ratios(f"{n}/{a}", f"{n}/{b}") for a, b in STEPS} for n in COMPENSATIONS},
         "hysteresis": {state: ratios(f"{hysteresis}/{state}", f"{simple}/{state}") for state in STATES},
-        "final_m": {n: {state: moved_m(n, state) for state in STORED} for n in COMPENSATIONS},
+        "final_m": {n: {state: moved_m(n, state) for state in AGED} for n in COMPENSATIONS},
         "alone": alone(worlds["drifted"].flight, scale_ppm),
     }
 

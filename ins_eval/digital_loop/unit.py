@@ -17,7 +17,7 @@ class Unit:
     ageing_ppm_per_year: Mapping[str, float]
 
     def at(self, temperature_c: float, years: float = 0.0) -> Loop:
-        """The loop at a temperature, after years in storage; at the bench's temperature and new it is the nominal one.
+        """The loop at a temperature, after years of ageing; at the bench's temperature and new it is the nominal one.
 
         value = nominal (1 + coefficient (T - T_bench)) (1 + ageing years)
         """

@@ -13,7 +13,7 @@ on the plan and its number alone, so neither the number of workers nor an interr
     oven.py           experiment "oven": ten runs at rest with the temperatures of the flight
     chamber.py        experiment "chamber": the printed units, calibrated
     sensitivity.py    the flight again, with one assumption changed at a time
-    ageing.py         scale factors of digital accelerometers after storage and self-calibration
+    ageing.py         scale factors of digital accelerometers after years of ageing, and what self-calibration leaves
     response.py       what a scale-factor error does to a flight without any other
     running.py        members in parallel
     store.py          members on disk

@@ -1,10 +1,10 @@
-"""Digital accelerometers after storage: what became of their scale factors, and what a self-calibration leaves.
+"""Digital accelerometers after years of ageing: what became of their scale factors, and what a self-calibration leaves.
 
 The units are those of `digital_loop.population`; everything follows from the temperature coefficients and the ageing of
 their parts. A unit is taken through
 
     reference    N_on - N_off with the constant current, new, on the bench
-    storage      every part ages
+    ageing       every part drifts with the years
     estimate     N_on - N_off again, warmer than the reference as on the paper's bench: eqs (26)-(28)
     correction   N_VREF of the feedback DAC, a whole number: eq. (30)
 
@@ -53,7 +53,7 @@ class Aged:
 
 
 def aged(years: float, seed: int, size: int = SIZE, loop: Loop | None = None) -> Aged:
-    """The first `size` units of the population of `loop` (by default the preset's) after `years` in storage."""
+    """The first `size` units of the population of `loop` (by default the preset's) after `years` of ageing."""
     if not 0.0 <= years <= LONGEST_YEARS:
         raise UsageError(f"storage: {years:g} years, expected 0 to {LONGEST_YEARS:g}")
     loop = loop or load()

@@ -1,4 +1,4 @@
-"""The section of the flight report on storage: drift of the loop gains, self-calibration, and where either shows."""
+"""The section of the flight report on ageing: drift of the loop gains, self-calibration, and where either shows."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ins_eval.report.wording import MISSING, SHORT_VERDICT, at_most, change, fix
 from ins_eval.units import UG
 
 STATE_NAME = {"fresh": "fresh", "drifted": "stored", "self_calibrated": "self-calibrated"}
-STORED = ("drifted", "self_calibrated")
+AGED = ("drifted", "self_calibrated")
 DOWN = "velocity_rms_down"
 MOST_MANOEUVRES = 6
 STAND_TILT_DEG = 1.0
@@ -22,7 +22,7 @@ ALIKE = 0.05  # of what the drift makes: the largest difference between two alig
 
 
 def ageing_blocks(metrics: Mapping) -> list[Block]:
-    """What storage does to the flight; a part whose numbers the metrics lack is left out."""
+    """What ageing does to the flight; a part whose numbers the metrics lack is left out."""
     blocks: list[Block] = []
     for part in (_gains, _in_flight, _states, _changes, _where, _alignment, _vertical, _left_out):
         with suppress(KeyError):
@@ -30,8 +30,8 @@ def ageing_blocks(metrics: Mapping) -> list[Block]:
     return blocks
 
 
-def _gains(storage: Mapping) -> list[Block]:
-    gains, years = storage["gains"], storage["years"]
+def _gains(ageing: Mapping) -> list[Block]:
+    gains, years = ageing["gains"], ageing["years"]
     text = (
         f"Digital accelerometers (Paper B) after {years:g} year{'' if years == 1.0 else 's'} between calibration and "
         f"flight. The gain of the feedback has drifted by {gains['feedback_ppm']:.0f} ppm RMS, and the scale factor "
@@ -45,18 +45,18 @@ def _gains(storage: Mapping) -> list[Block]:
     return [Paragraph(text)]
 
 
-def _in_flight(storage: Mapping) -> list[Block]:
-    """How much storage changes, and how much is to be expected of errors that add in squares."""
-    alone, texts = storage["alone"]["whole_mps"]["found"], []
-    for name, states in storage["compensations"].items():
-        ratio, fresh = storage["change"][name]["drifted/fresh"][VELOCITY], states["fresh"][VELOCITY]["value"]
+def _in_flight(ageing: Mapping) -> list[Block]:
+    """How much ageing changes, and how much is to be expected of errors that add in squares."""
+    alone, texts = ageing["alone"]["whole_mps"]["found"], []
+    for name, states in ageing["compensations"].items():
+        ratio, fresh = ageing["change"][name]["drifted/fresh"][VELOCITY], states["fresh"][VELOCITY]["value"]
         expected = 100.0 * (hypot(1.0, alone["drifted"] / fresh) - 1.0)
         texts.append(
             f"With {label(name)} compensation storage changes the {measure_name(VELOCITY)} by {change(ratio)}, at most "
             f"{fixed(at_most(ratio), 1)} % either way; added in squares to {fixed(fresh)} m/s it would be "
             f"+{fixed(expected, 2)} %."
         )
-    least = min(states["fresh"][VELOCITY]["value"] for states in storage["compensations"].values())
+    least = min(states["fresh"][VELOCITY]["value"] for states in ageing["compensations"].values())
     text = (
         f"The drift by itself makes {_cm(alone['drifted'])} cm/s of horizontal velocity error, "
         f"{_cm(alone['self_calibrated'])} cm/s after self-calibration: "
@@ -65,18 +65,18 @@ def _in_flight(storage: Mapping) -> list[Block]:
     return [Paragraph(text + " ".join(texts), "In flight.")]
 
 
-def _states(storage: Mapping) -> list[Block]:
+def _states(ageing: Mapping) -> list[Block]:
     rows = []
-    for name, states in storage["compensations"].items():
+    for name, states in ageing["compensations"].items():
         for state, estimates in states.items():
-            stored = state in STORED
+            aged = state in AGED
             rows.append(
                 (
                     label(name),
                     STATE_NAME[state],
-                    fixed(storage["scale_ppm"][state], 0) if stored else MISSING,
+                    fixed(ageing["scale_ppm"][state], 0) if aged else MISSING,
                     *(with_interval(estimates[measure], 3) for measure in (VELOCITY, CEP)),
-                    fixed(storage["final_m"][name][state], 0) if stored else MISSING,
+                    fixed(ageing["final_m"][name][state], 0) if aged else MISSING,
                 )
             )
     return table(
@@ -90,21 +90,21 @@ def _states(storage: Mapping) -> list[Block]:
             "last position [m RMS]",
         ),
         rows,
-        f"{storage['size']} instruments, the first of the ensemble above; in brackets the 95 % interval. Scale factor "
+        f"{ageing['size']} instruments, the first of the ensemble above; in brackets the 95 % interval. Scale factor "
         "and last position: by how much they differ from fresh.",
         "llrrrr",
     )
 
 
-def _changes(storage: Mapping) -> list[Block]:
+def _changes(ageing: Mapping) -> list[Block]:
     rows = [
         (label(name), " against ".join(STATE_NAME[state] for state in step.split("/")), *_judged(ratios))
-        for name, steps in storage["change"].items()
+        for name, steps in ageing["change"].items()
         for step, ratios in steps.items()
     ]
     rows += [
         (STATE_NAME[state], f"{label(SECOND)} against {label(FIRST)}", *_judged(ratios))
-        for state, ratios in storage["hysteresis"].items()
+        for state, ratios in ageing["hysteresis"].items()
     ]
     return table(
         "What storage, self-calibration and hysteresis compensation change",
@@ -120,14 +120,14 @@ def _judged(ratios: Mapping) -> list[str]:
     return [text for ratio in found for text in (change(ratio), SHORT_VERDICT[verdict(ratio)])]
 
 
-def _where(storage: Mapping) -> list[Block]:
-    phases, manoeuvres = (storage["alone"][key] for key in ("phases", "manoeuvres"))
+def _where(ageing: Mapping) -> list[Block]:
+    phases, manoeuvres = (ageing["alone"][key] for key in ("phases", "manoeuvres"))
     shown = manoeuvres[:MOST_MANOEUVRES]
     rows = [
         (
             in_symbols(entry["name"]),
             f"{entry['from_s']:.0f} to {entry['to_s']:.0f}",
-            *(_cm(entry[f"{state}_mps"]) for state in STORED),
+            *(_cm(entry[f"{state}_mps"]) for state in AGED),
             *(map(_cm, entry["axes_mps"]) if "axes_mps" in entry else [MISSING] * 3),
         )
         for entry in (*phases, *shown)
@@ -143,8 +143,8 @@ def _where(storage: Mapping) -> list[Block]:
     )
 
 
-def _alignment(storage: Mapping) -> list[Block]:
-    whole, ppm = storage["alone"]["whole_mps"], storage["scale_ppm"]["drifted"]
+def _alignment(ageing: Mapping) -> list[Block]:
+    whole, ppm = ageing["alone"]["whole_mps"], ageing["scale_ppm"]["drifted"]
     found, given, difference = (_cm(whole[key]["drifted"], 2) for key in ("found", "given", "difference"))
     alike = whole["difference"]["drifted"] < ALIKE * whole["given"]["drifted"]
     text = (
@@ -157,11 +157,11 @@ def _alignment(storage: Mapping) -> list[Block]:
     return [Paragraph(text, "Alignment.")]
 
 
-def _vertical(storage: Mapping) -> list[Block]:
-    vertical = storage["alone"]["vertical"]["drifted"]
+def _vertical(ageing: Mapping) -> list[Block]:
+    vertical = ageing["alone"]["vertical"]["drifted"]
     flown = [
         f"{change(steps['drifted/fresh'][DOWN])} with {label(name)} compensation"
-        for name, steps in storage["change"].items()
+        for name, steps in ageing["change"].items()
     ]
     text = (
         f"There the drift shows at once, as {vertical['felt_mps2'] / UG:.0f} µg RMS of gravity. Damped by baro height "
@@ -172,12 +172,12 @@ def _vertical(storage: Mapping) -> list[Block]:
     return [Paragraph(text, "Vertical channel.")]
 
 
-def _left_out(storage: Mapping) -> list[Block]:
+def _left_out(ageing: Mapping) -> list[Block]:
     text = (
         "The paper also prints 100 µg of bias a year. No test of the loop sees a bias, and an alignment hides one only "
         "until the course changes; it would outweigh the scale factor, but belongs to no gain and is left out."
     )
-    return [Paragraph(text, "Not in it.")] if storage["compensations"] else []
+    return [Paragraph(text, "Not in it.")] if ageing["compensations"] else []
 
 
 def _cm(metres: float, digits: int = 1) -> str:
