@@ -1,4 +1,4 @@
-"""Paper A told backwards: `python -m tests.diagnosis.told_backwards [--count 36] [--seed 14] [--workers 2]`.
+"""Paper A as an inverse problem: `python -m tests.diagnosis.diagnosed_belief [--count 36] [--seed 14] [--workers 2]`.
 
 An instrument with all the thermal physics of its accelerometers is believed `simple`, straight lines through the
 chamber's points. `diagnose` gets one flight of it (with ``--chamber`` the three chamber recordings as well) and writes
@@ -8,7 +8,7 @@ course, are navigated with
     simple                the belief
     hysteresis            the hysteresis compensation, calibrated in the chamber
     hysteresis_refined    the same after an oven run
-    told                  the belief that `diagnose` wrote
+    diagnosed             the belief that `diagnose` wrote
     oracle                K1 and K0 themselves, but for what is drawn anew at each switch-on
 
 and velocity RMS and radial error rate, each the RMS over these flights, are compared over instruments, paired. One
@@ -72,7 +72,7 @@ def another_day() -> Profile:
 
 
 @dataclass(frozen=True)
-class Told:
+class DiagnosedUnit:
     """What came of one instrument: errors of the later flights by arm, and the answer of `diagnose`."""
 
     errors: dict[str, Errors]
@@ -83,7 +83,7 @@ class Told:
         return [f"{one['name']} {one['axis'] or ''}".strip() for one in self.answer["effects"]]
 
 
-class Backwards:
+class InverseProblem:
     """Instruments of one seed, their first flight on disk and the later ones in memory."""
 
     def __init__(self, folder: Path, seed: int = SEED):
@@ -91,26 +91,26 @@ class Backwards:
         self.world = World(Plan(profile=PROFILE, seed=seed, rate_hz=RATE_HZ))
         self.later = Mission(another_day(), LATER_RATE_HZ)
 
-    def told(self, index: int, chamber: bool = False) -> Told:
+    def unit(self, index: int, chamber: bool = False) -> DiagnosedUnit:
         """Instrument `index`: recorded, diagnosed from its first flight, flown again."""
         where = self.folder / f"{index}"
         first = self.flight(index)
         recordings = [first, *(self.chamber(index, axis) for axis in "xyz")] if chamber else [first]
         answer, model = diagnosed(recordings, first, where)
         believed = form.read_belief(first)
-        told = parse(Belief, read_toml(model), str(model))
+        after = parse(Belief, read_toml(model), str(model))
         triads = {
             name: [read_model(first / "compensation" / f"{name}.toml", axis) for axis in "xyz"]
             for name in COMPENSATIONS
         }
-        triads["told"] = [believed_model(told, axis, where) for axis in "xyz"]
+        triads["diagnosed"] = [believed_model(after, axis, where) for axis in "xyz"]
         found: dict[str, list[Errors]] = {}
         for number in range(FLIGHTS):
             streams = self.world.streams(index).at("another day", number)
             recording = self.later.record(self.world.instrument(index), streams)
             seen, interval_s = samples(recording), recording.interval_s
             for name, triad in triads.items():
-                of_arm = replace(recording, belief=told if name == "told" else believed)
+                of_arm = replace(recording, belief=after if name == "diagnosed" else believed)
                 found.setdefault(name, []).append(errors(of_arm, compensate(seen, triad, interval_s)))
             of_arm = replace(recording, belief=believed)
             found.setdefault("oracle", []).append(errors(of_arm, self._known(recording, index)))
@@ -118,7 +118,7 @@ class Backwards:
             arm: {measure: float(of([one[measure] for one in each])) for measure, of in STATISTICS.items()}
             for arm, each in found.items()
         }
-        return Told(pooled, answer)
+        return DiagnosedUnit(pooled, answer)
 
     def flight(self, index: int) -> Path:
         """The first flight of an instrument."""
@@ -131,8 +131,8 @@ class Backwards:
     def _simulated(self, where: Path, kind: str, index: int, *more: str) -> Path:
         out = where / "-".join([kind, *more[1:]])
         rate = ["--rate", f"{RATE_HZ:g}", "--profile", PROFILE] if kind == "flight" else []
-        told = ["--seed", f"{self.seed}", "--instrument", f"{index}", *rate, *more, "-o", str(out), "--quiet"]
-        assert not ins_eval(["simulate", kind, *told])
+        arguments = ["--seed", f"{self.seed}", "--instrument", f"{index}", *rate, *more, "-o", str(out), "--quiet"]
+        assert not ins_eval(["simulate", kind, *arguments])
         return out
 
     def _known(self, recording: Recording, index: int) -> np.ndarray:
@@ -166,18 +166,18 @@ def errors(recording: Recording, velocity: np.ndarray) -> Errors:
     }
 
 
-def compared(found: Sequence[Told], seed: int = SEED) -> metrics.Comparison:
-    """Every arm against `simple`, and `told` against `hysteresis`, over instruments."""
+def compared(found: Sequence[DiagnosedUnit], seed: int = SEED) -> metrics.Comparison:
+    """Every arm against `simple`, and `diagnosed` against `hysteresis`, over instruments."""
     arms = {
         arm: {measure: np.array([one.errors[arm][measure] for one in found]) for measure in STATISTICS}
         for arm in found[0].errors
     }
-    pairs = [(arm, "simple") for arm in arms if arm != "simple"] + [("told", "hysteresis")]
+    pairs = [(arm, "simple") for arm in arms if arm != "simple"] + [("diagnosed", "hysteresis")]
     return metrics.paired_bootstrap(arms, STATISTICS, pairs, Streams(seed).at("told backwards", "bootstrap").rng())
 
 
-def shares(found: Sequence[Told], seed: int = SEED) -> dict[str, tuple[float, float, float]]:
-    """Of what the hysteresis compensation gains on `simple`, the share that `told` gains, by measure.
+def shares(found: Sequence[DiagnosedUnit], seed: int = SEED) -> dict[str, tuple[float, float, float]]:
+    """Of what the hysteresis compensation gains on `simple`, the share that `diagnosed` gains, by measure.
 
     Each with its 95 % interval, a bootstrap over instruments; it means something where the hysteresis compensation
     gains beyond chance.
@@ -186,19 +186,21 @@ def shares(found: Sequence[Told], seed: int = SEED) -> dict[str, tuple[float, fl
     drawn = [np.arange(len(found)), *rng.integers(0, len(found), (RESAMPLES, len(found)))]
     out = {}
     for measure in STATISTICS:
-        simple, told, hysteresis = (_pooled(found, arm, measure, drawn) for arm in ("simple", "told", "hysteresis"))
-        share = (simple - told) / (simple - hysteresis)
+        simple, diagnosed, hysteresis = (
+            _pooled(found, arm, measure, drawn) for arm in ("simple", "diagnosed", "hysteresis")
+        )
+        share = (simple - diagnosed) / (simple - hysteresis)
         out[measure] = (float(share[0]), *(float(x) for x in np.percentile(share[1:], INTERVAL)))
     return out
 
 
-def _pooled(found: Sequence[Told], arm: str, measure: str, drawn: Sequence[np.ndarray]) -> np.ndarray:
+def _pooled(found: Sequence[DiagnosedUnit], arm: str, measure: str, drawn: Sequence[np.ndarray]) -> np.ndarray:
     """A measure over all instruments, for each set of their numbers that was drawn."""
     errors = np.array([one.errors[arm][measure] for one in found])
     return np.array([STATISTICS[measure](errors[rows]) for rows in drawn])
 
 
-def population(seed: int, count: int, workers: int, chamber: bool = False) -> Iterator[Told]:
+def population(seed: int, count: int, workers: int, chamber: bool = False) -> Iterator[DiagnosedUnit]:
     """The first `count` instruments of a seed, in their order."""
     return at_once(workers, _one, repeat(seed), range(count), repeat(chamber))
 
@@ -210,27 +212,27 @@ def at_once(workers: int, of: Callable[..., Any], *arguments: Iterable[Any]) -> 
         yield from pool.map(of, *arguments)
 
 
-def _one(seed: int, index: int, chamber: bool) -> Told:
+def _one(seed: int, index: int, chamber: bool) -> DiagnosedUnit:
     with tempfile.TemporaryDirectory() as folder:
-        return Backwards(Path(folder), seed).told(index, chamber)
+        return InverseProblem(Path(folder), seed).unit(index, chamber)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.told_backwards", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.diagnosed_belief", description=__doc__)
     parser.add_argument("--count", type=int, default=COUNT, help=f"instruments ({COUNT})")
     parser.add_argument("--seed", type=int, default=SEED, help=f"of the population ({SEED})")
     parser.add_argument("--workers", type=int, default=2, help="instruments at a time (2)")
     parser.add_argument("--chamber", action="store_true", help="diagnose flight and chamber together")
-    told = parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
     found = []
-    for one in population(told.seed, told.count, told.workers, told.chamber):
+    for one in population(options.seed, options.count, options.workers, options.chamber):
         rms = {arm: f"{e['velocity_rms_mps']:.2f}" for arm, e in one.errors.items()}
         print(f"{len(found)}: {one.answer['verdict']}: {', '.join(one.named) or 'nothing'}; m/s {rms}", flush=True)
         found.append(one)
-    for pair, ratios in compared(found, told.seed).ratios.items():
+    for pair, ratios in compared(found, options.seed).ratios.items():
         for measure, ratio in ratios.items():
             print(f"{pair:28s} {measure:28s} {ratio.ratio:.3f} [{ratio.low:.3f}, {ratio.high:.3f}]")
-    for measure, (share, low, high) in shares(found, told.seed).items():
+    for measure, (share, low, high) in shares(found, options.seed).items():
         print(f"share of the hysteresis compensation's gain, {measure}: {share:.2f} [{low:.2f}, {high:.2f}]")
     return 0
 
