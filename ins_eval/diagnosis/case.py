@@ -33,7 +33,7 @@ MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """All that is known before a hypothesis is asked about."""
+    """What the evaluation of any hypothesis in one recording needs."""
 
     name: str
     kind: str

@@ -57,7 +57,7 @@ class Suspect:
 
 
 def largest_probability(interval: Interval) -> float:
-    """Up to which an interval of this channel counts as a mismatch."""
+    """The largest false alarm probability with which an interval of this channel counts as a mismatch."""
     return LARGEST_PROBABILITY.get(interval.channel.name, OTHERWISE)
 
 
@@ -121,7 +121,7 @@ def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Sign
 
 
 def one_sensor(case: Case, r: int, base: Fitted) -> Suspect | None:
-    """A slow disturbance of one sensor, at the noise that the others then have; None where there is only one."""
+    """A slow disturbance of one sensor, while the other sensors wander little; None where there is one sensor only."""
     quiet = with_quiet_sensors(case, base.noise_point)
     over, edges_s, whitened = of_windows(case, quiet, sensors=True)
     reduced = reduce(whitened, len(case.nuisances))
@@ -151,13 +151,13 @@ def one_sensor(case: Case, r: int, base: Fitted) -> Suspect | None:
 
 
 def with_quiet_sensors(case: Case, noise_point: np.ndarray) -> np.ndarray:
-    """The noise at `noise_point` with sensors that wander little; that of a chamber as it is believed."""
+    """`noise_point` moved to sensors that wander little; in a chamber, to the noise that is believed."""
     if case.believed is None:
         return np.zeros_like(noise_point)
     return _with_quiet(case, noise_point, OF_SENSORS)
 
 
 def _with_quiet(case: Case, noise_point: np.ndarray, levels: Sequence[str]) -> np.ndarray:
-    """The noise at `noise_point` with those `levels` quiet that are loud."""
+    """`noise_point` with every one of `levels` that is above `LOUD` set to `QUIET`."""
     loud = np.isin(case.noise.free, levels) & (noise_point > LOUD)
     return np.where(loud, QUIET, noise_point)

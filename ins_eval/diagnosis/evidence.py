@@ -27,7 +27,7 @@ SCALES = (0.3, 1.0, 4.0, 16.0, 64.0)  # of the nominal size; one Gaussian of nom
 
 
 def log_evidence(whitened: Whitened) -> float:
-    """log Z with a standard normal prior on every column."""
+    """log Z of the model that has all columns, each with a standard normal prior."""
     factor = np.linalg.cholesky(np.eye(len(whitened.projection)) + whitened.normal)
     explained = solve_triangular(factor, whitened.projection, lower=True)
     return float(

@@ -32,7 +32,7 @@ def held_out(
 ) -> dict[str, float | str]:
     """`before`, `after` and `placebo` over all recordings; `point` (k,) what was taken off the recordings.
 
-    `harm_nats` is what the log predictive density loses by the effects.
+    `harm_nats` is by how much the effects lower the log predictive density.
     """
     squares, densities, rows = np.zeros(3), np.zeros(3), 0
     for r, (case, noise_point) in enumerate(zip(cases, noise_points, strict=True)):

@@ -141,7 +141,7 @@ class _Judge:
         return self._located(linearisation if heard else None, suspects, gain, statistics)
 
     def _heard(self, linearisation: Linearisation) -> tuple[float, bool]:
-        """What the best set gains on the null, and whether that is enough to say that something is wrong."""
+        """Nats that the best set gains on the null, and whether they suffice to report a mismatch."""
         gain = self._gain(linearisation)
         least = max(LEAST_GAIN.get(case.kind, 0.0) for case in self.cases)
         return gain, gain > max(least, linearisation.space.cost * len(linearisation.best.members))
@@ -199,12 +199,12 @@ class _Judge:
         return best
 
     def _at_noise(self, linearisation: Linearisation, fitted: Sequence[Fitted]) -> Linearisation:
-        """The same recordings, navigated with the same, at another noise."""
+        """The linearisation around the same point, its sums and its search at another noise."""
         m = int(np.count_nonzero(linearisation.point))
         return linearise(linearisation.cases, linearisation.hypotheses[:m], linearisation.point[:m], fitted, self.share)
 
     def _searched(self, linearisation: Linearisation) -> Linearisation:
-        """The search again at the noise under what it found, and once more around it, until it stays."""
+        """Search, fit the noise under the set found, navigate with that set, and search again until the set stays."""
         for turn in range(ROUNDS):
             best = linearisation.best
             if best.log_bayes_factor < WORTH_REFITTING:
@@ -260,7 +260,7 @@ class _Judge:
     # 4, 5 and 6
 
     def _explained(self, linearisation: Linearisation, statistics: dict[str, float | str]) -> Diagnosis | None:
-        """The answer where the effects found are enough, else None."""
+        """The answer where the effects found explain the mismatch, else None."""
         self.instead, self.beside = left_unexplained(linearisation, self.share, self.rng)
         posterior = linearisation.best.log_posterior
         statistics |= {"instead": self.instead.gain, "beside": self.beside.gain, "posterior": posterior}
@@ -518,13 +518,13 @@ def _jump(case: Case, suspect: Suspect) -> locate.Interval | None:
 
 
 def _channels(linearisation: Linearisation, members: Sequence[int]) -> list[str]:
-    """Where each of these hypotheses lives."""
+    """The channel that each of these hypotheses disturbs."""
     ones = [linearisation.hypotheses[k].candidate for k in members]
     return [channel_of(one.name, one.axis, one.parameters) for one in ones]
 
 
 def _innovations(case: Case, noise_point: np.ndarray) -> np.ndarray:
-    """Whitened residual (nodes, 9) with nuisances at their best."""
+    """Whitened residual (nodes, 9) of the null, the nuisances at their posterior mean."""
     whitened = case.whitened([], noise_point, keep=len(case.nuisances) + 1)
     best = np.linalg.solve(np.eye(len(case.nuisances)) + whitened.normal, whitened.projection)
     return whitened.kept[..., 0] - whitened.kept[..., 1:] @ best

@@ -78,7 +78,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Significance:
-    """What the largest ratio is worth: `trials` independent ones would have the same tail."""
+    """Tail of the largest ratio of a scan: that of the largest of `trials` independent ratios."""
 
     trials: float
 
@@ -88,12 +88,12 @@ class Significance:
         return Significance(self.trials * FINER**2)
 
     def probability(self, t2: float) -> float:
-        """Of a ratio as large somewhere, where nothing is wrong."""
+        """Probability that noise alone gives so large a ratio anywhere in the scan."""
         one = chi2.sf(t2, 1)
         return float(-np.expm1(self.trials * np.log1p(-min(one, 1.0 - 1e-16))))
 
     def sigma(self, t2: float) -> float:
-        """The same as the deviate of a normal distribution, one-sided; 0 where it is no surprise."""
+        """That probability as the one-sided deviate of a normal distribution; 0 for one above a half."""
         p = self.probability(t2)
         if p > 1e-12:
             return max(0.0, float(norm.isf(p)))
@@ -145,7 +145,7 @@ def scan(reduced: Reduced, over: list[Channel], edges_s: np.ndarray) -> list[Int
 
 
 def significance(reduced: Reduced, count: int, rng: np.random.Generator) -> Significance:
-    """How many independent ratios the largest of this scan is worth; `count` windows a channel."""
+    """Number of independent ratios whose largest has the tail of this scan's; `count` windows a channel."""
     values, vectors = np.linalg.eigh(reduced.normal)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     draws = rng.standard_normal((DRAWS, root.shape[1])) @ root.T

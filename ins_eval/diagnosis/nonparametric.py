@@ -42,7 +42,7 @@ STEADY = 0.1  # relative change below which a drive is as good as constant
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """What is wrong in one channel of recording number `recording`, (windows,) each, in `unit`.
+    """The disturbance of one channel of recording number `recording`, (windows,) each, in `unit`.
 
     `mean` and `sigma` are what the open form finds, NaN where nothing was measured. `effect` is what the effect makes
     of the channel, NaN without one. `drive`, in `drive_unit`, is what its value multiplies, or without an effect the
@@ -62,7 +62,7 @@ class Located:
 
 
 def located(found: Diagnosis, effect: FoundEffect | None = None) -> Located | None:
-    """The disturbance that `effect` explains, or without one that of the channel that stays unexplained.
+    """The disturbance of the channel that `effect` acts on, or, without an effect, of the channel left unexplained.
 
     None where there is nothing of the kind: an effect that belongs to the start, or nothing that stays unexplained.
     """

@@ -64,7 +64,7 @@ def open_form(channel: int, a: np.ndarray, b: np.ndarray) -> OpenForm:
 
 
 def open_forms(reduced: Reduced, channels: int) -> list[OpenForm]:
-    """That of every channel, from the sums of the windows of each in turn."""
+    """The best open form of every channel, from the sums of the windows of one channel after another."""
     count = reduced.projection.size // channels
     parts = [slice(k * count, (k + 1) * count) for k in range(channels)]
     return [open_form(k, reduced.normal[part, part], reduced.projection[part]) for k, part in enumerate(parts)]

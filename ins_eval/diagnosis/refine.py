@@ -261,14 +261,14 @@ def _along(
 
 
 def _steep(tried: dict[float, float], centre: float) -> bool:
-    """Whether both values tried beside the best are so much worse that its interval lies between them."""
+    """Whether both values beside the best one are so much worse that its 95 % interval lies between them."""
     places = sorted(tried)
     i = places.index(centre)
     return all(tried[x] < tried[centre] - STEEP for x in places[max(i - 1, 0) : i + 2] if x != centre)
 
 
 def _open(tried: dict[float, float], low: float, high: float) -> bool:
-    """Whether an end of what was tried is still probable, and not at the end of what is possible."""
+    """Whether an end of the tried range is still probable without being an end of the possible range."""
     best, first, last = max(tried.values()), min(tried), max(tried)
     return (tried[first] > best - FAR and first > low) or (tried[last] > best - FAR and last < high)
 

@@ -82,7 +82,7 @@ def with_experiments(linearisation: Linearisation, found: Sequence[Rival], catal
 
 
 def _three_biases(linearisation: Linearisation, k: int) -> list[Rival]:
-    """For Earth rotation that only parked recordings show: three constant gyro biases do the same."""
+    """Three constant gyro biases as the rival of Earth rotation, where only parked recordings show it."""
     one = linearisation.hypotheses[k]
     parked = all(case.kind in PARKED for case in linearisation.cases)
     if one.candidate.name != "earth.rotation" or not parked:

@@ -61,7 +61,7 @@ class Space:
 
     @property
     def cost(self) -> float:
-        """Of each effect in a set, nats."""
+        """Nats that each effect of a set costs."""
         return float(np.log(max(1, np.unique(self.families).size) / ODDS))
 
 
@@ -81,7 +81,7 @@ NULL = Explanation((), 0.0, 0.0)
 
 
 def log_bayes_factor(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> tuple[float, np.ndarray]:
-    """Of one set, from its own A (k, k) and b (k,), and the scales (k,) at which it is highest."""
+    """log Bayes factor of one set, from its own A (k, k) and b (k,), and the prior scales (k,) that make it highest."""
     if b.size == 0:
         return 0.0, np.zeros(0)
     choices = [SCALES if c == 0.0 else (1.0,) for c in centre]
@@ -95,7 +95,7 @@ def log_bayes_factor(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> tuple[
 def _one_at_a_time(
     a: np.ndarray, b: np.ndarray, centre: np.ndarray, choices: Sequence[Sequence[float]]
 ) -> tuple[float, np.ndarray]:
-    """The same with the sum over the scales of each effect taken with those of the others at their best."""
+    """log Bayes factor of a set, summed over the scales of one effect at a time, those of the others at their best."""
     best = np.array([one[len(one) // 2] for one in choices])
     for _ in range(SWEEPS):
         before, gain = best, 0.0
@@ -145,7 +145,7 @@ def conditional(
 def one_more(
     a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of each family not yet in the set: its log B given the set, its best member, the same B for any size.
+    """Of each family outside the set: log B given the set, its best member, and log B of that member at any size.
 
     The last is the mean of the highest likelihood of its members: how well it fits where nothing is expected of its
     size. (families,) each; -inf for families of the set.
@@ -206,7 +206,7 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float = LEAST_SHAR
 
 
 def _possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], centre: np.ndarray) -> bool:
-    """Whether each effect of a set that has its size from physics has its sign as well, with the others free."""
+    """Whether every effect whose size physics fixes comes out with the sign that physics gives, the others free."""
     m = list(members)
     c = centre[m]
     if not c.any():
@@ -216,7 +216,7 @@ def _possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], centre: np.n
 
 
 def _judged(one: Explanation, first: float, share: float, space: Space) -> float:
-    """Posterior, less the share of the first gain that each further effect must bring."""
+    """log posterior, less the share of the first gain that each further effect has to bring."""
     if one.members and space.exact[one.members[0]]:
         return one.log_posterior
     return one.log_posterior - max(0, len(one.members) - 1) * max(0.0, share * first)

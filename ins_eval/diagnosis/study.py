@@ -41,7 +41,7 @@ class Hypothesis:
         return self.candidate.key
 
     def scaled(self, factor: float) -> Hypothesis:
-        """The same with a larger nominal size."""
+        """The hypothesis with a nominal size that is larger by a factor."""
         return replace(self, columns=tuple(None if c is None else wide(c, factor) for c in self.columns))
 
 
@@ -111,7 +111,7 @@ def sums(
 
 
 def of_case(case: Case, r: int, noise_point: np.ndarray, hypotheses: Sequence[Hypothesis], coarse: bool) -> Sums:
-    """The part of recording `r`."""
+    """The sums of recording `r` alone."""
     here = [k for k, one in enumerate(hypotheses) if one.columns[r] is not None]
     whitened = case.whitened([hypotheses[k].columns[r] for k in here], noise_point, case.block if coarse else 1)
     return reduced_sums(whitened, len(case.nuisances), here, len(hypotheses), noise_point)
