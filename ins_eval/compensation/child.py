@@ -33,7 +33,7 @@ READINGS = ("time_s", "run", "input_g", "rate_c_per_min", "temperature_c", "outp
 # The number of threads decides the last bits of a result: one, as in `ensemble.running`.
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL", "BLIS")}
 # Else memory of large arrays goes back to the system at once and is cleared again for the next: four times slower.
-_KEEP_MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(2**25), "MALLOC_TRIM_THRESHOLD_": str(2**28)}  # bytes
+KEEP_MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(2**25), "MALLOC_TRIM_THRESHOLD_": str(2**28)}  # bytes
 _START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[2]); "
     "from ins_eval.compensation.serve import serve; serve(json.loads(sys.argv[1]))"
@@ -58,7 +58,7 @@ class Child:
             stdin=subprocess.DEVNULL,
             stdout=2,  # what a model prints is not our text
             pass_fds=theirs.handles,
-            env=os.environ | _ONE_THREAD | _KEEP_MEMORY,
+            env=os.environ | _ONE_THREAD | KEEP_MEMORY,
             start_new_session=True,  # an interrupt from the terminal is for the parent to answer
         )
         theirs.close()

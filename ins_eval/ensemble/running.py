@@ -18,6 +18,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
+from ins_eval.compensation.child import KEEP_MEMORY
 from ins_eval.ensemble.plan import Plan
 from ins_eval.ensemble.store import Store
 from ins_eval.ensemble.world import World
@@ -67,7 +68,8 @@ def _computed(missing: Mapping[int, Sequence[tuple[Plan, Store]]], workers: int)
         return
     pool = ProcessPoolExecutor(min(workers, len(missing)), mp_context=get_context("spawn"), initializer=_attend_parent)
     try:
-        with _interrupts_ignored():  # what is started here ignores them for good: the parent alone answers
+        # What is started here ignores interrupts for good: the parent alone answers.
+        with _interrupts_ignored(), _environment(KEEP_MEMORY):
             futures = [pool.submit(_work, index, ensembles) for index, ensembles in missing.items()]
         for future in as_completed(futures):
             yield future.result()
@@ -91,6 +93,21 @@ def _interrupts_ignored() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _environment(variables: Mapping[str, str]) -> Iterator[None]:
+    """Have `variables` in the environment, for the processes that are started meanwhile."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def _attend_parent() -> None:
