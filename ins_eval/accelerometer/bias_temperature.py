@@ -15,6 +15,7 @@ import numpy as np
 
 from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative
 from ins_eval.accelerometer.run import ThermalRun
+from ins_eval.streams import Streams
 
 
 class BiasTemperature(AccelerometerEffect):
@@ -34,7 +35,7 @@ class BiasTemperature(AccelerometerEffect):
         omega2, omega3 = rng.standard_normal(2)
         return np.array([omega1, self.omega2_sigma_ug_per_c2 * omega2, self.omega3_sigma_ug_per_c3 * omega3])
 
-    def contribution(self, unit: np.ndarray, run: ThermalRun, rng: np.random.Generator) -> Contribution:
+    def contribution(self, unit: np.ndarray, run: ThermalRun, streams: Streams) -> Contribution:
         return Contribution(bias_ug=self._powers(run) @ unit)
 
     def _powers(self, run: ThermalRun) -> np.ndarray:

@@ -24,6 +24,7 @@ from pydantic import Field, model_validator
 
 from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative, Positive
 from ins_eval.accelerometer.run import ThermalRun
+from ins_eval.streams import Streams
 from ins_eval.units import MINUTE
 
 
@@ -97,8 +98,8 @@ class Creep(AccelerometerEffect):
         """omega1 in ug/degC."""
         return drawn["bias_temperature"][0]
 
-    def contribution(self, unit: float, run: ThermalRun, rng: np.random.Generator) -> Contribution:
-        return Contribution(bias_ug=unit * scattered(self.scatter, rng.standard_normal()) * self._memory(run))
+    def contribution(self, unit: float, run: ThermalRun, streams: Streams) -> Contribution:
+        return Contribution(bias_ug=unit * scattered(self.scatter, streams.rng().standard_normal()) * self._memory(run))
 
     def relaxed(self, time_s: np.ndarray, temperature_c: np.ndarray, stable_at_c: float) -> np.ndarray:
         """sum_j w_j z_j in degC, (n,), of an epoxy whose creep is counted from its stable state at `stable_at_c`.

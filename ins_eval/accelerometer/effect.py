@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import Field
 
 from ins_eval.accelerometer.run import ThermalRun
+from ins_eval.streams import Streams
 from ins_eval.tables import Strict
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -51,8 +52,8 @@ class AccelerometerEffect(Strict):
         """The run with the temperature of the inner elements."""
         return run
 
-    def contribution(self, unit: Any, run: ThermalRun, rng: np.random.Generator) -> Contribution:
-        """Slow errors over a run; `rng` is for what is redrawn at each run."""
+    def contribution(self, unit: Any, run: ThermalRun, streams: Streams) -> Contribution:
+        """Slow errors over a run; `streams` is the node of this effect in it, for what is redrawn at each run."""
         return Contribution()
 
     def force_error_ug(self, unit: Any, force_g: np.ndarray) -> np.ndarray | float:

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-import numpy as np
-
 from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative, Positive
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.random_processes import gauss_markov
+from ins_eval.streams import Streams
 
 
 class InRun(AccelerometerEffect):
@@ -23,5 +22,5 @@ class InRun(AccelerometerEffect):
     sigma_ug: NotNegative
     correlation_s: Positive
 
-    def contribution(self, unit: Any, run: ThermalRun, rng: np.random.Generator) -> Contribution:
-        return Contribution(bias_ug=gauss_markov(run.time_s, self.sigma_ug, self.correlation_s, rng))
+    def contribution(self, unit: Any, run: ThermalRun, streams: Streams) -> Contribution:
+        return Contribution(bias_ug=gauss_markov(run.time_s, self.sigma_ug, self.correlation_s, streams.rng()))

@@ -18,6 +18,7 @@ from pydantic import Field
 
 from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution
 from ins_eval.accelerometer.run import ThermalRun
+from ins_eval.streams import Streams
 
 
 class LoopGain(AccelerometerEffect):
@@ -30,5 +31,5 @@ class LoopGain(AccelerometerEffect):
         """The change in ppm; from two lists of the same length it is that of the same loop."""
         return self.scale_ppm[rng.integers(len(self.scale_ppm))]
 
-    def contribution(self, unit: float, run: ThermalRun, rng: np.random.Generator) -> Contribution:
+    def contribution(self, unit: float, run: ThermalRun, streams: Streams) -> Contribution:
         return Contribution(scale_ppm=unit if run.kind == "flight" else 0.0)

@@ -25,6 +25,7 @@ from pydantic import Field
 
 from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative, Positive
 from ins_eval.accelerometer.run import ThermalRun
+from ins_eval.streams import Streams
 
 
 @numba.njit(cache=True)
@@ -50,7 +51,7 @@ class MagnetHysteresis(AccelerometerEffect):
         """A in ppm."""
         return self.half_opening_ppm * np.exp(self.half_opening_sigma * rng.standard_normal())
 
-    def contribution(self, unit: float, run: ThermalRun, rng: np.random.Generator) -> Contribution:
+    def contribution(self, unit: float, run: ThermalRun, streams: Streams) -> Contribution:
         return Contribution(scale_ppm=unit * self._branch(run))
 
     def _branch(self, run: ThermalRun) -> np.ndarray:

@@ -93,7 +93,7 @@ class Accelerometer:
         node = streams.at(f"accelerometer.{self.axis}")
         scale_ppm, bias_ug = np.zeros(run.time_s.size), np.zeros(run.time_s.size)
         for effect in self._acting("contribution"):
-            part = effect.contribution(self.units[effect.name], run, node.at(effect.name).rng())
+            part = effect.contribution(self.units[effect.name], run, node.at(effect.name))
             scale_ppm += part.scale_ppm
             bias_ug += part.bias_ug
         return SlowErrors(self.gamma * (1.0 + PPM * scale_ppm), bias_ug)

@@ -21,6 +21,7 @@ from pydantic import Field
 from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, Positive
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.scale_factor import TERMS, scale_factor_terms
+from ins_eval.streams import Streams
 from ins_eval.tables import Strict
 
 # the power of r in each term, in the order of TERMS: where a rate unit and the rate sign enter
@@ -72,7 +73,7 @@ class ScalePolynomial(AccelerometerEffect):
         factor = 1.0 + self.spread * rng.uniform(-1.0, 1.0, size=5)
         return self.coefficients(self.units[0]) * np.append(factor, 1.0)
 
-    def contribution(self, unit: np.ndarray, run: ThermalRun, rng: np.random.Generator) -> Contribution:
+    def contribution(self, unit: np.ndarray, run: ThermalRun, streams: Streams) -> Contribution:
         return Contribution(scale_ppm=self._terms(run) @ (1e6 * unit[:5] / unit[5]))
 
     def _terms(self, run: ThermalRun) -> np.ndarray:

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-import numpy as np
-
 from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative
 from ins_eval.accelerometer.run import ThermalRun
+from ins_eval.streams import Streams
 
 
 class ScaleRepeatability(AccelerometerEffect):
@@ -19,5 +18,5 @@ class ScaleRepeatability(AccelerometerEffect):
     name: ClassVar[str] = "scale_repeatability"
     sigma_ppm: NotNegative
 
-    def contribution(self, unit: Any, run: ThermalRun, rng: np.random.Generator) -> Contribution:
-        return Contribution(scale_ppm=self.sigma_ppm * rng.standard_normal())
+    def contribution(self, unit: Any, run: ThermalRun, streams: Streams) -> Contribution:
+        return Contribution(scale_ppm=self.sigma_ppm * streams.rng().standard_normal())

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-import numpy as np
-
 from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative
 from ins_eval.accelerometer.run import ThermalRun
+from ins_eval.streams import Streams
 
 
 class TurnOn(AccelerometerEffect):
@@ -21,6 +20,6 @@ class TurnOn(AccelerometerEffect):
     sigma_ug: NotNegative  # oven and flight
     chamber_sigma_ug: NotNegative  # from run to run in the chamber
 
-    def contribution(self, unit: Any, run: ThermalRun, rng: np.random.Generator) -> Contribution:
+    def contribution(self, unit: Any, run: ThermalRun, streams: Streams) -> Contribution:
         sigma = self.chamber_sigma_ug if run.kind == "chamber" else self.sigma_ug
-        return Contribution(bias_ug=sigma * rng.standard_normal())
+        return Contribution(bias_ug=sigma * streams.rng().standard_normal())

@@ -43,13 +43,12 @@ member = fly  # as `running` calls it in every experiment
 
 def contributions(errors) -> dict[str, np.ndarray]:
     """What one flight contributes to the measures of an ensemble."""
-    position = np.column_stack([errors.north_m, errors.east_m])[errors.valid]
-    time_s = errors.time_s[errors.valid]
+    moving = errors.valid & (errors.time_s > 0.0)
+    position_m, time_s = np.column_stack([errors.north_m, errors.east_m])[moving], errors.time_s[moving]
     rms = metrics.velocity_rms(errors.velocity_n, errors.valid)
-    moving = time_s > 0.0
     bridged = bridge(errors)
     reductions = dict.fromkeys(d.per_flight for d in metrics.DEFINITIONS.values())  # several definitions share one
-    reduced = {reduce: np.asarray(reduce(position[moving], time_s[moving])) for reduce in reductions}
+    reduced = {reduce: np.asarray(reduce(position_m, time_s)) for reduce in reductions}
     grid = np.searchsorted(bridged.time_s, np.arange(0.0, bridged.time_s[-1] + 0.5, TRACK_PERIOD_S) - 1e-6)
     return {
         **{f"velocity_rms_{axis}": np.asarray(value) for axis, value in rms._asdict().items()},

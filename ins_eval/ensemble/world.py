@@ -37,6 +37,12 @@ def _oven(profile: Profile, rate_hz: float) -> Mission:
 
 
 @lru_cache(maxsize=8)
+def _instrument(population: InstrumentPopulation, streams: Streams) -> Instrument:
+    """The instrument of a node, which its chamber, its oven and its flight share."""
+    return population.draw(streams)
+
+
+@lru_cache(maxsize=8)
 def _measured(
     chamber: Chamber, accelerometers: accelerometer.Population, streams: Streams
 ) -> tuple[ChamberReadings, ...]:
@@ -58,7 +64,7 @@ def _oven_runs(
     population: InstrumentPopulation, oven: Mission, streams: Streams, count: int
 ) -> tuple[list[OvenRun], ...]:
     """The first `count` refinement runs of an instrument, level and at rest in the oven, for each accelerometer."""
-    instrument, node = population.draw(streams), streams.at("oven")
+    instrument, node = _instrument(population, streams), streams.at("oven")
     seen = [samples(oven.record(instrument, node.at(run))) for run in range(count)]
     start = oven.start(0.0, aligned=True)
     force = (0.0, 0.0, -gravity(start.latitude_rad, start.height_m))
@@ -89,7 +95,7 @@ class World:
 
     def instrument(self, index: int) -> Instrument:
         """The instrument with this number."""
-        return self.population.draw(self.streams(index))
+        return _instrument(self.population, self.streams(index))
 
     def streams(self, index: int) -> Streams:
         """Random streams of the instrument with this number."""

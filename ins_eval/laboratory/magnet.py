@@ -81,7 +81,7 @@ def loop(
     run = ThermalRun(travelled_c / ramp_c_per_min * MINUTE, temperature_c, "chamber")
     amplitude = magnet.half_opening_ppm if half_opening_ppm is None else half_opening_ppm
     # the magnet draws nothing during a run
-    ppm = magnet.contribution(amplitude, run, Streams(0).rng()).scale_ppm
+    ppm = magnet.contribution(amplitude, run, Streams(0)).scale_ppm
     return HysteresisLoop(run.time_s, run.temperature_c, ppm)
 
 

@@ -148,7 +148,7 @@ def _creep_share(unit: Accelerometer, chamber: Chamber, streams: Streams) -> flo
         run = effect.inside(run)
     node = streams.at("creep_share")
     gaps = {
-        effect.name: _gap(run, effect.contribution(unit.units[effect.name], run, node.at(effect.name).rng()).bias_ug)
+        effect.name: _gap(run, effect.contribution(unit.units[effect.name], run, node.at(effect.name)).bias_ug)
         for effect in unit.effects
         if effect.name in ("bias_temperature", "creep")
     }

@@ -7,6 +7,7 @@ import pytest
 
 from ins_eval.accelerometer import Population, ThermalRun
 from ins_eval.accelerometer.magnet_hysteresis import MagnetHysteresis, play
+from ins_eval.streams import Streams
 
 AMPLITUDE_PPM = 200.0
 TOLERANCE_PPM = 1e-9
@@ -18,7 +19,7 @@ def magnet(population: Population) -> MagnetHysteresis:
 
 
 def branch(magnet: MagnetHysteresis, run: ThermalRun) -> np.ndarray:
-    return magnet.contribution(AMPLITUDE_PPM, run, np.random.default_rng(0)).scale_ppm
+    return magnet.contribution(AMPLITUDE_PPM, run, Streams(0)).scale_ppm
 
 
 def test_a_full_excursion_opens_the_loop_by_twice_the_amplitude_falling_above(

@@ -34,8 +34,7 @@ def effect(population: Population, unit: int, **changes: object) -> ScalePolynom
 
 
 def scale_ppm(effect: ScalePolynomial, run: ThermalRun) -> np.ndarray:
-    rng = np.random.default_rng(0)
-    return effect.contribution(effect.draw(rng, {}), run, rng).scale_ppm
+    return effect.contribution(effect.draw(np.random.default_rng(0), {}), run, Streams(0)).scale_ppm
 
 
 @pytest.mark.parametrize("unit", range(3))

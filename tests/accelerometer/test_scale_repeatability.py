@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from ins_eval.accelerometer import Population, ThermalRun
+from ins_eval.streams import Streams
 
 
-def test_thirty_ppm_constant_in_a_run_and_new_in_the_next(
-    population: Population, flight: ThermalRun, rng: np.random.Generator
-) -> None:
+def test_thirty_ppm_constant_in_a_run_and_new_in_the_next(population: Population, flight: ThermalRun) -> None:
     effect = population["scale_repeatability"]
-    parts = [effect.contribution(None, flight, rng) for _ in range(4000)]
+    parts = [effect.contribution(None, flight, Streams(1).at(k)) for k in range(4000)]
     ppm = np.array([part.scale_ppm for part in parts])
     assert ppm.shape == (4000,)  # one number for each run
     assert np.std(ppm) == pytest.approx(30.0, rel=0.05)

@@ -46,8 +46,8 @@ class Silent(AccelerometerEffect):
     def draw(self, rng, drawn):
         return rng.standard_normal(3)
 
-    def contribution(self, unit, run, rng):
-        return Contribution(bias_ug=0.0 * rng.standard_normal(run.time_s.size))
+    def contribution(self, unit, run, streams):
+        return Contribution(bias_ug=0.0 * streams.rng().standard_normal(run.time_s.size))
 
     def noise_ug(self, interval_s, rng):
         return 0.0 * rng.standard_normal(interval_s.size)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -40,23 +40,19 @@ class InTheOven(AccelerometerEffect):
         angle = np.radians(self.towards_deg) - HEADING
         return tuple(self.model_copy(update={"share": share}) for share in (np.cos(angle), np.sin(angle), 0.0))
 
-    def contribution(self, unit, run, rng):
+    def contribution(self, unit, run, streams):
         if run.kind == "chamber":
             return Contribution()
         drift = self.drift_ug_per_min * np.minimum(run.time_s, self.until_s) / 60.0
         return Contribution(bias_ug=self.share * (self.bias_ug + drift))
 
 
+@dataclass(frozen=True)
 class Drifting(GyroPopulation):
     """Gyros whose only error is a constant rate towards north or east of an IMU at the flight's heading."""
 
-    north: float
-    east: float
-
-    def __init__(self, north: float = 0.0, east: float = 0.0):
-        super().__init__()
-        object.__setattr__(self, "north", north)
-        object.__setattr__(self, "east", east)
+    north: float = 0.0
+    east: float = 0.0
 
     def increments(self, time_s, start_s, true_increments, streams, temperature_c=22.0):
         c, s = np.cos(HEADING), np.sin(HEADING)
