@@ -62,6 +62,14 @@ class Errors:
     gaps: tuple[Gap, ...]
 
 
+class _Rows(NamedTuple):
+    """A reference in rows: `columns` (m, 6) are latitude, longitude, height and velocity."""
+
+    time_s: np.ndarray
+    columns: np.ndarray
+    valid: np.ndarray
+
+
 def compare(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> Errors:
     """Error of a solution at the epochs of a reference.
 
@@ -75,8 +83,9 @@ def compare(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> Err
     DataRefused
         The reference does not overlap the solution, or they share fewer than 2 valid epochs.
     """
-    fixes = _common(solution, fixes, time_offset_s)
-    return _differences(solution, _without_lost(fixes), fixes.valid)
+    rows = _common(solution, fixes, time_offset_s)
+    rows.columns[~rows.valid] = np.nan
+    return _differences(solution, rows)
 
 
 def raw_vertices(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> Errors:
@@ -85,8 +94,7 @@ def raw_vertices(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -
     Across a turn this makes the vertices of Paper A, Fig. 12. They are errors of the straight line, not of
     the INS; the epochs stay not valid. A gap at the start or the end stays empty.
     """
-    fixes = _common(solution, fixes, time_offset_s)
-    return _differences(solution, _drawn_straight(fixes), fixes.valid)
+    return _differences(solution, _drawn_straight(_common(solution, fixes, time_offset_s)))
 
 
 def outages(fixes: Fixes) -> tuple[Gap, ...]:
@@ -95,8 +103,8 @@ def outages(fixes: Fixes) -> tuple[Gap, ...]:
     Rows are missing where two stamps are more than 1.5 median spacings apart. A quantity that the
     reference never delivers (a navigator without velocity) is not an outage.
     """
-    fixes = _with_missing_rows(fixes)
-    return _gaps(fixes.time_s, fixes.valid)
+    rows = _with_missing_rows(_rows(fixes))
+    return _gaps(rows.time_s, rows.valid)
 
 
 def summary(gaps: Sequence[Gap]) -> GapSummary:
@@ -115,10 +123,13 @@ def bridge(errors: Errors, window_s: float = 60.0) -> Errors:
     time_s, valid = errors.time_s, errors.valid
     values = np.column_stack([errors.north_m, errors.east_m, errors.down_m, errors.velocity_n])
     for start_s, end_s in errors.gaps:
-        inside = ~valid & (time_s >= start_s) & (time_s <= end_s)
-        if inside[0] or inside[-1]:
+        first, last = np.searchsorted(time_s, (start_s, end_s))
+        inside = first + np.flatnonzero(~valid[first : last + 1])
+        if inside[0] == 0 or inside[-1] == time_s.size - 1:
             continue
-        around = valid & (time_s >= start_s - window_s) & (time_s <= end_s + window_s)
+        first = np.searchsorted(time_s, start_s - window_s)
+        last = np.searchsorted(time_s, end_s + window_s, side="right")
+        around = first + np.flatnonzero(valid[first:last])
         centre_s = time_s[around].mean()
         t = time_s[around] - centre_s
         level = values[around].mean(axis=0)
@@ -142,7 +153,7 @@ def standstill(solution: Solution, start: Start, period_s: float = 1.0) -> Fixes
     )
 
 
-def _common(solution: Solution, fixes: Fixes, time_offset_s: float) -> Fixes:
+def _common(solution: Solution, fixes: Fixes, time_offset_s: float) -> _Rows:
     """The part of the reference that lies inside the solution, on its clock, with its missing rows put in."""
     if fixes.time_s.size == 0:
         raise DataRefused("reference: it has no rows; expected at least 2 epochs inside the solution")
@@ -155,8 +166,8 @@ def _common(solution: Solution, fixes: Fixes, time_offset_s: float) -> Fixes:
     )
     if not inside.any():
         raise DataRefused(f"reference: {spans}, which do not overlap; check its clock and its time_offset_s")
-    columns, valid = _columns(fixes)[inside], np.asarray(fixes.valid)[inside]
-    common = _with_missing_rows(_from_columns(fixes, instants[inside], columns, valid))
+    rows = _rows(fixes)
+    common = _with_missing_rows(_Rows(instants[inside], rows.columns[inside], rows.valid[inside]))
     if np.count_nonzero(common.valid) < 2:
         raise DataRefused(
             f"reference: {spans}, with {np.count_nonzero(common.valid)} valid epoch(s) in common; expected at least 2"
@@ -164,34 +175,21 @@ def _common(solution: Solution, fixes: Fixes, time_offset_s: float) -> Fixes:
     return common
 
 
-def _columns(fixes: Fixes) -> np.ndarray:
-    return np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m, fixes.velocity_n])
+def _rows(fixes: Fixes) -> _Rows:
+    columns = np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m, fixes.velocity_n])
+    return _Rows(np.asarray(fixes.time_s, dtype=float), columns, np.asarray(fixes.valid, dtype=bool))
 
 
-def _from_columns(fixes: Fixes, time_s: np.ndarray, columns: np.ndarray, valid: np.ndarray) -> Fixes:
-    latitude_rad, longitude_rad, height_m = columns[:, :3].T
-    return replace(
-        fixes,
-        time_s=time_s,
-        latitude_rad=latitude_rad,
-        longitude_rad=longitude_rad,
-        height_m=height_m,
-        velocity_n=columns[:, 3:],
-        valid=valid,
-        attitude_rad=None,  # not compared
-    )
-
-
-def _with_missing_rows(fixes: Fixes) -> Fixes:
+def _with_missing_rows(rows: _Rows) -> _Rows:
     """The same reference on an unbroken series of epochs; `valid` tells which epochs it really delivers."""
-    time_s, columns = np.asarray(fixes.time_s, dtype=float), _columns(fixes)
+    time_s, columns = rows.time_s, rows.columns
     finite = np.isfinite(columns)
     delivered = finite.any(axis=0)  # a quantity that is never there is not an outage
-    valid = np.asarray(fixes.valid, dtype=bool) & finite[:, delivered].all(axis=1) & delivered.any()
+    valid = rows.valid & finite[:, delivered].all(axis=1) & delivered.any()
     spacing = np.diff(time_s)
     intervals = spacing / np.median(spacing) if spacing.size else spacing
     if not (intervals > MISSING_ROW_FACTOR).any():
-        return _from_columns(fixes, time_s, columns, valid)
+        return _Rows(time_s, columns, valid)
     # number of rows that stand for each row: itself, and after it the missing ones
     copies = np.append(np.where(intervals > MISSING_ROW_FACTOR, np.rint(intervals), 1), 1).astype(int)
     row = np.repeat(np.arange(time_s.size), copies)
@@ -200,7 +198,7 @@ def _with_missing_rows(fixes: Fixes) -> Fixes:
     step = np.append(spacing, 0.0) / copies
     columns = columns[row]
     columns[missing] = np.nan
-    return _from_columns(fixes, time_s[row] + place * step[row], columns, valid[row] & ~missing)
+    return _Rows(time_s[row] + place * step[row], columns, valid[row] & ~missing)
 
 
 def _gaps(time_s: np.ndarray, valid: np.ndarray) -> tuple[Gap, ...]:
@@ -212,33 +210,28 @@ def _gaps(time_s: np.ndarray, valid: np.ndarray) -> tuple[Gap, ...]:
     return tuple(Gap(float(time_s[i]), float(time_s[j])) for i, j in zip(before, after, strict=True))
 
 
-def _without_lost(fixes: Fixes) -> Fixes:
-    columns = _columns(fixes)
-    columns[~fixes.valid] = np.nan
-    return _from_columns(fixes, fixes.time_s, columns, fixes.valid)
-
-
-def _drawn_straight(fixes: Fixes) -> Fixes:
-    time_s, valid, columns = fixes.time_s, fixes.valid, _columns(fixes)
+def _drawn_straight(rows: _Rows) -> _Rows:
+    time_s, columns, valid = rows
     known = columns[valid]
     known[:, 1] = np.unwrap(known[:, 1])
     for j in range(columns.shape[1]):
         columns[~valid, j] = np.interp(time_s[~valid], time_s[valid], known[:, j], left=np.nan, right=np.nan)
-    return _from_columns(fixes, time_s, columns, valid)
+    return rows
 
 
-def _differences(solution: Solution, fixes: Fixes, valid: np.ndarray) -> Errors:
-    latitude_rad, longitude_rad, height_m, velocity_n = _interpolated(solution, fixes.time_s)
-    meridian_m, transverse_m = earth.radii(fixes.latitude_rad)
-    longitude_error = np.remainder(longitude_rad - fixes.longitude_rad + np.pi, 2.0 * np.pi) - np.pi
+def _differences(solution: Solution, rows: _Rows) -> Errors:
+    at_latitude, at_longitude, at_height = rows.columns[:, :3].T
+    latitude_rad, longitude_rad, height_m, velocity_n = _interpolated(solution, rows.time_s)
+    meridian_m, transverse_m = earth.radii(at_latitude)
+    longitude_error = np.remainder(longitude_rad - at_longitude + np.pi, 2.0 * np.pi) - np.pi
     return Errors(
-        time_s=fixes.time_s,
-        north_m=(meridian_m + fixes.height_m) * (latitude_rad - fixes.latitude_rad),
-        east_m=(transverse_m + fixes.height_m) * np.cos(fixes.latitude_rad) * longitude_error,
-        down_m=fixes.height_m - height_m,
-        velocity_n=velocity_n - fixes.velocity_n,
-        valid=valid,
-        gaps=_gaps(fixes.time_s, valid),
+        time_s=rows.time_s,
+        north_m=(meridian_m + at_height) * (latitude_rad - at_latitude),
+        east_m=(transverse_m + at_height) * np.cos(at_latitude) * longitude_error,
+        down_m=at_height - height_m,
+        velocity_n=velocity_n - rows.columns[:, 3:],
+        valid=rows.valid,
+        gaps=_gaps(rows.time_s, rows.valid),
     )
 
 

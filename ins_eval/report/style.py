@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from ins_eval.report.wording import unbroken
@@ -177,6 +178,9 @@ def svg(figure: Figure) -> str:
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(RC)
+        FigureCanvasSVG(figure)  # its layout is found with the widths of text in this format
+        if layout := figure.get_layout_engine():
+            layout.execute(figure)
+            figure.set_layout_engine("none")  # a second layout would start from the first and shift by a hair
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-        figure.set_layout_engine("none")  # a second layout would start from the first and shift by a hair
     return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), buffer.getvalue())
