@@ -31,7 +31,7 @@ from ins_eval.analysis.simulate import Simulated, simulate_recording
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import write_model
 from ins_eval.compensation.registry import FILE
-from ins_eval.diagnosis.case import with_effects
+from ins_eval.diagnosis.estimate.case import with_effects
 from ins_eval.errors import UsageError, did_you_mean
 from ins_eval.recording import ChamberReadings, Recording, form
 from ins_eval.recording.belief import Belief

@@ -10,11 +10,11 @@ from typing import Any
 
 import pandas as pd
 
-from ins_eval.diagnosis.answer import answer
-from ins_eval.diagnosis.case import Case, prepare
-from ins_eval.diagnosis.chamber import prepare_chamber
-from ins_eval.diagnosis.judge import judge
-from ins_eval.diagnosis.verdict import Diagnosis
+from ins_eval.diagnosis.answer.answer import answer
+from ins_eval.diagnosis.answer.judge import judge
+from ins_eval.diagnosis.answer.verdict import Diagnosis
+from ins_eval.diagnosis.estimate.case import Case, prepare
+from ins_eval.diagnosis.estimate.chamber import prepare_chamber
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
@@ -54,11 +54,19 @@ def diagnose_folders(
 
     Raises: UsageError, DataRefused.
     """
+    cases = prepare_folders(folders, belief_file, step)
+    return RecordingsDiagnosis(judge(cases, step, belief_of(folders[0], belief_file)[0]))
+
+
+def prepare_folders(
+    folders: Sequence[Path], belief_file: Path | None = None, step: Callable[[str], None] = lambda words: None
+) -> list[Case]:
+    """Recordings made ready to be judged together; parameters as of `diagnose_folders`."""
     cases = []
     for folder, name in zip(folders, _names(folders), strict=True):
         step(folder.name)
         cases.append(_case(folder, name, belief_file))
-    return RecordingsDiagnosis(judge(cases, step, belief_of(folders[0], belief_file)[0]))
+    return cases
 
 
 def belief_of(folder: Path, belief_file: Path | None) -> tuple[Belief, Path]:

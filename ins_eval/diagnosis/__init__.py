@@ -1,17 +1,15 @@
 """Where a recording leaves its simulation: what is believed is navigated, and what is left over is judged.
 
-    null        the belief through the full mechanization, against everything that was measured
-    error_model how a small error of sensors, start or equations grows: linear, one transition an epoch
-    drives      what could drive it, integrated at the sample rate
-    columns     a hypothesis as a column of the regression; `library` lists those of the vocabulary
-    whitening   one Kalman pass that makes the residual white, and every column with it
-    noise       levels and correlation of all noise, estimated with the answer, under one prior
-    evidence    Bayes factors of columns, everything uncertain marginalised
-    locate      which channel, when, and how sure after having looked everywhere
-    open_form   a channel that changes slowly, with time or with temperature, and has no name; `motion_dependence`: with
-                the motion
-    adequacy    what such a channel gains instead of an explanation and beside it
-    answer      the verdict in the form `ins-diagnosis/1`
+    model/     what is believed, through the full mechanization; how small errors grow around it, and the column of
+               every effect that is known
+    estimate/  a recording made ready (`case`), whitened, its noise fitted, sets of effects searched, the best of them
+               navigated with (`refine`)
+    unnamed/   what has no name: which channel, when, and how sure after having looked everywhere
+    answer/    what was found (`findings`), the verdict over it (`decision`), rivals, experiments, the written answer
+    policy     every threshold that decides
+
+A module imports from rooms above its own in this list, and from none below. What it needs for annotations only it
+imports for type checkers only.
 
 The residual y is INS minus what was measured. Under a hypothesis with parameters p it is
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ins_eval.diagnosis.case import Case
-from ins_eval.diagnosis.nonparametric import Located, located
-from ins_eval.diagnosis.summary import EffectEvidence, basis, before_after, evidence, limits, turned_on
-from ins_eval.diagnosis.verdict import Diagnosis
+from ins_eval.diagnosis.answer.nonparametric import Located, located
+from ins_eval.diagnosis.answer.summary import EffectEvidence, basis, before_after, evidence, limits, turned_on
+from ins_eval.diagnosis.answer.verdict import Diagnosis
+from ins_eval.diagnosis.estimate.case import Case
 from ins_eval.effects import VOCABULARY
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.report.diagnosis_words import channel, effect_words, numbered

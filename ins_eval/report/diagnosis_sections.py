@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import floor, log10
 
-from ins_eval.diagnosis.rivals import WITHIN
+from ins_eval.diagnosis.policy import Policy
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.diagnosis_limits import limits
@@ -133,7 +133,7 @@ def _evidence(tree: Mapping) -> list[Block]:
     title = f"Log Bayes factor of each effect{place}"
     return [
         *table(title, ("effect", "log Bayes factor", "in the answer"), rows, note, align="lrl"),
-        Picture("evidence_of_effects", f"{title}; what lies within {WITHIN:g} nats of the best is a rival."),
+        Picture("evidence_of_effects", f"{title}; what lies within {Policy.near:g} nats of the best is a rival."),
     ]
 
 

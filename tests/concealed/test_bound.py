@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.case import prepare
-from ins_eval.diagnosis.evidence import reduce
-from ins_eval.diagnosis.locate import channels
+from ins_eval.diagnosis.estimate.case import prepare
+from ins_eval.diagnosis.estimate.evidence import reduce
+from ins_eval.diagnosis.unnamed.locate import channels
 from ins_eval.recording import form
 from tests.challenge import cases
 from tests.challenge.oracle import nominal

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ins_eval.diagnosis.columns import Column
-from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.linearisation import Linearisation
-from ins_eval.diagnosis.search import search
-from ins_eval.diagnosis.study import Hypothesis, Sums, space
+from ins_eval.diagnosis.estimate.linearisation import Linearisation
+from ins_eval.diagnosis.estimate.search import search
+from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space
+from ins_eval.diagnosis.model.columns import Column
+from ins_eval.diagnosis.model.library import Candidate
+from ins_eval.diagnosis.policy import Policy
 
 INFORMATION = 16.0  # each coefficient is known to a quarter of its nominal size
 NOTHING = 0.05  # coefficient of what is not there: 0.2 sigma
@@ -36,6 +37,6 @@ def linearisation(
     if alike is not None:
         normal[alike], normal[alike[::-1]] = (ALIKE * INFORMATION,) * 2
     here = Sums(normal, normal @ [seen.get(k, NOTHING) for k in range(len(effects))], 0.0)
-    families = space(hypotheses, 0.0)
-    ranked = tuple(search(here.normal, here.projection, families))
+    families = space(hypotheses, Policy(handicap=0.0))
+    ranked = tuple(search(here.normal, here.projection, families, Policy.share, Policy()))
     return Linearisation((), hypotheses, families, np.zeros(len(effects)), (), here, ranked)

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.answer import answer
-from ins_eval.diagnosis.verdict import Diagnosis
+from ins_eval.diagnosis.answer.answer import answer
+from ins_eval.diagnosis.answer.verdict import Diagnosis
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EarthBelief, ScaleBelief
 from ins_eval.recording.readers import psins_mat, psins_text

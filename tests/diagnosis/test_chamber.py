@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.chamber import prepare_chamber
-from ins_eval.diagnosis.columns import assemble
-from ins_eval.diagnosis.experiments import information, planned_column
-from ins_eval.diagnosis.judge import judge
-from ins_eval.diagnosis.refine import again, refine
-from ins_eval.diagnosis.study import Hypothesis, fit_noise
-from ins_eval.diagnosis.verdict import NO_MISMATCH
+from ins_eval.diagnosis.answer.experiments import information, planned_column
+from ins_eval.diagnosis.answer.judge import judge
+from ins_eval.diagnosis.answer.verdict import NO_MISMATCH
+from ins_eval.diagnosis.estimate.chamber import prepare_chamber
+from ins_eval.diagnosis.estimate.refine import again, refine
+from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise
+from ins_eval.diagnosis.model.columns import assemble
 from ins_eval.recording import ChamberReadings
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EffectBelief, ScaleBelief
 from ins_eval.thermal import filtered_rate, lagged

@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from ins_eval.diagnosis.case import prepare
-from ins_eval.diagnosis.detectability import detectability, expected, shows_from
-from ins_eval.diagnosis.evidence import SCALES
-from ins_eval.diagnosis.study import sums, union
+from ins_eval.diagnosis.answer.detectability import detectability, expected, shows_from
+from ins_eval.diagnosis.estimate.case import prepare
+from ins_eval.diagnosis.estimate.evidence import SCALES
+from ins_eval.diagnosis.estimate.study import sums, union
 
 DRAWS = 4000
 STANDARD_ERRORS = 4.0

@@ -10,11 +10,8 @@ import numpy as np
 import pytest
 
 from ins_eval.commands import diagnose
-from ins_eval.diagnosis.answer import answer
-from ins_eval.diagnosis.columns import Column
-from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.study import Hypothesis
-from ins_eval.diagnosis.verdict import (
+from ins_eval.diagnosis.answer.answer import answer
+from ins_eval.diagnosis.answer.verdict import (
     EXPLAINED,
     NO_MISMATCH,
     NOT_IDENTIFIABLE,
@@ -22,11 +19,14 @@ from ins_eval.diagnosis.verdict import (
     UNEXPLAINED,
     Diagnosis,
     FoundEffect,
-    Mismatch,
     Rival,
-    UnnamedDisturbance,
     channel_of,
 )
+from ins_eval.diagnosis.estimate.study import Hypothesis
+from ins_eval.diagnosis.model.columns import Column
+from ins_eval.diagnosis.model.library import Candidate
+from ins_eval.diagnosis.policy import Policy
+from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
@@ -160,6 +160,7 @@ def diagnosis(verdict: str, effects=(), rivals=(), mismatches=(), unnamed=None) 
         held_out={"before": 14.2, "after": 1.03, "placebo": 13.8, "measure": "as said"} if effects else {},
         after=after,
         linearisation=None,
+        policy=Policy(),
     )
 
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis import columns, error_model, geometry, null, observations, whitening
-from ins_eval.diagnosis.columns import Column, Drive, Measured, Missing
+from ins_eval.diagnosis.estimate import whitening
+from ins_eval.diagnosis.model import columns, error_model, geometry, null, observations
+from ins_eval.diagnosis.model.columns import Column, Drive, Measured, Missing
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.recording.belief import EarthBelief
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from ins_eval.diagnosis.evidence import SCALES, log_bayes_factors, log_evidence, reduce
-from ins_eval.diagnosis.whitening import Whitened
+from ins_eval.diagnosis.estimate.evidence import SCALES, log_bayes_factors, log_evidence, reduce
+from ins_eval.diagnosis.estimate.whitening import Whitened
 
 INTEGRATION = 1e-6
 

@@ -17,20 +17,20 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from ins_eval.diagnosis import experiments_plans as plans
-from ins_eval.diagnosis.case import Case, prepare
-from ins_eval.diagnosis.chamber import prepare_chamber
-from ins_eval.diagnosis.error_model import build
-from ins_eval.diagnosis.evidence import SCALES
-from ins_eval.diagnosis.experiments import (
-    ENOUGH,
+from ins_eval.diagnosis.answer import experiments_plans as plans
+from ins_eval.diagnosis.answer.experiments import (
     Catalogue,
     expected_log_bayes_factor,
     information,
 )
-from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.null import believe, solve
-from ins_eval.diagnosis.observations import nodes, observe, sources
+from ins_eval.diagnosis.estimate.case import Case, prepare
+from ins_eval.diagnosis.estimate.chamber import prepare_chamber
+from ins_eval.diagnosis.estimate.evidence import SCALES
+from ins_eval.diagnosis.model.error_model import build
+from ins_eval.diagnosis.model.library import Candidate
+from ins_eval.diagnosis.model.null import believe, solve
+from ins_eval.diagnosis.model.observations import nodes, observe, sources
+from ins_eval.diagnosis.policy import Policy
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.imu import Mission
 from ins_eval.profile import Place, Profile, SpeedChange, Thermal
@@ -162,7 +162,7 @@ def effect(of: Case, name: str, axis: str | None = None, other_axis: str | None 
 
 def gains(of: Case, truth: Sequence[Candidate], rival: Sequence[Candidate]) -> dict[str, float]:
     """What each experiment of the catalogue adds to the expected log Bayes factor, nats."""
-    catalogue, position = Catalogue([of], [np.zeros(len(of.noise.free))]), np.zeros(len(of.noise.free))
+    catalogue, position = Catalogue([of], [np.zeros(len(of.noise.free))], Policy()), np.zeros(len(of.noise.free))
     effects = [*truth, *rival]
     centre = np.array([one.centre for one in effects])
     values = {k: one.centre or SIZE for k, one in enumerate(truth)}
@@ -222,7 +222,7 @@ CHAMBER = "accelerometer z in a chamber, four positions, +-0.2, 0.5 and 1 degC/m
 def test_what_tells_two_effects_apart(made, truth, rival, separates, cannot):
     of = case(made)
     seen = gains(of, [effect(of, *one) for one in truth], [effect(of, *one) for one in rival])
-    assert all(seen[name] > ENOUGH for name in separates), seen
+    assert all(seen[name] > Policy.experiment_enough for name in separates), seen
     assert all(abs(seen[name]) < UNMOVED for name in cannot), seen
 
 
@@ -236,14 +236,14 @@ def test_turning_the_box_tells_the_earth_from_gyro_biases_and_standing_longer_do
     rival = [effect(of, "gyro.bias", axis) for axis in "xyz"]
     seen = gains(of, [effect(of, "earth.rotation")], rival)
     assert abs(seen[AGAIN]) < UNMOVED and abs(seen[LONGER]) < UNMOVED
-    assert seen[HEADINGS] > ENOUGH
+    assert seen[HEADINGS] > Policy.experiment_enough
 
 
 def test_an_experiment_adds_as_much_whatever_stands_in_both_models():
     of = case(parked)
     bias, scale, other = effect(of, A + "bias", "z"), effect(of, A + "scale", "z"), effect(of, A + "bias", "x")
     alone = gains(of, [bias], [scale])
-    catalogue, at = Catalogue([of], [np.zeros(len(of.noise.free))]), np.zeros(len(of.noise.free))
+    catalogue, at = Catalogue([of], [np.zeros(len(of.noise.free))], Policy()), np.zeros(len(of.noise.free))
     effects = [bias, scale, other]
     at_hand = information(of, [one.column for one in effects], at)
     told = catalogue.recommend(effects, at_hand, {0: SIZE, 2: SIZE}, [[1, 2]])[0]
@@ -254,7 +254,7 @@ def test_an_experiment_adds_as_much_whatever_stands_in_both_models():
 def test_the_cheapest_that_is_enough_is_recommended_else_the_best_else_none():
     of = case(oven)
     position = np.zeros(len(of.noise.free))
-    catalogue = Catalogue([of], [position])
+    catalogue = Catalogue([of], [position], Policy())
     effects = [
         effect(of, A + "bias_temperature_rate", "z"),
         effect(of, A + "scale_temperature_rate", "z"),
@@ -263,8 +263,8 @@ def test_the_cheapest_that_is_enough_is_recommended_else_the_best_else_none():
     ]
     at_hand = information(of, [one.column for one in effects], position)
     turned, again, never = catalogue.recommend(effects, at_hand, {0: SIZE}, [[1], [2], [3]])
-    assert turned.experiment == f"{OVEN}, the box upside down" and turned.enough
-    assert again.experiment == OVEN and again.gain > ENOUGH
+    assert turned.experiment == f"{OVEN}, the box upside down" and turned.gain >= Policy.experiment_enough
+    assert again.experiment == OVEN and again.gain > Policy.experiment_enough
     assert never is None
     little = catalogue.recommend(effects, at_hand, {0: 0.0}, [[1]])[0]
     assert little is None
@@ -273,7 +273,7 @@ def test_the_cheapest_that_is_enough_is_recommended_else_the_best_else_none():
 def test_only_what_the_instrument_permits_is_in_the_catalogue():
     def names(*cases: Case) -> str:
         belief = Belief(accelerometer=AccelerometerBelief(x=AxisBelief(scale=ScaleBelief(gamma=3e5))))
-        catalogue = Catalogue(cases, [np.zeros(len(one.noise.free)) for one in cases], belief)
+        catalogue = Catalogue(cases, [np.zeros(len(one.noise.free)) for one in cases], Policy(), belief)
         found = catalogue.experiments("x")
         assert [one.cost for one in found] == sorted(one.cost for one in found)
         return "; ".join(one.name for one in found)
@@ -295,7 +295,7 @@ def test_only_what_the_instrument_permits_is_in_the_catalogue():
 def test_the_mechanization_follows_every_plan(made, earth):
     """What is planned is what the believed equations navigate along: judged by the independent mechanization."""
     like = replace(made(), belief=made().belief.model_copy(update={"earth": earth}))
-    catalogue = Catalogue([replace(case(made), believed=believe(like))], [np.zeros(0)])
+    catalogue = Catalogue([replace(case(made), believed=believe(like))], [np.zeros(0)], Policy())
     for experiment in catalogue.experiments(()):
         if experiment.plan is None:
             continue
@@ -334,8 +334,8 @@ def test_a_chamber_in_more_positions_parts_what_one_position_cannot():
     truth, rival = effect(of, A + "scale_temperature", "z"), effect(of, A + "bias_temperature", "z")
     position = np.zeros(len(of.noise.free))
     at_hand = information(of, [truth.column, rival.column], position)
-    told = Catalogue([of], [position], Belief()).recommend([truth, rival], at_hand, {0: SIZE}, [[1]])[0]
-    assert told.experiment == CHAMBER and told.enough
+    told = Catalogue([of], [position], Policy(), Belief()).recommend([truth, rival], at_hand, {0: SIZE}, [[1]])[0]
+    assert told.experiment == CHAMBER and told.gain >= Policy.experiment_enough
 
 
 def test_what_belongs_to_one_recording_is_in_no_other():
@@ -343,7 +343,7 @@ def test_what_belongs_to_one_recording_is_in_no_other():
     position = np.zeros(len(of.noise.free))
     effects = [effect(of, G + "bias", "y"), effect(of, "alignment.heading"), effect(of, A + "bias_step", "x")]
     at_hand = information(of, [one.column for one in effects], position)
-    catalogue = Catalogue([of], [position])
+    catalogue = Catalogue([of], [position], Policy())
     for one in catalogue.experiments(()):
         seen = catalogue.information(one, effects, at_hand)
         assert not seen[1:].any() and not seen[:, 1:].any() and seen[0, 0] > 0.0, one.name

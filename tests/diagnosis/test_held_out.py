@@ -8,11 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.columns import Column
-from ins_eval.diagnosis.held_out import held_out
-from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.study import Hypothesis
-from ins_eval.diagnosis.whitening import Whitened
+from ins_eval.diagnosis.estimate.held_out import held_out
+from ins_eval.diagnosis.estimate.study import Hypothesis
+from ins_eval.diagnosis.estimate.whitening import Whitened
+from ins_eval.diagnosis.model.columns import Column
+from ins_eval.diagnosis.model.library import Candidate
 
 NODES, STEP_S = 1200, 10.0
 FLAT = 1e-6  # prior of an effect is so wide that it does not matter

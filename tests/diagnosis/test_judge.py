@@ -7,10 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.judge import FORM, OPEN_MARGIN, _Judge
-from ins_eval.diagnosis.linearisation import Linearisation
-from ins_eval.diagnosis.rivals import WITHIN
-from ins_eval.diagnosis.verdict import Mismatch, UnnamedDisturbance
+from ins_eval.diagnosis.answer.decision import only_described, open_margin
+from ins_eval.diagnosis.answer.findings import Findings
+from ins_eval.diagnosis.estimate.linearisation import Linearisation
+from ins_eval.diagnosis.policy import Policy
+from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from tests.diagnosis.linearisations import linearisation
 
 LARGE, SMALL = 6.0, 3.0  # coefficients that are both sure: 24 and 12 sigma
@@ -26,12 +27,6 @@ COMPOSED = ("composed", "z", {"driver": "supply_v", "form": "accelerometer = cha
 OTHER = ("accelerometer.bias_temperature", "x", {})
 
 
-@pytest.fixture
-def judge() -> _Judge:
-    """Of one flight."""
-    return _Judge((SimpleNamespace(believed=object(), kind="flight"),), lambda _: None, None)
-
-
 def sure(*effects, sizes=None) -> Linearisation:
     """A stage whose best set are all these effects."""
     found = linearisation(effects, dict(enumerate(sizes or [LARGE] * len(effects))))
@@ -39,23 +34,29 @@ def sure(*effects, sizes=None) -> Linearisation:
     return found
 
 
-def behind(judge: _Judge, found: Linearisation) -> float:
+def of_flight(found: Linearisation, left: Mismatch | None = None) -> Findings:
+    """Findings in one flight."""
+    case = SimpleNamespace(believed=object(), kind="flight")
+    beside = UnnamedDisturbance(left, 10.0, 3.0)
+    return Findings((case,), (), (), (), found, found.best.log_bayes_factor, beside=beside)
+
+
+def behind(found: Linearisation) -> float:
     """Nats by which a form without a name must stay behind, less what is open of large effects."""
-    return FORM * found.best.log_posterior - judge._open_margin(found)
+    return Policy.left_open * found.best.log_posterior - open_margin(of_flight(found), Policy())
 
 
-@pytest.mark.parametrize(
-    ("count", "expected"), [(1, 0.0), (2, OPEN_MARGIN), (3, 2.0 * OPEN_MARGIN), (4, 3.0 * OPEN_MARGIN), (5, np.inf)]
-)
-def test_each_further_effect_of_one_sensor_has_to_lead_further_but_for_constants(judge, count, expected) -> None:
-    assert behind(judge, sure(*OF_Z[:count])) == pytest.approx(expected)
-    assert behind(judge, sure(*OF_Z[:count], CONSTANT)) == pytest.approx(expected)
-    assert behind(judge, sure(*OF_Z[:count], OTHER)) == pytest.approx(expected)  # of another sensor
+@pytest.mark.parametrize(("count", "laws"), [(1, 0), (2, 1), (3, 2), (4, 3), (5, np.inf)])
+def test_each_further_effect_of_one_sensor_has_to_lead_further_but_for_constants(count, laws) -> None:
+    expected = laws * Policy.open_margin
+    assert behind(sure(*OF_Z[:count])) == pytest.approx(expected)
+    assert behind(sure(*OF_Z[:count], CONSTANT)) == pytest.approx(expected)
+    assert behind(sure(*OF_Z[:count], OTHER)) == pytest.approx(expected)  # of another sensor
 
 
-def test_what_is_composed_of_a_column_has_to_lead_as_an_effect_and_as_a_description(judge) -> None:
-    assert behind(judge, sure(COMPOSED)) == pytest.approx(WITHIN)
-    assert behind(judge, sure(COMPOSED, OF_Z[0])) == pytest.approx(OPEN_MARGIN + WITHIN)
+def test_what_is_composed_of_a_column_has_to_lead_as_an_effect_and_as_a_description() -> None:
+    assert behind(sure(COMPOSED)) == pytest.approx(Policy.near)
+    assert behind(sure(COMPOSED, OF_Z[0])) == pytest.approx(Policy.open_margin + Policy.near)
 
 
 @pytest.mark.parametrize(("left", "sizes", "described"), [
@@ -63,9 +64,7 @@ def test_what_is_composed_of_a_column_has_to_lead_as_an_effect_and_as_a_descript
     ("accelerometer.x", (SMALL, LARGE), True),
     ("accelerometer.y", (SMALL, LARGE), False),  # no law is named there
 ])  # fmt: skip
-def test_a_law_explains_nothing_where_something_is_left_unless_others_explain_most(
-    judge, left, sizes, described
-) -> None:
-    judge.beside = UnnamedDisturbance(Mismatch(0, left, "", 0.0, 100.0, "", 3.0), 10.0, 3.0)
-    found = sure(OF_Z[0], OTHER, sizes=sizes)
-    assert judge._only_described(found, found.best.log_bayes_factor, None) is described
+def test_a_law_explains_nothing_where_something_is_left_unless_others_explain_most(left, sizes, described) -> None:
+    mismatch = Mismatch(0, left, "", 0.0, 100.0, "", 3.0)
+    found = of_flight(sure(OF_Z[0], OTHER, sizes=sizes), mismatch)
+    assert only_described(found, Policy()) is described

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis import locate
-from ins_eval.diagnosis.evidence import Reduced
-from ins_eval.diagnosis.locate import Channel
+from ins_eval.diagnosis.estimate.evidence import Reduced
+from ins_eval.diagnosis.unnamed import locate
+from ins_eval.diagnosis.unnamed.locate import Channel
 
 WINDOWS, CHANNELS = 24, 3
 DRAWS = 400

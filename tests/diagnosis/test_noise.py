@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis import case as cases
-from ins_eval.diagnosis.judge import judge
-from ins_eval.diagnosis.verdict import UNEXPLAINED
+from ins_eval.diagnosis.answer.judge import judge
+from ins_eval.diagnosis.answer.verdict import UNEXPLAINED
+from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.earth import radii
 from ins_eval.random_processes import gauss_markov
 from ins_eval.recording import Recording

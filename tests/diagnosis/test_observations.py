@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis import case as cases
-from ins_eval.diagnosis import error_model, noise, null, observations
+from ins_eval.diagnosis.estimate import case as cases
+from ins_eval.diagnosis.estimate import noise
+from ins_eval.diagnosis.model import error_model, null, observations
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Recording
 

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from ins_eval.diagnosis.linearisation import WITHIN_PRIOR, Linearisation
-from ins_eval.diagnosis.verdict import Diagnosis
+from ins_eval.diagnosis.answer.verdict import Diagnosis
+from ins_eval.diagnosis.estimate.linearisation import WITHIN_PRIOR, Linearisation
 from tests.diagnosis import linearisations
 from tests.diagnosis.linearisations import ALIKE, CENTRE, INFORMATION
 

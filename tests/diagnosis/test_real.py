@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ins_eval.diagnosis import case as cases
-from ins_eval.diagnosis.case import Case
-from ins_eval.diagnosis.chamber import prepare_chamber
-from ins_eval.diagnosis.columns import Column, Drive, Measured
-from ins_eval.diagnosis.evidence import log_evidence
-from ins_eval.diagnosis.judge import Diagnosis, judge
-from ins_eval.diagnosis.noise import Fitted
-from ins_eval.diagnosis.summary import turned_on
-from ins_eval.diagnosis.whitening import Whitened
+from ins_eval.diagnosis.answer.judge import Diagnosis, judge
+from ins_eval.diagnosis.answer.summary import turned_on
+from ins_eval.diagnosis.estimate import case as cases
+from ins_eval.diagnosis.estimate.case import Case
+from ins_eval.diagnosis.estimate.chamber import prepare_chamber
+from ins_eval.diagnosis.estimate.evidence import log_evidence
+from ins_eval.diagnosis.estimate.noise import Fitted
+from ins_eval.diagnosis.estimate.whitening import Whitened
+from ins_eval.diagnosis.model.columns import Column, Drive, Measured
 from ins_eval.earth import EARTH_RATE
 from ins_eval.errors import DataRefused
 from ins_eval.recording import ChamberReadings, Recording

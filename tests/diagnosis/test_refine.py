@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from ins_eval.diagnosis.case import Case, prepare
-from ins_eval.diagnosis.columns import Column
-from ins_eval.diagnosis.judge import judge
-from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.refine import Q95, RefinedFit, believed_effect, refine
-from ins_eval.diagnosis.study import Hypothesis, fit_noise, sums
+from ins_eval.diagnosis.answer.judge import judge
+from ins_eval.diagnosis.estimate.case import Case, prepare
+from ins_eval.diagnosis.estimate.refine import Q95, RefinedFit, believed_effect, refine
+from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, sums
+from ins_eval.diagnosis.model.columns import Column
+from ins_eval.diagnosis.model.library import Candidate
 from ins_eval.effects.accelerometer import CREEP_TIME
 from ins_eval.units import UG
 

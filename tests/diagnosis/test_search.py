@@ -11,8 +11,9 @@ from scipy.optimize import brentq
 from scipy.special import logsumexp
 from scipy.stats import binom, chi2, multivariate_normal, truncnorm
 
-from ins_eval.diagnosis.evidence import SCALES
-from ins_eval.diagnosis.search import ODDS, Space, conditional, log_bayes_factor, one_more, search
+from ins_eval.diagnosis.estimate.evidence import SCALES
+from ins_eval.diagnosis.estimate.search import Space, conditional, log_bayes_factor, one_more, search
+from ins_eval.diagnosis.policy import Policy
 
 ROUNDING = 1e-8
 DRAWS = 200
@@ -39,7 +40,7 @@ def of(families, centre=None, handicap=None) -> Space:
     zeros = np.zeros(families.size)
     centre = zeros if centre is None else np.array(centre)
     handicap = zeros if handicap is None else handicap
-    return Space(families, centre, handicap, np.zeros(families.size, dtype=bool))
+    return Space(families, centre, handicap, np.zeros(families.size, dtype=bool), Policy.odds)
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +135,7 @@ def test_a_column_that_the_set_holds_already_adds_nothing(regression) -> None:
 
 
 def test_the_cost_of_an_effect() -> None:
-    assert of([0, 0, 1, 2, 2]).cost == pytest.approx(np.log(3 / ODDS))
+    assert of([0, 0, 1, 2, 2]).cost == pytest.approx(np.log(3 / Policy.odds))
 
 
 def decoyed(size: float) -> tuple[np.ndarray, np.ndarray]:
@@ -151,7 +152,7 @@ def test_the_beam_finds_a_pair_that_forward_selection_misses() -> None:
     of_family, best, _ = one_more(a, b, [], space)
     decoy = int(best[np.argmax(of_family)])
     assert decoy == 2
-    ranked = search(a, b, space)
+    ranked = search(a, b, space, Policy.share, Policy())
     assert set(ranked[0].members) == {0, 1}
     with_decoy = max(explicit(y, x[:, [decoy, k]], np.zeros(2))[0] for k in (0, 1))
     assert explicit(y, x[:, [0, 1]], np.zeros(2))[0] > with_decoy + 10.0
@@ -164,7 +165,10 @@ def test_what_has_its_sign_from_physics_is_in_no_set_against_it(sign: float) -> 
     q = np.linalg.qr(rng.standard_normal((60, 3)))[0]
     x = 40.0 * np.column_stack([q[:, 0], 0.95 * q[:, 0] + np.sqrt(1.0 - 0.95**2) * q[:, 1], q[:, 2]])
     y = x @ [sign * 2.0, 3.0, 0.0] + rng.standard_normal(60)
-    sets = {frozenset(one.members) for one in search(x.T @ x, x.T @ y, of(range(3), centre=[2.0, 0.0, 0.0]))}
+    sets = {
+        frozenset(one.members)
+        for one in search(x.T @ x, x.T @ y, of(range(3), centre=[2.0, 0.0, 0.0]), Policy.share, Policy())
+    }
     assert {frozenset({0}), frozenset({1})} <= sets
     assert (frozenset({0, 1}) in sets) == (sign > 0.0)
 
@@ -172,12 +176,12 @@ def test_what_has_its_sign_from_physics_is_in_no_set_against_it(sign: float) -> 
 def test_what_a_set_gains_is_what_the_density_says() -> None:
     """Up to what its first effect loses by standing at one of the four scales."""
     x, y = decoyed(20.0)
-    sets = [one for one in search(x.T @ x, x.T @ y, of(range(43))) if 0 < len(one.members) < 3]
+    sets = [one for one in search(x.T @ x, x.T @ y, of(range(43)), Policy.share, Policy()) if 0 < len(one.members) < 3]
     for one in sets[:12]:
         members = list(one.members)
         expected, _ = explicit(y, x[:, members], np.zeros(len(members)))
         assert one.log_bayes_factor == pytest.approx(expected, abs=ROUNDING + np.log(len(SCALES)) * (len(members) - 1))
-        assert one.log_posterior == pytest.approx(one.log_bayes_factor - len(members) * np.log(43 / ODDS))
+        assert one.log_posterior == pytest.approx(one.log_bayes_factor - len(members) * np.log(43 / Policy.odds))
 
 
 def test_a_further_effect_must_bring_its_share() -> None:
@@ -186,8 +190,8 @@ def test_a_further_effect_must_bring_its_share() -> None:
     q = np.linalg.qr(rng.standard_normal((100, 10)))[0]
     x, y = 20.0 * q, 60.0 * q[:, 0] + 6.0 * q[:, 1]
     a, b, space = x.T @ x, x.T @ y, of(range(10))
-    assert set(search(a, b, space, share=0.0)[0].members) == {0, 1}
-    assert search(a, b, space, share=0.05)[0].members == (0,)
+    assert set(search(a, b, space, 0.0, Policy())[0].members) == {0, 1}
+    assert search(a, b, space, 0.05, Policy())[0].members == (0,)
 
 
 def test_false_alarms_come_at_the_rate_that_the_cost_says() -> None:
@@ -197,7 +201,7 @@ def test_false_alarms_come_at_the_rate_that_the_cost_says() -> None:
 
     def above(t: float) -> float:
         each = 0.5 * t * variance * a / (1.0 + variance * a) - 0.5 * np.log1p(variance * a)
-        return logsumexp(each) - np.log(len(SCALES)) - np.log(columns / ODDS)
+        return logsumexp(each) - np.log(len(SCALES)) - np.log(columns / Policy.odds)
 
     expected = 1.0 - chi2.cdf(brentq(above, 0.0, 100.0), 1) ** columns
     rng = np.random.default_rng(21)
@@ -205,14 +209,14 @@ def test_false_alarms_come_at_the_rate_that_the_cost_says() -> None:
     alarms = 0
     for _ in range(DRAWS):
         b = np.sqrt(a) * rng.standard_normal(columns)
-        alarms += bool(search(a * np.eye(columns), b, space)[0].members)
+        alarms += bool(search(a * np.eye(columns), b, space, Policy.share, Policy())[0].members)
     low, high = binom.ppf([UNLIKELY / 2, 1.0 - UNLIKELY / 2], DRAWS, expected)
     assert low <= alarms <= high
     assert high < 0.1 * DRAWS
 
 
 def test_sure_false_alarms_are_as_rare_as_markov_says() -> None:
-    """Families of correlated columns in pure noise: sum over sets of E[B] exp(-cost) <= exp(ODDS) - 1."""
+    """Families of correlated columns in pure noise: sum over sets of E[B] exp(-cost) <= exp(Policy.odds) - 1."""
     rng = np.random.default_rng(22)
     sure = 3.0  # nats
     space = of(np.repeat(np.arange(10), 3))
@@ -220,12 +224,12 @@ def test_sure_false_alarms_are_as_rare_as_markov_says() -> None:
     for _ in range(DRAWS):
         x = rng.standard_normal((ROWS, 30)) @ (np.eye(30) + 0.3 * rng.standard_normal((30, 30)))
         y = rng.standard_normal(ROWS)
-        alarms += search(x.T @ x, x.T @ y, space)[0].log_posterior > sure
-    assert alarms <= binom.ppf(1.0 - UNLIKELY, DRAWS, np.expm1(ODDS) * np.exp(-sure))
+        alarms += search(x.T @ x, x.T @ y, space, Policy.share, Policy())[0].log_posterior > sure
+    assert alarms <= binom.ppf(1.0 - UNLIKELY, DRAWS, np.expm1(Policy.odds) * np.exp(-sure))
 
 
 def test_nothing_is_grown_from_nothing() -> None:
     space = of(range(30))
-    ranked = search(50.0 * np.eye(30), np.zeros(30), space)
+    ranked = search(50.0 * np.eye(30), np.zeros(30), space, Policy.share, Policy())
     assert ranked[0].members == ()
     assert max(len(one.members) for one in ranked) == 1

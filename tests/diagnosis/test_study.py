@@ -13,12 +13,13 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from ins_eval.diagnosis import study
-from ins_eval.diagnosis.columns import Column, Drive, Measured
-from ins_eval.diagnosis.evidence import SCALES
-from ins_eval.diagnosis.library import Candidate
-from ins_eval.diagnosis.study import Hypothesis
-from ins_eval.diagnosis.whitening import Whitened
+from ins_eval.diagnosis.estimate import study
+from ins_eval.diagnosis.estimate.evidence import SCALES
+from ins_eval.diagnosis.estimate.study import Hypothesis
+from ins_eval.diagnosis.estimate.whitening import Whitened
+from ins_eval.diagnosis.model.columns import Column, Drive, Measured
+from ins_eval.diagnosis.model.library import Candidate
+from ins_eval.diagnosis.policy import Policy
 
 ROUNDING = 1e-7
 LAPLACE = 0.05  # nats: a parabola in place of a log posterior that is nearly one
@@ -194,7 +195,7 @@ def test_hypotheses_of_all_recordings() -> None:
     known = [tuple(one is not None for one in h.columns) for h in found]
     both, first, second = (True, True), (True, False), (False, True)
     assert known == [both, both, both, first, first, second, second]
-    space = study.space(found, 3.0)
+    space = study.space(found, Policy(handicap=3.0))
     family = {h.candidate.name: space.families[k] for k, h in enumerate(found)}
     assert space.families[1] == space.families[2]
     assert len(set(family.values())) == 5

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.case import prepare
-from ins_eval.diagnosis.judge import judge
-from ins_eval.diagnosis.nonparametric import disturbances, located
-from ins_eval.diagnosis.summary import basis, before_after, evidence, limits
-from ins_eval.diagnosis.verdict import EXPLAINED, NO_MISMATCH
+from ins_eval.diagnosis.answer.judge import judge
+from ins_eval.diagnosis.answer.nonparametric import disturbances, located
+from ins_eval.diagnosis.answer.summary import basis, before_after, evidence, limits
+from ins_eval.diagnosis.answer.verdict import EXPLAINED, NO_MISMATCH
+from ins_eval.diagnosis.estimate.case import prepare
 from ins_eval.earth import EARTH_RATE
 from ins_eval.units import DEG_PER_H, HOUR, UG
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis import case as cases
-from ins_eval.diagnosis.coarse import coarse, coarse_noise
-from ins_eval.diagnosis.columns import Assembled
-from ins_eval.diagnosis.whitening import NoiseLevels, _advance, whiten
+from ins_eval.diagnosis.estimate import case as cases
+from ins_eval.diagnosis.estimate.coarse import coarse, coarse_noise
+from ins_eval.diagnosis.estimate.whitening import NoiseLevels, _advance, whiten
+from ins_eval.diagnosis.model.columns import Assembled
 
 NODES, EPOCHS = 30, 29
 ROUNDING = 1e-7

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis import library
-from ins_eval.diagnosis.case import Case, prepare
+from ins_eval.diagnosis.estimate.case import Case, prepare
+from ins_eval.diagnosis.model import library
 from ins_eval.effects import VOCABULARY, without_effects
 from ins_eval.recording import Recording
 from ins_eval.recording.belief import EarthBelief, EffectBelief

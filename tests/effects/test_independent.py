@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.case import prepare
+from ins_eval.diagnosis.estimate.case import prepare
 from ins_eval.effects import VOCABULARY
 from ins_eval.recording import form
 from ins_eval.recording.belief import EffectBelief

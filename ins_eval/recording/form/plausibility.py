@@ -6,6 +6,7 @@ Each check refuses only where one named mix-up would explain what is seen, or wh
 from __future__ import annotations
 
 import numpy as np
+from pymap3d.haversine import anglesep_meeus
 
 from ins_eval.earth import radii
 from ins_eval.errors import DataRefused
@@ -74,11 +75,8 @@ def _check_place(recording: Recording, fixes: Fixes, stamps_s: np.ndarray, where
 
 
 def _distance_m(one: tuple[float, float], other: tuple[float, float]) -> float:
-    """Great-circle distance on the sphere of the transverse radius of the first place."""
-    (latitude, longitude), (latitude_2, longitude_2) = one, other
-    half = np.sin((latitude_2 - latitude) / 2.0) ** 2
-    half += np.cos(latitude) * np.cos(latitude_2) * np.sin((longitude_2 - longitude) / 2.0) ** 2
-    return float(2.0 * radii(latitude)[1] * np.arcsin(np.sqrt(np.clip(half, 0.0, 1.0))))
+    """Great-circle distance on the sphere of the transverse radius of the first place; any angles, also absurd ones."""
+    return float(radii(one[0])[1] * anglesep_meeus(one[1], one[0], other[1], other[0], deg=False))
 
 
 def _check_heading(fixes: Fixes, where: str) -> None:

@@ -12,8 +12,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from pymap3d import geodetic2enu
 
-from ins_eval.earth import gravity, radii
+from ins_eval.earth import gravity
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Imu, Recording
 from ins_eval.recording.readers.clocks import Offset, clock_offset
@@ -228,8 +229,8 @@ def _check_position_unit(table: str, fixes: Fixes, assumed, keys, where: str) ->
     if len(time_s) < 3:
         return
     latitude, longitude = fixes.latitude_rad[use], fixes.longitude_rad[use]
-    meridian_m, transverse_m = radii(float(np.median(latitude)))
-    north, east = meridian_m * (latitude - latitude[0]), transverse_m * np.cos(latitude[0]) * (longitude - longitude[0])
+    first = (latitude[0], longitude[0], 0.0)
+    east, north, _ = geodetic2enu(latitude, longitude, np.zeros_like(latitude), *first, deg=False)
     dt = np.diff(time_s)[:, None]
     by_velocity = np.cumsum(0.5 * (velocity_n[1:, :2] + velocity_n[:-1, :2]) * dt, axis=0)
     of_velocity, of_position = float(np.ptp(by_velocity, axis=0).max()), float(np.hypot(np.ptp(north), np.ptp(east)))

@@ -1,0 +1,132 @@
+"""The answer in the form `ins-diagnosis/1`.
+
+Every key: docs/answer.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ins_eval.metrics import radial_error_rates
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect, Rival
+    from ins_eval.diagnosis.estimate.case import Case
+    from ins_eval.diagnosis.unnamed.mismatch import Mismatch
+
+FORMAT = "ins-diagnosis/1"
+Q95 = 1.96
+WORDS = ("other_axis", "driver", "form")  # parameters that are no numbers
+
+
+def answer(found: Diagnosis) -> dict[str, Any]:
+    """One answer for all recordings of a command line."""
+    left = found.unnamed
+    return {
+        "format": FORMAT,
+        "verdict": found.verdict,
+        "mismatch": [_mismatch(found, one) for one in found.mismatches],
+        "effects": [_effect(one) for one in found.effects],
+        "indistinguishable": [_rival(one) for one in found.rivals],
+        "unexplained": {
+            "significance_sigma": round(left.significance_sigma, 2),
+            "channel": left.mismatch.channel if left.mismatch else None,
+            "interval_s": _interval(left.mismatch) if left.mismatch else None,
+        },
+        "fit": _fit(found),
+    }
+
+
+def _interval(one: Mismatch) -> list[float]:
+    return [round(one.begin_s, 3), round(one.end_s, 3)]
+
+
+def _mismatch(found: Diagnosis, one: Mismatch) -> dict[str, Any]:
+    return {
+        "recording": found.cases[one.recording].name,
+        "channel": one.channel,
+        "interval_s": _interval(one),
+        "where": one.where,
+        "significance_sigma": round(one.significance_sigma, 2),
+    }
+
+
+def _effect(one: FoundEffect) -> dict[str, Any]:
+    candidate = one.hypothesis.candidate
+    parameters: dict[str, Any] = {
+        "value": one.value,
+        "interval95": [one.value - Q95 * one.sigma, one.value + Q95 * one.sigma],
+        "unit": candidate.unit,
+    }
+    for name, value in candidate.parameters.items():
+        if name in WORDS:
+            parameters[name] = value
+        elif name != "lag_s":  # which is the value itself
+            parameters[name] = value
+            if name in one.spread:
+                parameters[f"{name}_interval95"] = list(one.spread[name])
+    entry = {
+        "name": candidate.name,
+        "axis": candidate.axis,
+        "parameters": parameters,
+        "probability": one.probability,
+        "log_evidence_gain": one.log_evidence_gain,
+        "false_alarm_probability": one.false_alarm_probability,
+    }
+    return entry | {name: candidate.parameters[name] for name in ("driver", "form") if name in candidate.parameters}
+
+
+def _rival(one: Rival) -> dict[str, Any]:
+    candidate = one.hypothesis.candidate
+    together = [{"name": other.candidate.name, "axis": other.candidate.axis} for other in one.beside]
+    return (
+        ({"together_with": together} if together else {})
+        | {
+            "from": one.of.candidate.name,
+            "name": candidate.name,
+            "axis": candidate.axis,
+            **{name: candidate.parameters[name] for name in WORDS if name in candidate.parameters},
+            "probability": one.probability,
+            "log_evidence_below_best": one.below_best,
+            "told_apart_by_prior_only": one.by_prior_only,
+            "experiment": one.experiment,
+            "expected_log_bayes_factor": one.expected_log_bayes_factor,
+        }
+        | ({"value": one.value, "unit": candidate.unit} if one.value is not None else {})
+    )
+
+
+def _fit(found: Diagnosis) -> dict[str, Any]:
+    before = navigation_errors(found.cases)
+    after = navigation_errors(found.after) if found.effects else {}
+    given = {name: value for name, value in found.held_out.items() if name != "harm_nats"}
+    out: dict[str, Any] = {"held_out": given} if given else {}
+    for name in before:
+        out[name] = {"before": before[name]} | ({"after": after[name]} if name in after else {})
+    return out
+
+
+def navigation_errors(cases: Sequence[Case]) -> dict[str, Any]:
+    """Velocity RMS and radial error rate of the pure-inertial solution, over all recordings that move or could."""
+    squares, rates = [], []
+    for case in cases:
+        if case.believed is None:
+            continue
+        y = case.inertial
+        known = np.isfinite(y[:, :6]).all(axis=1)
+        after_s = case.model.nodes_s - case.model.nodes_s[0]
+        known &= after_s > 0.0
+        if not known.any():
+            continue
+        squares.append(y[known, 3:5] ** 2)
+        rates.append(float(radial_error_rates(y[known, :2], after_s[known]).rms))
+    if not squares:
+        return {}
+    north, east = np.sqrt(np.concatenate(squares).mean(axis=0))
+    return {
+        "velocity_rms_mps": {"north": float(north), "east": float(east)},
+        "radial_error_rate_nmi_per_h": float(np.sqrt(np.mean(np.square(rates)))),
+    }

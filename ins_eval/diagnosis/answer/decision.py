@@ -1,0 +1,178 @@
+"""From findings to a verdict: pure functions of what was found and of the policy.
+
+no mismatch       nothing gains what an effect costs, or the effects found do harm on data that were not used
+explained         effects leave nothing, no form without a name does better, and they do no harm on unused data
+not identifiable  the same, but another effect is within `Policy.near` of one of them
+partly explained  effects explain much, something is left beside them
+unexplained       something is there, and what has a name only describes it
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.answer.rivals import rivals
+from ins_eval.diagnosis.answer.verdict import (
+    EXPLAINED,
+    NO_MISMATCH,
+    NOT_IDENTIFIABLE,
+    PARTLY,
+    UNEXPLAINED,
+    channel_of,
+)
+from ins_eval.diagnosis.estimate.linearisation import CONSTANTS
+from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
+from ins_eval.effects.composed import NAME as COMPOSED
+from ins_eval.effects.parts import SENSORS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ins_eval.diagnosis.answer.findings import Findings
+    from ins_eval.diagnosis.estimate.linearisation import Linearisation
+    from ins_eval.diagnosis.policy import Policy
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """A verdict; `named` where the effects found are part of the answer."""
+
+    verdict: str
+    unnamed: UnnamedDisturbance
+    mismatches: tuple[Mismatch, ...] = ()
+    named: bool = False
+
+
+def decide(findings: Findings, policy: Policy) -> Decision:
+    """The verdict over what was found."""
+    heard = is_heard(findings, policy) and findings.beside is not None
+    if heard and explains(findings, policy):
+        near = any(one.below_best < policy.near for one in rivals(findings.linearisation, policy))
+        return Decision(NOT_IDENTIFIABLE if near else EXPLAINED, findings.beside, findings.shown, named=True)
+    place = () if findings.place is None else (findings.place,)
+    if heard:
+        return _insufficient(findings, place, policy)
+    if findings.surest is None:
+        sigma = max((one.sigma for one in findings.suspects or ()), default=0.0)
+        return Decision(NO_MISMATCH, UnnamedDisturbance(None, 0.0, sigma))
+    unnamed = UnnamedDisturbance(findings.place, findings.surest.gain, findings.surest.sigma)
+    return Decision(UNEXPLAINED, unnamed, place)
+
+
+def is_heard(findings: Findings, policy: Policy) -> bool:
+    """Whether what the best set gains on the null suffices to report a mismatch.
+
+    Readings of hours in a chamber share slow errors that no model of noise holds.
+    """
+    in_chamber = any(case.kind == "chamber" for case in findings.cases)
+    cost = findings.linearisation.space.cost * len(findings.linearisation.best.members)
+    return findings.gain > max(policy.least_gain_chamber if in_chamber else 0.0, cost)
+
+
+def explains(findings: Findings, policy: Policy) -> bool:
+    """Whether the effects found explain the mismatch, with nothing beside them and nothing better instead of them."""
+    posterior = findings.linearisation.best.log_posterior
+    if findings.beside.mismatch is not None or findings.instead.gain > posterior + open_margin(findings, policy):
+        return False
+    return not outdone(findings, policy) and holds(findings.linearisation, policy)
+
+
+def open_margin(findings: Findings, policy: Policy) -> float:
+    """Nats by which a form without a name may at most lead the effects; below 0, by which it must stay behind them.
+
+    0 for effects of different sensors, and `Policy.left_open` of what they gain. `Policy.open_margin` less for each
+    that shares its sensor with another, since one sensor has one fault more often than two; more than
+    `Policy.most_of_one` describe it and explain nothing. Constants do not count: what has no name has them.
+    `Policy.near` less where one is composed of a column, which is a description as well. In a chamber, where the laws
+    of one sensor are sought, `Policy.open_margin`.
+    """
+    if any(case.believed is None for case in findings.cases):
+        return policy.open_margin
+    linearisation = findings.linearisation
+    constants = (*CONSTANTS, "gyro.bias")
+    members = linearisation.best.members
+    moved = [k for k in members if linearisation.hypotheses[k].candidate.name not in constants]
+    sensors = Counter(one for one in _channels(linearisation, moved) if one.startswith(SENSORS))
+    most = max(sensors.values(), default=1)
+    if most > policy.most_of_one:
+        return -np.inf
+    left_open = policy.left_open * max(linearisation.best.log_posterior, 0.0)
+    composed = any(linearisation.hypotheses[k].candidate.name == COMPOSED for k in members)
+    return left_open - policy.open_margin * (most - 1) - policy.near * composed
+
+
+def outdone(findings: Findings, policy: Policy) -> bool:
+    """Whether a sure disturbance without a name gains more than the effects.
+
+    A form that follows the motion is held against them as another law would be: what keeps it from being heard where
+    nothing is wrong no longer counts.
+    """
+    gain, linearisation = findings.gain, findings.linearisation
+    own = gain - linearisation.space.cost * len(linearisation.best.members)
+    return any(
+        one.gain > gain + policy.open_margin or (one.follows and one.gain + policy.alone > own + policy.open_margin)
+        for one in findings.alone
+    )
+
+
+def holds(linearisation: Linearisation, policy: Policy) -> bool:
+    """Whether the effects do no harm on data that did not suggest them; what is composed of a column must help."""
+    fit = linearisation.held_out
+    if all(linearisation.hypotheses[k].candidate.name != COMPOSED for k in linearisation.best.members):
+        return fit["harm_nats"] < policy.harm
+    return fit["after"] < min(fit["before"], fit["placebo"])
+
+
+def only_described(findings: Findings, policy: Policy) -> bool:
+    """Whether the effects follow the shape of something else.
+
+    A disturbance that gains more has suggested the effects of other sensors, one that gains far more those of its own.
+    And what follows a law explains nothing where a mismatch is left in its very channel, unless effects of others
+    explain most; but a bench always leaves one, and beside geometry, which is exact, the least error of a law is left.
+    """
+    linearisation, surest = findings.linearisation, findings.surest
+    members = linearisation.best.members
+    channels = _channels(linearisation, members)
+    if surest is not None:
+        elsewhere = surest.interval.channel.name not in channels
+        if surest.gain > findings.gain + (0.0 if elsewhere else policy.open_margin):
+            return True
+    left = findings.beside.mismatch
+    geometry = linearisation.space.exact[list(members)].any()
+    if left is None or geometry or findings.cases[left.recording].believed is None:
+        return False
+    lawful = [k for k in members if linearisation.hypotheses[k].candidate.lawful]
+    if left.channel not in _channels(linearisation, lawful):
+        return False
+    others = [k for k, channel in zip(members, channels, strict=True) if channel != left.channel]
+    return linearisation.gain(others) < 0.5 * linearisation.gain(members)
+
+
+def _insufficient(findings: Findings, place: tuple[Mismatch, ...], policy: Policy) -> Decision:
+    """The verdict where effects are not enough: sure ones beside something, or a place without a name."""
+    linearisation, beside, instead = findings.linearisation, findings.beside, findings.instead
+    shown, surest = findings.shown, findings.surest
+    if surest is not None and surest.gain > findings.gain:
+        shown = place + shown
+    lead = open_margin(findings, policy)
+    if beside.mismatch is not None:  # with it they do better; they must still be worth what they cost
+        lead += max(beside.gain, 0.0) - linearisation.space.cost
+    harms = linearisation.held_out["harm_nats"] > policy.harm
+    if harms and surest is None and instead.gain < policy.open_margin:
+        return Decision(NO_MISMATCH, UnnamedDisturbance(None, 0.0, beside.significance_sigma))
+    described = outdone(findings, policy) or only_described(findings, policy)
+    outgained = instead.gain > linearisation.best.log_posterior + lead
+    if harms or described or outgained:
+        place = place or ((instead.mismatch,) if outgained and instead.mismatch else shown)
+        return Decision(UNEXPLAINED, replace(instead, mismatch=place[0]), place)
+    return Decision(PARTLY, beside, shown, named=True)
+
+
+def _channels(linearisation: Linearisation, members: Sequence[int]) -> list[str]:
+    """The channel that each of these hypotheses disturbs."""
+    ones = [linearisation.hypotheses[k].candidate for k in members]
+    return [channel_of(one.name, one.axis, one.parameters) for one in ones]

@@ -1,0 +1,342 @@
+"""What recordings hold, before it is judged: noise, the best set of effects, what is left beside it, what has no name.
+
+    1  noise is fitted under the null, and every effect and every interval of every channel is looked at with it
+    2  noise is fitted again under the best set of effects and under the best intervals, and the search repeated: what
+       is wrong has inflated the noise of the null
+    3  the finalists are compared with the noise integrated out of each
+    4  the finalist is refitted through the full mechanization (`refine`)
+    5  enough? what a slow disturbance of a channel, or any interval of it, still gains beside the effects
+
+Sources: Kass and Raftery 1995; Willsky and Jones 1976.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.answer.decision import explains, is_heard
+from ins_eval.diagnosis.answer.verdict import channel_of
+from ins_eval.diagnosis.estimate.linearisation import Linearisation, linearise
+from ins_eval.diagnosis.estimate.refine import again, believed_effect, refine
+from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, marginal, wide
+from ins_eval.diagnosis.unnamed import locate
+from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
+from ins_eval.diagnosis.unnamed.disturbance import Suspect, intervals, one_sensor, with_quiet_sensors
+from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance, located
+from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
+from ins_eval.diagnosis.unnamed.where import where
+from ins_eval.effects.parts import SENSORS
+from ins_eval.navigation import PARKED
+from ins_eval.streams import Streams
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from ins_eval.diagnosis.estimate.case import Case
+    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.policy import Policy
+
+ROUNDS = 3
+ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What recordings of one instrument hold.
+
+    Parameters
+    ----------
+    null, innovations : noise of each recording under the belief, and its whitened residual (nodes, 9) there
+    alone : disturbances without a name that are sure, each at a noise of its own; the one that gains most is last
+    linearisation : the best set of effects, and all that can be asked around it
+    gain : nats of that set against the null, the noise integrated out of both
+    instead, beside : what has no name and gains most instead of the effects and beside them; None where they are not
+        worth reporting
+    shown : where each effect of the set shows; empty likewise
+    suspects : disturbances without a name, None where the effects explain and none was looked for
+    surest, place : the sure suspect that gains most and where it is
+    """
+
+    cases: tuple[Case, ...]
+    null: tuple[Fitted, ...]
+    innovations: tuple[np.ndarray, ...]
+    alone: tuple[Suspect, ...]
+    linearisation: Linearisation
+    gain: float
+    instead: UnnamedDisturbance | None = None
+    beside: UnnamedDisturbance | None = None
+    shown: tuple[Mismatch, ...] = ()
+    suspects: tuple[Suspect, ...] | None = None
+    surest: Suspect | None = None
+    place: Mismatch | None = None
+
+    @property
+    def statistics(self) -> dict[str, float | str]:
+        """The numbers of the search."""
+        found: dict[str, float | str] = {
+            "largest_log_bayes_factor": self.gain,
+            "largest_effect": self.linearisation.name(),
+            "cost_of_an_effect": self.linearisation.space.cost,
+        }
+        if self.beside is not None:
+            posterior = self.linearisation.best.log_posterior
+            found |= {"instead": self.instead.gain, "beside": self.beside.gain, "posterior": posterior}
+        if self.suspects is not None:
+            found["smallest_probability"] = min((one.probability for one in self.suspects), default=1.0)
+        return found
+
+
+def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], None] = lambda _: None) -> Findings:
+    """Search recordings of one instrument together."""
+    cases = tuple(cases)
+    rng = Streams(0).at("diagnosis", "significance").rng()
+    progress("noise")
+    null = tuple(fit_noise(cases, [], [None] * len(cases)))
+    progress("effects")
+    begin = _with_earth(linearise(cases, (), np.zeros(0), null, policy), policy)
+    alone = _alone(cases, null, policy) if begin.cases is cases else ()
+    linearisation = _searched(cases, begin, policy)
+    quiet = _quiet(cases, linearisation, alone)
+    if any((a.noise_point != b.noise_point).any() for a, b in zip(quiet, linearisation.fitted, strict=True)):
+        other = _searched(cases, _at_noise(begin, quiet, policy), policy)
+        linearisation = max(linearisation, other, key=lambda one: one.height)
+    findings = Findings(
+        cases=cases,
+        null=null,
+        innovations=tuple(_innovations(case, one.noise_point) for case, one in zip(cases, null, strict=True)),
+        alone=alone,
+        linearisation=linearisation,
+        gain=_gain(cases, null, linearisation, policy),
+    )
+    suspects = None
+    if not is_heard(findings, policy):
+        progress("intervals")
+        suspects = _suspects(findings, rng, policy)
+        findings = _stepped(findings, suspects, policy)
+    if is_heard(findings, policy):
+        progress("what is left")
+        findings = _examined(findings, rng, policy)
+        if explains(findings, policy):
+            return findings
+    suspects = _suspects(findings, rng, policy) if suspects is None else suspects
+    surest = _surest(suspects, policy)
+    place = None if surest is None else _place(findings, surest)
+    return replace(findings, suspects=suspects, surest=surest, place=place)
+
+
+def _quiet(cases: Sequence[Case], linearisation: Linearisation, alone: Sequence[Suspect]) -> list[Fitted]:
+    """The noise of sensors that wander little, or of a sure disturbance without a name.
+
+    What is wrong has made the sensors look noisy, and a slow error of a bench stands in for an effect.
+    """
+    quiet = [
+        replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
+        for case, one in zip(cases, linearisation.fitted, strict=True)
+    ]
+    for one in alone:
+        quiet[one.recording] = one.fitted
+    return quiet
+
+
+def _alone(cases: Sequence[Case], null: Sequence[Fitted], policy: Policy) -> tuple[Suspect, ...]:
+    """Disturbances without a name that are sure, each at a noise of its own; the one that gains most is last."""
+    found = [look(case, r, null[r], policy) for r, case in enumerate(cases) for look in (one_sensor, motion_dependence)]
+    sure = (one for one in found if one is not None and policy.sure(one))
+    return tuple(sorted(sure, key=lambda one: one.gain))
+
+
+def _suspects(findings: Findings, rng: np.random.Generator, policy: Policy) -> tuple[Suspect, ...]:
+    """Disturbances without a name, at the noise of the null or their own."""
+    found = list(findings.alone)
+    for r, case in enumerate(findings.cases):
+        found += intervals(case, r, findings.null[r], rng, policy)
+    return tuple(found)
+
+
+def _surest(suspects: Sequence[Suspect], policy: Policy) -> Suspect | None:
+    """The sure one that gains most, if any."""
+    return max((one for one in suspects if policy.sure(one)), key=lambda one: one.gain, default=None)
+
+
+def _stepped(findings: Findings, suspects: Sequence[Suspect], policy: Policy) -> Findings:
+    """The findings where a sensor has jumped that was off from an instant to the end, if that is more probable."""
+    surest = _surest(suspects, policy)
+    if surest is None:
+        return findings
+    r, cases = surest.recording, findings.cases
+    case = cases[r]
+    exact = None if case.believed is None else _jump(case, surest)
+    if exact is None:
+        return findings
+    sensor, _, axis = exact.channel.name.partition(".")
+    step = case.member(f"{sensor}.bias_step", axis, {"at_s": exact.begin_s})
+    columns = tuple(step.column if k == r else None for k in range(len(cases)))
+    fitted = list(findings.null)
+    fitted[r] = surest.fitted
+    refined = refine(cases, [Hypothesis(step, columns)], fitted)
+    linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
+    linearisation = replace(linearisation, refined=refined).own_first(1)
+    if linearisation.height <= findings.linearisation.height:
+        return findings
+    gain = _gain(cases, findings.null, linearisation, policy)
+    return replace(findings, linearisation=linearisation, gain=gain)
+
+
+def _examined(findings: Findings, rng: np.random.Generator, policy: Policy) -> Findings:
+    """The findings with what the effects leave, and where each shows."""
+    linearisation = findings.linearisation
+    instead, beside = left_unexplained(linearisation, rng, policy)
+    shown = tuple(_shown(linearisation, k) for k in linearisation.best.members)
+    return replace(findings, instead=instead, beside=beside, shown=shown)
+
+
+def _place(findings: Findings, surest: Suspect) -> Mismatch:
+    """Where a suspect is, to the second."""
+    case = findings.cases[surest.recording]
+    exact = locate.refined(case, surest.interval, surest.fitted.noise_point)
+    follows = surest.follows
+    instead = None if findings.instead is None else findings.instead.mismatch
+    if instead and (instead.recording, instead.channel) == (surest.recording, exact.channel.name):
+        follows = follows or instead.follows
+    return located(case, surest.recording, exact, surest.sigma, follows)
+
+
+def _with_earth(linearisation: Linearisation, policy: Policy) -> Linearisation:
+    """Start from a term of the Earth that the belief leaves out where that alone mends the most.
+
+    Such an error is so large that nothing linear around a solution without the term can be trusted.
+    """
+    if linearisation.best.log_bayes_factor < policy.earth:
+        return linearisation
+    best, height = linearisation, linearisation.height
+    for one in linearisation.hypotheses:
+        if not one.candidate.name.startswith("earth."):
+            continue
+        effect = believed_effect(one, one.candidate.centre, linearisation.cases)
+        cases = [case.again([effect]) for case in linearisation.cases]
+        model = [again(one, cases)]
+        fitted = fit_noise(cases, [], [None] * len(cases))
+        tried = linearise(cases, model, np.array([one.candidate.centre]), fitted, policy)
+        if tried.height > height:
+            best, height = tried, tried.height
+    return best
+
+
+def _at_noise(linearisation: Linearisation, fitted: Sequence[Fitted], policy: Policy) -> Linearisation:
+    """The linearisation around the same point, its sums and its search at another noise."""
+    m = int(np.count_nonzero(linearisation.point))
+    return linearise(linearisation.cases, linearisation.hypotheses[:m], linearisation.point[:m], fitted, policy)
+
+
+def _searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Policy) -> Linearisation:
+    """Search, fit the noise under the set found, navigate with that set, and search again until the set stays."""
+    for turn in range(ROUNDS):
+        best = linearisation.best
+        if best.log_bayes_factor < policy.worth_refitting:
+            return linearisation
+        if turn == 0:
+            starts = [one.noise_point for one in linearisation.fitted]
+            fitted = fit_noise(linearisation.cases, linearisation.chosen(), starts)
+            linearisation = _at_noise(linearisation, fitted, policy)
+            if linearisation.best.log_posterior < 0.0:
+                return linearisation
+        keys = linearisation.keys
+        refined = refine(cases, linearisation.chosen(scaled=False), linearisation.fitted)
+        linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
+        linearisation = replace(linearisation, refined=refined)
+        own = linearisation.own_first(len(refined.model))
+        placed = set(linearisation.best.members) == set(range(len(refined.model)))
+        last = turn == ROUNDS - 1
+        if linearisation.keys == keys and not placed and not last:
+            continue  # at the noise of the answer another time, width or lag is better
+        if last or linearisation.best.log_posterior <= own.best.log_posterior + policy.stay:
+            linearisation = own
+        if linearisation.keys == keys:
+            break
+    return linearisation
+
+
+def _gain(cases: Sequence[Case], null: Sequence[Fitted], linearisation: Linearisation, policy: Policy) -> float:
+    """log Bayes factor of the best set against the null, the noise integrated out of both."""
+    best = linearisation.best
+    if best.log_bayes_factor < policy.worth_refitting:
+        return best.log_bayes_factor
+    m = list(best.members)
+    centre = linearisation.space.centre[m]
+    share = best.log_bayes_factor - linearisation.gain(m)
+    models = [[], list(range(len(m)))]
+    noise_points = [one.noise_point for one in linearisation.fitted]
+    quiet = [one.noise_point for one in null]
+    chosen, point = linearisation.chosen(scaled=False), linearisation.point[m]
+    there = marginal(linearisation.cases, noise_points, chosen, models, centre, point)
+    if all(a.model.nodes_s.size == b.model.nodes_s.size for a, b in zip(cases, linearisation.cases, strict=True)):
+        alone = marginal(cases, quiet, [], [[]], np.zeros(0))
+    else:  # a clock that is set right moves measurements past one another, and other means are compared
+        alone = marginal(linearisation.cases, quiet, chosen, [[]], centre, point)
+    return float(there[1] - max(there[0], alone[0])) + share
+
+
+def _shown(linearisation: Linearisation, k: int) -> Mismatch:
+    """Where effect `k` shows: the recording and the interval that hold most of its energy."""
+    of_family, _, _ = linearisation.places(k)
+    gain = float(of_family[linearisation.space.families[k]])
+    one, best, fitted = linearisation.hypotheses[k], linearisation.best, linearisation.fitted
+    beside = [h for j, h in zip(best.members, linearisation.chosen(), strict=True) if j != k]
+    energies = []
+    for r, case in enumerate(linearisation.cases):
+        if one.columns[r] is None:
+            continue
+        known = len(case.nuisances)
+        columns = [wide(h.columns[r], 16.0) for h in beside if h.columns[r] is not None] + [one.columns[r]]
+        last = known + len(columns)
+        whitened = case.whitened(columns, fitted[r].noise_point, keep=last + 1)
+        taken = np.linalg.solve(
+            np.eye(last - 1) + whitened.normal[: last - 1, : last - 1], whitened.normal[: last - 1, last - 1]
+        )
+        energy = np.nansum((whitened.kept[..., last] - whitened.kept[..., 1:last] @ taken) ** 2, axis=1)
+        energies.append((float(energy.sum()), r, energy))
+    _, r, energy = max(energies, key=lambda entry: entry[0])
+    case = linearisation.cases[r]
+    part = np.cumsum(energy) / max(float(energy.sum()), 1e-300)
+    begin, end = np.searchsorted(part, ENERGY)
+    nodes_s = case.model.nodes_s
+    begin_s, end_s = (float(nodes_s[max(begin - 1, 0)]), float(nodes_s[min(end, nodes_s.size - 1)]))
+    if "at_s" in one.candidate.parameters:
+        begin_s, end_s = float(one.candidate.parameters["at_s"]), float(nodes_s[-1])
+    return Mismatch(
+        recording=r,
+        channel=channel_of(one.candidate.name, one.candidate.axis, one.candidate.parameters),
+        axis=one.candidate.axis or "",
+        begin_s=begin_s,
+        end_s=end_s,
+        where=where(case.model, case.temperature, begin_s, end_s),
+        significance_sigma=float(np.sqrt(2.0 * max(0.0, gain - linearisation.space.cost))),
+    )
+
+
+def _jump(case: Case, suspect: Suspect) -> locate.Interval | None:
+    """Where a sensor is off to the end of a recording: at rest the instant from which it is so is known to seconds.
+
+    There an accelerometer that jumps feels what it would if a gyro were off for a moment and tilted it, so every sensor
+    is tried. None for what is off between two instants otherwise, or is no sensor.
+    """
+    interval, last_s = suspect.interval, float(case.model.nodes_s[-1])
+    if not interval.channel.name.startswith(SENSORS):
+        return None
+    tried = [interval]
+    if interval.end_s < last_s:
+        sensors = [one for one in locate.channels(case.seen) if one.name.startswith(SENSORS)]
+        tried = [replace(interval, channel=one, end_s=last_s) for one in sensors if case.kind in PARKED]
+    found = [locate.refined(case, one, suspect.fitted.noise_point) for one in tried]
+    window_s = np.diff(locate.edges(case.model))[0]
+    return max((one for one in found if one.end_s > last_s - window_s), key=lambda one: one.t2, default=None)
+
+
+def _innovations(case: Case, noise_point: np.ndarray) -> np.ndarray:
+    """Whitened residual (nodes, 9) of the null, the nuisances at their posterior mean."""
+    whitened = case.whitened([], noise_point, keep=len(case.nuisances) + 1)
+    best = np.linalg.solve(np.eye(len(case.nuisances)) + whitened.normal, whitened.projection)
+    return whitened.kept[..., 0] - whitened.kept[..., 1:] @ best

@@ -1,0 +1,112 @@
+"""A diagnosis: what recordings hold (`findings`), the verdict over it (`decision`), and all that is said of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import logsumexp
+from threadpoolctl import threadpool_limits
+
+from ins_eval.diagnosis.answer.decision import decide
+from ins_eval.diagnosis.answer.experiments import Catalogue
+from ins_eval.diagnosis.answer.findings import Findings, collect
+from ins_eval.diagnosis.answer.rivals import rivals, with_experiments
+from ins_eval.diagnosis.answer.verdict import NO_MISMATCH, Diagnosis, FoundEffect
+from ins_eval.diagnosis.policy import Policy
+from ins_eval.effects.vocabulary import VOCABULARY
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from ins_eval.diagnosis.estimate.case import Case
+    from ins_eval.diagnosis.estimate.linearisation import Linearisation
+    from ins_eval.recording.belief import Belief
+
+
+def judge(
+    cases: Sequence[Case],
+    progress: Callable[[str], None] = lambda _: None,
+    belief: Belief | None = None,
+    policy: Policy | None = None,
+) -> Diagnosis:
+    """Search recordings of one instrument together, and judge what is found.
+
+    `belief` plans experiments where all of them are chambers; `policy` None: the thresholds as they are.
+    """
+    policy = policy or Policy()
+    with threadpool_limits(1):  # small matrices: more threads in each product only wait for one another
+        return answered(collect(cases, policy, progress), policy, progress, belief)
+
+
+def answered(
+    findings: Findings,
+    policy: Policy,
+    progress: Callable[[str], None] = lambda _: None,
+    belief: Belief | None = None,
+) -> Diagnosis:
+    """The verdict over `findings`, and where it names effects all that is said of them."""
+    decision = decide(findings, policy)
+    examined = findings.beside is not None and decision.verdict != NO_MISMATCH
+    linearisation = findings.linearisation if examined else None
+    found = Diagnosis(
+        cases=findings.cases,
+        verdict=decision.verdict,
+        effects=(),
+        rivals=(),
+        mismatches=decision.mismatches,
+        unnamed=decision.unnamed,
+        null=findings.null,
+        fitted=findings.null if linearisation is None else tuple(linearisation.fitted),
+        innovations=findings.innovations,
+        statistics=findings.statistics,
+        held_out={},
+        after=(),
+        linearisation=linearisation,
+        policy=policy,
+    )
+    if linearisation is None or not decision.named:
+        return found
+    others = rivals(linearisation, policy)
+    if others and (belief is not None or any(case.believed is not None for case in findings.cases)):
+        progress("experiments")
+        noise_points = [one.noise_point for one in linearisation.fitted]
+        others = with_experiments(linearisation, others, Catalogue(findings.cases, noise_points, policy, belief))
+    found = replace(found, effects=_effects(linearisation), rivals=others, held_out=linearisation.held_out)
+    return replace(found, after=tuple(case.again(found.believed) for case in findings.cases))
+
+
+def _effects(linearisation: Linearisation) -> tuple[FoundEffect, ...]:
+    """What is said of each effect of the best set, the one that gains most first."""
+    members = linearisation.best.members
+    whole = linearisation.gain(members)
+    mean, covariance = linearisation.coefficients
+    known = linearisation.refined
+    bent = {} if known is None else {one.key: x for one, x in zip(known.model, known.bent, strict=True)}
+    spread = {} if known is None else {one.key: x for one, x in zip(known.model, known.spread, strict=True)}
+    found = []
+    for i, k in enumerate(members):
+        gain = whole - linearisation.gain([j for j in members if j != k])
+        one = linearisation.hypotheses[k]
+        form = VOCABULARY[one.candidate.name].form
+        variance = covariance[i, i] + bent.get(one.key, 0.0) + (form * mean[i]) ** 2
+        found.append(
+            FoundEffect(
+                hypothesis=one,
+                value=float(mean[i] * one.candidate.nominal),
+                sigma=float(np.sqrt(variance) * one.candidate.nominal),
+                probability=_probability(linearisation, k),
+                log_evidence_gain=float(gain),
+                false_alarm_probability=float(min(1.0, np.exp(min(0.0, linearisation.space.cost - gain)))),
+                spread=spread.get(one.key, {}),
+            )
+        )
+    return tuple(sorted(found, key=lambda one: -one.log_evidence_gain))
+
+
+def _probability(linearisation: Linearisation, k: int) -> float:
+    """Posterior probability of effect `k` among all families in its place."""
+    of_family, _, _ = linearisation.places(k)
+    own = of_family[linearisation.space.families[k]]
+    return float(np.exp(own - logsumexp(np.append(of_family, linearisation.space.cost))))

@@ -1,0 +1,109 @@
+"""What else it could be: every family in the place of each effect of an answer, and what would tell them apart.
+
+A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the size that is expected of
+it or at any size. Where there is one, all that is within `Policy.listed` is listed too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import logsumexp
+
+from ins_eval.diagnosis.answer.verdict import Rival
+from ins_eval.diagnosis.estimate.search import log_bayes_factor, posterior
+from ins_eval.navigation import PARKED
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.answer.experiments import Catalogue
+    from ins_eval.diagnosis.estimate.linearisation import Linearisation
+    from ins_eval.diagnosis.policy import Policy
+
+
+def rivals(linearisation: Linearisation, policy: Policy) -> tuple[Rival, ...]:
+    """Every family that could stand in the place of an effect of the best set, best first."""
+    out: dict[int, Rival] = {}
+    for k in linearisation.best.members:
+        of_family, members, of_any_size = linearisation.places(k)
+        own = int(linearisation.space.families[k])
+        log_sum = logsumexp(np.append(of_family, linearisation.space.cost))
+        below = of_family[own] - of_family
+        unexpected = of_any_size[own] - of_any_size  # where no size is expected of either
+        near = np.minimum(below, unexpected)
+        reach = policy.listed if np.delete(below, own).min(initial=np.inf) < policy.near else policy.near
+        for family in np.argsort(of_family)[::-1]:
+            if family == own or not near[family] < reach:
+                continue
+            one = Rival(
+                of=linearisation.hypotheses[k],
+                hypothesis=linearisation.hypotheses[members[family]],
+                probability=float(np.exp(of_family[family] - log_sum)),
+                below_best=float(below[family]),
+                by_prior_only=bool(below[family] >= policy.near or unexpected[family] < policy.alike),
+            )
+            if family not in out or out[family].below_best > one.below_best:
+                out[int(family)] = one
+    ranked = sorted(out.values(), key=lambda one: one.below_best)
+    return (*ranked, *(one for k in linearisation.best.members for one in _three_biases(linearisation, k)))
+
+
+def with_experiments(linearisation: Linearisation, found: Sequence[Rival], catalogue: Catalogue) -> tuple[Rival, ...]:
+    """The same with the cheapest experiment of the catalogue that would tell each from the answer."""
+    m = list(linearisation.best.members)
+    place = {linearisation.hypotheses[k]: i for i, k in enumerate(m)}
+    index = {one: k for k, one in enumerate(linearisation.hypotheses)}
+    chosen = [*m, *(index[one.hypothesis] for one in found)]
+    chosen += [index[one] for rival in found for one in rival.beside if index[one] not in chosen]
+    spot = {k: i for i, k in enumerate(chosen)}
+    given = catalogue.recommend(
+        [linearisation.hypotheses[k].candidate for k in chosen],
+        linearisation.here.normal[np.ix_(chosen, chosen)],
+        {
+            i: linearisation.space.centre[k] or p
+            for i, (k, p) in enumerate(zip(m, linearisation.coefficients[0], strict=True))
+        },
+        [
+            [
+                *(i for i in range(len(m)) if i != place[one.of]),
+                *(spot[index[other]] for other in (one.hypothesis, *one.beside)),
+            ]
+            for one in found
+        ],
+        [one.by_prior_only for one in found],
+    )
+    return tuple(
+        one
+        if best is None
+        else replace(one, experiment=best.experiment, expected_log_bayes_factor=best.expected_log_bayes_factor)
+        for one, best in zip(found, given, strict=True)
+    )
+
+
+def _three_biases(linearisation: Linearisation, k: int) -> list[Rival]:
+    """Three constant gyro biases as the rival of Earth rotation, where only parked recordings show it."""
+    one = linearisation.hypotheses[k]
+    parked = all(case.kind in PARKED for case in linearisation.cases)
+    if one.candidate.name != "earth.rotation" or not parked:
+        return []
+    biases = [j for j, other in enumerate(linearisation.hypotheses) if other.candidate.name == "gyro.bias"]
+    others = [j for j in linearisation.best.members if j != k]
+    m = [*others, *biases]
+    sums = linearisation.here.normal[np.ix_(m, m)], linearisation.here.projection[m], linearisation.space.centre[m]
+    gain, scales = log_bayes_factor(*sums)
+    below = linearisation.gain([*others, k]) - gain
+    mean = posterior(*sums, scales)[0][len(others) :]
+    return [
+        Rival(
+            of=one,
+            hypothesis=linearisation.hypotheses[j],
+            probability=float(np.exp(min(0.0, -below))),
+            below_best=float(below),
+            by_prior_only=True,
+            beside=tuple(linearisation.hypotheses[i] for i in biases if i != j),
+            value=float(p * linearisation.hypotheses[j].candidate.nominal),
+        )
+        for j, p in zip(biases, mean, strict=True)
+    ]

@@ -1,0 +1,159 @@
+"""What a page shows of a diagnosis besides its answer, as plain arrays and numbers.
+
+ground        the hypotheses and sums that the answer rests on
+evidence      log Bayes factor of every family in the place of one effect
+limits        what the recordings could show of each family
+before_after  whitened residual without and with the effects, both with one noise
+turned_on     turn-on biases and start attitude where the data put them
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.answer.detectability import Detectability, detectability
+from ins_eval.diagnosis.estimate.search import Space, one_more
+from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space, sums, union
+from ins_eval.effects.effect import AXES
+from ins_eval.units import DEG
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect
+    from ins_eval.diagnosis.model.library import Candidate
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Hypotheses, their families and sums; `members` is the best set, empty where none is named."""
+
+    hypotheses: tuple[Hypothesis, ...]
+    space: Space
+    here: Sums
+    members: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class EffectEvidence:
+    """One family in the place of an effect: its best member, and whether it is the one that the answer names."""
+
+    candidate: Candidate
+    log_bayes_factor: float
+    named: bool
+
+
+def basis(found: Diagnosis) -> Basis:
+    """The sums of the answer, or those under the belief where no effect was tried further."""
+    linearisation = found.linearisation
+    if linearisation is not None:
+        return Basis(
+            linearisation.hypotheses,
+            linearisation.space,
+            linearisation.here,
+            linearisation.best.members if found.effects else (),
+        )
+    hypotheses = tuple(union(found.cases))
+    here = sums(found.cases, [one.noise_point for one in found.null], hypotheses)
+    return Basis(hypotheses, space(hypotheses, found.policy), here, ())
+
+
+def evidence(of: Basis, effect: FoundEffect | None) -> list[EffectEvidence]:
+    """Every family in the place of `effect` beside the rest of the best set, or alone without one; best first."""
+    others = [k for k in of.members if effect is None or of.hypotheses[k].key != effect.hypothesis.key]
+    of_family, members, _ = one_more(of.here.normal, of.here.projection, others, of.space)
+    keys = {of.hypotheses[k].key for k in of.members}
+    return [
+        EffectEvidence(
+            of.hypotheses[members[family]].candidate,
+            float(of_family[family]),
+            of.hypotheses[members[family]].key in keys,
+        )
+        for family in np.argsort(of_family)[::-1]
+        if np.isfinite(of_family[family])
+    ]
+
+
+def limits(of: Basis) -> list[Detectability]:
+    """What the recordings could show of each family, least visible first."""
+    return detectability([one.candidate for one in of.hypotheses], np.diag(of.here.normal), of.space.cost)
+
+
+def before_after(found: Diagnosis, r: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Whitened residual (nodes, 9) of recording `r` without and with the effects, noise that of the answer.
+
+    What is uncertain anyway is at its best in both. None without effects in this recording.
+    """
+    if not found.effects:
+        return None
+    linearisation = found.linearisation
+    members = list(linearisation.best.members)
+    own = [i for i, k in enumerate(members) if linearisation.hypotheses[k].columns[r] is not None]
+    if not own:
+        return None
+    mean, _ = linearisation.coefficients
+    point = linearisation.point[members][own]
+    case = linearisation.cases[r]
+    known = len(case.nuisances)
+    columns = [linearisation.hypotheses[members[i]].columns[r] for i in own]
+    kept = case.whitened(columns, linearisation.fitted[r].noise_point, keep=1 + known + len(own)).kept
+    anyway, effects = kept[..., 1 : 1 + known], kept[..., 1 + known :]
+    residual = kept[..., 0] + effects @ point
+    return _at_best(residual, anyway), _at_best(residual - effects @ mean[own], anyway)
+
+
+@dataclass(frozen=True)
+class TurnedOn:
+    """Something uncertain anyway: what was believed of it and what the data find, each with one sigma, in `unit`."""
+
+    name: str
+    unit: str
+    believed: float
+    believed_sigma: float
+    found: float
+    found_sigma: float
+
+
+def turned_on(found: Diagnosis, r: int) -> list[TurnedOn]:
+    """Turn-on biases and start attitude of recording `r` beside the effects of the answer, if any."""
+    linearisation = found.linearisation if found.effects else None
+    case = found.cases[r] if linearisation is None else linearisation.cases[r]
+    if case.believed is None:
+        return []
+    columns = (
+        []
+        if linearisation is None
+        else [one.columns[r] for one in linearisation.chosen() if one.columns[r] is not None]
+    )
+    sums_of = case.whitened(columns, found.fitted[r].noise_point)
+    covariance = np.linalg.inv(np.eye(sums_of.projection.size) + sums_of.normal)
+    mean, sigma = covariance @ sums_of.projection, np.sqrt(np.diag(covariance))
+    belief, start = case.believed.recording.belief, case.believed.start
+    sizes = {}
+    for sensor, unit, size in (
+        ("accelerometer", "ug", belief.accelerometer.bias_sigma_ug),
+        ("gyro", "deg/h", belief.gyro.bias_sigma_deg_per_h),
+    ):
+        sizes |= {f"turn-on bias of {sensor} {axis}": (unit, 0.0, size) for axis in AXES}
+    level_n, level_e, heading = (float(one) / DEG for one in case.believed.attitude_sigma_n)
+    sizes["start attitude N"], sizes["start attitude E"] = ("deg", 0.0, level_n), ("deg", 0.0, level_e)
+    sizes["start attitude D"] = ("deg", float(start.attitude_rad[2]) / DEG, heading)
+    words = {
+        "start attitude N": "tilt about north",
+        "start attitude E": "tilt about east",
+        "start attitude D": "heading",
+    }
+    return [
+        TurnedOn(words.get(name, name), unit, middle, size, middle + size * float(mean[k]), size * float(sigma[k]))
+        for k, column in enumerate(case.nuisances)
+        for name, (unit, middle, size) in sizes.items()
+        if column.name == name
+    ]
+
+
+def _at_best(residual: np.ndarray, anyway: np.ndarray) -> np.ndarray:
+    """The residual (nodes, 9) less what is uncertain anyway, at its best under its prior."""
+    seen = np.isfinite(residual)
+    x = anyway[seen]
+    return residual - anyway @ np.linalg.solve(np.eye(x.shape[1]) + x.T @ x, x.T @ residual[seen])

@@ -1,0 +1,107 @@
+"""What a diagnosis says: verdict, located mismatches, effects, rivals, and what remains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.estimate.refine import believed_effect
+from ins_eval.effects.composed import NAME as COMPOSED
+from ins_eval.effects.lag import NAME as LAG
+from ins_eval.effects.parts import SENSORS
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.estimate.case import Case
+    from ins_eval.diagnosis.estimate.linearisation import Linearisation
+    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.estimate.study import Hypothesis
+    from ins_eval.diagnosis.policy import Policy
+    from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
+    from ins_eval.recording.belief import EffectBelief
+
+NO_MISMATCH, EXPLAINED, NOT_IDENTIFIABLE = "no mismatch", "explained", "not identifiable"
+PARTLY, UNEXPLAINED = "partly explained", "unexplained"
+
+
+@dataclass(frozen=True, eq=False)
+class FoundEffect:
+    """One effect of the explanation: `value` with `sigma` in its unit."""
+
+    hypothesis: Hypothesis
+    value: float
+    sigma: float
+    probability: float
+    log_evidence_gain: float
+    false_alarm_probability: float
+    spread: dict[str, tuple[float, float]] = field(default_factory=dict)  # 95 % of times, widths and lags
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """What could stand in the place of an effect."""
+
+    of: Hypothesis
+    hypothesis: Hypothesis
+    probability: float
+    below_best: float
+    by_prior_only: bool
+    experiment: str | None = None  # the cheapest that would tell them apart
+    expected_log_bayes_factor: float | None = None
+    beside: tuple[Hypothesis, ...] = ()  # what has to stand beside it
+    value: float | None = None  # in the unit of its effect, where it is known
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """The verdict over all recordings, and what led to it.
+
+    `null` and `fitted` are the noise of each recording under the belief and under the answer; `innovations` of the
+    null (nodes, 9) of each recording, everything uncertain at its best; `statistics` the numbers of the search;
+    `policy` the thresholds that decided.
+    """
+
+    cases: tuple[Case, ...]
+    verdict: str
+    effects: tuple[FoundEffect, ...]
+    rivals: tuple[Rival, ...]
+    mismatches: tuple[Mismatch, ...]
+    unnamed: UnnamedDisturbance
+    null: tuple[Fitted, ...]
+    fitted: tuple[Fitted, ...]
+    innovations: tuple[np.ndarray, ...]
+    statistics: dict[str, float | str]
+    held_out: dict[str, float | str]
+    after: tuple[Case, ...]
+    linearisation: Linearisation | None
+    policy: Policy
+
+    @property
+    def believed(self) -> list[EffectBelief]:
+        """The effects as a belief states them."""
+        return [
+            believed_effect(one.hypothesis, one.value / one.hypothesis.candidate.nominal, self.cases)
+            for one in self.effects
+        ]
+
+    @property
+    def predicted(self) -> list[EffectBelief]:
+        """What is believed of the instrument's next recordings: see `Linearisation.predicted`."""
+        if not self.effects:
+            return []
+        return [believed_effect(one, coefficient, self.cases) for one, coefficient in self.linearisation.predicted]
+
+
+def channel_of(name: str, axis: str | None, parameters: dict) -> str:
+    """The channel in which an effect of this name lives."""
+    sensor = name.partition(".")[0]
+    if name == COMPOSED:
+        return f"{str(parameters['form']).partition(' ')[0]}.{axis}"
+    if sensor in SENSORS:
+        return f"{sensor}.{axis}"
+    if sensor in ("alignment", "earth"):
+        return "navigation"
+    if sensor == "reference":
+        return "reference.attitude"
+    return {"gps.lever_arm": "gps.position", LAG: "temperature"}.get(name, "gps.velocity")

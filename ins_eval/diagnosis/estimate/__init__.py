@@ -1,0 +1,1 @@
+"""Recordings made ready, their noise, and the sets of effects that explain them."""

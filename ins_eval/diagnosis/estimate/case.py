@@ -1,0 +1,187 @@
+"""One recording made ready to be judged: residual, error model, what is uncertain anyway, and the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.estimate import noise
+from ins_eval.diagnosis.estimate.coarse import block_of, coarse, coarse_noise
+from ins_eval.diagnosis.estimate.evidence import log_evidence
+from ins_eval.diagnosis.estimate.whitening import Whitened, whiten
+from ins_eval.diagnosis.model import error_model, null, observations
+from ins_eval.diagnosis.model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
+from ins_eval.diagnosis.model.library import Candidate, Parameters, candidates, composed_candidates, member
+from ins_eval.diagnosis.model.observations import REFERENCE_POSITION_M, Observations
+from ins_eval.diagnosis.model.thermometer import step_noise
+from ins_eval.effects.temperature import SmoothedTemperature, temperature
+from ins_eval.navigation import PARKED
+from ins_eval.units import DEG_PER_H, UG
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.estimate.noise import Fitted, NoiseModel
+    from ins_eval.diagnosis.model.error_model import ErrorModel
+    from ins_eval.diagnosis.model.null import Believed
+    from ins_eval.recording import Recording
+    from ins_eval.recording.belief import Belief, EffectBelief
+
+LEAST_VELOCITY_SIGMA_MPS = 1e-3  # of a start that is said to be exact
+LEAST_POSITION_SIGMA_M = 0.01
+MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What the evaluation of any hypothesis in one recording needs."""
+
+    name: str
+    kind: str
+    believed: Believed | None  # None where nothing moves: a chamber
+    model: ErrorModel
+    seen: Observations
+    inertial: np.ndarray  # (nodes, 9) what the belief as it stands misses by
+    temperature: SmoothedTemperature | None
+    slow: SlowFactor
+    nuisances: tuple[Column, ...]
+    taken: np.ndarray  # coefficients of the nuisances that were taken off before it was navigated
+    candidates: tuple[Candidate, ...]
+    noise: NoiseModel
+    outliers: int
+    epochs_s: np.ndarray  # between nodes, for what forgets
+    member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
+    again: Callable[[Sequence[EffectBelief]], Case]  # the same recording with these effects believed as well
+
+    def assembled(self, columns: Sequence[Column] = ()) -> Assembled:
+        """Nuisances first, then `columns`."""
+        taken = tuple(zip(self.nuisances, self.taken, strict=True))
+        assembled = assemble(self.model, self.seen, self.slow, [*self.nuisances, *columns], taken)
+        return replace(assembled, interval_s=self.epochs_s)
+
+    def whitened(self, columns: Sequence[Column], noise_point: np.ndarray, block: int = 1, keep: int = 1) -> Whitened:
+        """One pass with noise at `noise_point`, on means over `block` nodes."""
+        assembled = coarse(self.assembled(columns), block)
+        return whiten(assembled, coarse_noise(self.noise.levels(noise_point), block), keep)
+
+    def fitted(
+        self,
+        columns: Sequence[Column] = (),
+        start: np.ndarray | None = None,
+        gain: Callable[[Whitened], float] = log_evidence,
+    ) -> Fitted:
+        """Noise fitted with nuisances and `columns`, at the maximum of `gain` of the sums."""
+        return noise.fit(self.ready(columns), len(self.noise.free), start, gain)
+
+    def ready(self, columns: Sequence[Column]) -> Callable[[np.ndarray], Whitened]:
+        """The pass on means over `block` nodes as a function of the noise point: what it shares is done once."""
+        block = self.block
+        assembled = coarse(self.assembled(columns), block)
+
+        def at(noise_point: np.ndarray) -> Whitened:
+            return whiten(assembled, coarse_noise(self.noise.levels(noise_point), block))
+
+        return at
+
+    @property
+    def block(self) -> int:
+        """Nodes that are averaged where nothing fast is asked about."""
+        return 1 if self.believed is None else block_of(self.model.interval_s)
+
+
+def prepare(recording: Recording, folder: str | Path = ".") -> Case:
+    """Navigate what is believed and set everything up around it.
+
+    Parked for hours, a solution is kilometres off while the standstill is known to a millimetre, so that products of
+    errors show. Such a recording is navigated again with start and turn-on biases as the standstill has them; what was
+    taken off is put back linearly, and every prior stays around the belief.
+    """
+    believed = null.believe(recording, folder)
+    case = _around(believed, believed, nuisances(believed), folder)
+    if recording.kind not in PARKED:
+        return case
+    sums = case.whitened([], np.zeros(len(case.noise.free)), case.block)
+    count = len(case.nuisances)
+    point = np.linalg.solve(np.eye(count) + sums.normal, sums.projection)
+    settled = null.corrected(believed, *_errors(case.nuisances, point))
+    return replace(_around(settled, believed, case.nuisances, folder), inertial=case.inertial, taken=point)
+
+
+def _around(navigated: Believed, believed: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:
+    """A case around the solution of what is `navigated`."""
+    recording = believed.recording
+    solution = null.solve(navigated)
+    end_s = float(solution.time_s[-1])
+    measured = observations.sources(navigated, end_s)
+    model = error_model.build(navigated, solution, observations.nodes(navigated, measured, end_s))
+    seen, outliers = noise.without_outliers(observations.observe(navigated, model, measured))
+    given = temperature(recording)
+    slow = SlowFactor()
+    return Case(
+        name=recording.name,
+        kind=recording.kind,
+        believed=believed,
+        model=model,
+        seen=seen,
+        inertial=seen.residual,
+        temperature=given,
+        slow=slow,
+        nuisances=tuple(uncertain),
+        taken=np.zeros(len(uncertain)),
+        candidates=(*candidates(navigated, model, given, slow), *composed_candidates(navigated, model, given, slow)),
+        noise=noise.noise_model(recording.belief, model, seen, step_noise(navigated, given, model.middle_s)),
+        outliers=outliers,
+        epochs_s=model.interval_s,
+        member=partial(member, navigated, model, given, slow),
+        again=lambda effects: prepare(replace(recording, belief=with_effects(recording.belief, effects)), folder),
+    )
+
+
+def _errors(uncertain: Sequence[Column], point: np.ndarray) -> tuple[np.ndarray, ...]:
+    """What nuisances with coefficients `point` are: errors of gyros, accelerometers, attitude, position, velocity."""
+    bias = {"gyro": np.zeros(3), "accelerometer": np.zeros(3)}
+    start = np.zeros(9)
+    for column, by in zip(uncertain, point, strict=True):
+        start += by * np.asarray(column.start or np.zeros(9))
+        for term in column.terms:
+            if isinstance(term, Drive):
+                bias[term.sensor][term.axis] += by * term.weight
+    return bias["gyro"], bias["accelerometer"], start[6:], start[:3], start[3:6]
+
+
+def with_effects(belief: Belief, effects: Sequence[EffectBelief]) -> Belief:
+    """A belief in further effects."""
+    return belief.model_copy(update={"effects": (*belief.effects, *effects)})
+
+
+def nuisances(believed: Believed) -> list[Column]:
+    """What is uncertain whatever the answer, each column carrying one sigma of the belief."""
+    belief, start = believed.recording.belief, believed.start
+    out = []
+    for axis, name in enumerate("xyz"):
+        force = UG * belief.accelerometer.bias_sigma_ug
+        rate = DEG_PER_H * belief.gyro.bias_sigma_deg_per_h
+        out.append(Column(f"turn-on bias of accelerometer {name}", (Drive("accelerometer", axis, "1", force),)))
+        out.append(Column(f"turn-on bias of gyro {name}", (Drive("gyro", axis, "1", rate),)))
+    position = max(start.position_sigma_m, LEAST_POSITION_SIGMA_M)
+    velocity = max(start.velocity_sigma_mps, LEAST_VELOCITY_SIGMA_MPS)
+    sigmas = np.concatenate([[position] * 3, [velocity] * 3, believed.attitude_sigma_n])
+    for k, (sigma, what) in enumerate(
+        zip(sigmas, (f"{q} {d}" for q in ("position", "velocity", "attitude") for d in "NED"), strict=True)
+    ):
+        begin = np.zeros(9)
+        begin[k] = sigma
+        out.append(Column(f"start {what}", start=tuple(begin)))
+    reference = believed.recording.reference
+    if reference is not None:
+        for k, axis in enumerate("NED"):  # of its datum, and of where in its box it navigates
+            size = belief.reference.position_sigma_m or REFERENCE_POSITION_M
+            out.append(Column(f"position offset of the reference {axis}", (Measured(f"channel_{k}", size),)))
+    if reference is not None and reference.attitude_rad is not None:
+        for axis in "xyz":
+            term = Measured(f"mount_{axis}", MOUNTING_SIGMA_RAD)
+            out.append(Column(f"mounting of the reference about {axis}", (term,)))
+    return out

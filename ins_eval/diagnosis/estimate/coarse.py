@@ -1,0 +1,114 @@
+"""The same regression on means over a few measurements: a fifth of the work where nothing changes within seconds.
+
+Transitions and drives are composed exactly; residual and responses are averaged over a block of nodes and stand at its
+middle node. White noise of n measurements becomes white noise of sigma / sqrt(n). What is lost is what a navigation
+error does within a block beyond a straight line. Blocks in which a channel is not complete are left out of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numba
+import numpy as np
+
+from ins_eval.diagnosis.estimate.whitening import FASTMATH, motion, propagate, show, shown
+from ins_eval.diagnosis.model.columns import TO_ATTITUDE, TO_POSITION, TO_VELOCITY, Assembled
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.estimate.whitening import NoiseLevels
+
+BLOCK_S = 5.0
+FEWEST_NODES = 1500  # of a recording that is worth it
+
+
+def block_of(interval_s: np.ndarray) -> int:
+    """Nodes in a block, an odd number; 1 where the recording is short."""
+    if interval_s.size < FEWEST_NODES:
+        return 1
+    return max(1, int(BLOCK_S / float(np.median(interval_s))) // 2 * 2 + 1)
+
+
+def coarse(fine: Assembled, block: int) -> Assembled:
+    """The columns of `fine` on blocks of so many nodes; the first node, the start, stands alone."""
+    if block == 1:
+        return fine
+    blocks = (fine.residual.shape[0] - 1) // block
+    m = fine.count
+    transition = np.empty((blocks, 9, 9))
+    coupling = np.empty((blocks, 9, 6))
+    sources = np.zeros((blocks, 3 * m, 3))
+    observed = np.zeros((blocks + 1, 9, m))
+    _compose(block, motion(fine, 0, m), shown(fine, 0, m), transition, coupling, sources, observed)
+    rows = np.arange(1, blocks * block + 1).reshape(blocks, block)
+    residual = np.concatenate([fine.residual[:1], fine.residual[rows].mean(axis=1)])
+    time_s = np.concatenate([[0.0], np.cumsum(fine.interval_s)])
+    middle = rows[:, block // 2]
+    each = np.arange(m)
+    drive_terms = [(c, target, 3 * c + k, 0) for c in each for k, target in enumerate(_TARGETS)]
+    return replace(
+        fine,
+        transition=transition,
+        half=np.tile(np.eye(9), (blocks, 1, 1)),
+        coupling=coupling,
+        interval_s=np.diff(np.append(0.0, time_s[middle])),
+        sources=sources,
+        slow_epochs=np.ones((1, blocks)),
+        drive_terms=np.array(drive_terms, dtype=np.int64),
+        drive_weights=np.ones(3 * m),
+        residual=residual,
+        design=np.concatenate([fine.design[:1], fine.design[rows].mean(axis=1)]),
+        observed=np.ascontiguousarray(observed.transpose(0, 2, 1)),
+        slow_nodes=np.ones((1, blocks + 1)),
+        observation_terms=np.column_stack([each, each, np.zeros(m, dtype=np.int64)]),
+        observation_weights=np.ones(m),
+    )
+
+
+def coarse_noise(levels: NoiseLevels, block: int) -> NoiseLevels:
+    """The same noise on blocks."""
+    if block == 1:
+        return levels
+    blocks = (levels.white.shape[0] - 1) // block
+    rows = np.arange(1, blocks * block + 1).reshape(blocks, block)
+    first = np.append(0, rows[:-1, block // 2])  # epochs between the middle nodes
+    total = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(levels.force, axis=0)])
+    turned = np.append(0.0, np.cumsum(levels.rate))
+    last = rows[:, block // 2]
+    return levels._replace(
+        white=np.concatenate([levels.white[:1], np.sqrt((levels.white[rows] ** 2).sum(axis=1)) / block]),
+        force=total[last] - total[first],
+        rate=turned[last] - turned[first],
+    )
+
+
+_TARGETS = (TO_POSITION, TO_VELOCITY, TO_ATTITUDE)
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+def _compose(block, motion, shown, out_transition, out_coupling, out_sources, out_observed):
+    m = out_sources.shape[1] // 3
+    state = np.zeros((9, m))
+    work = np.zeros((9, m))
+    pushed = np.zeros((9, m))
+    phi, g = np.eye(9), np.zeros((9, 6))
+    show(shown, 0, 1.0, out_observed[0])
+    for b in range(out_transition.shape[0]):
+        first = 1 + b * block
+        middle = first + block // 2
+        for k in range(first, first + block):
+            e = k - 1
+            propagate(motion, e, state, pushed, work)
+            state[:] = work
+            phi = motion.transition[e] @ phi
+            g = motion.transition[e] @ g + motion.coupling[e]
+            show(shown, k, 1.0 / block, out_observed[b + 1])
+            if k == middle:
+                out_transition[b] = phi
+                out_coupling[b] = g
+                for c in range(m):
+                    for i in range(9):
+                        out_sources[b, 3 * c + i // 3, i % 3] = state[i, c]
+                state[:] = 0.0
+                phi, g = np.eye(9), np.zeros((9, 6))

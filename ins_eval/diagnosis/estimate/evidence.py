@@ -1,0 +1,114 @@
+"""Evidence of models that are linear in what is unknown, from the whitened sums alone.
+
+With e = X p + n, n ~ N(0, I), p ~ N(0, I) (a column carries the sigma of its prior in its scale):
+
+    log Z = -(e'e - b'(I + A)^-1 b) / 2 - log|I + A| / 2 - log|S| / 2 - n log(2 pi) / 2
+
+For one more column after the nuisances are integrated out, with a prior sigma s on its coefficient,
+
+    log B = b^2 / (a + 1/s^2) / 2 - log(1 + s^2 a) / 2,   a = A_jj - A_jn (I + A_nn)^-1 A_nj,   b likewise,
+
+and with a prior that is a mixture of several s the mean of B over them.
+
+Sources: de Jong and Penzer 1998 (the reduced sums); Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.special import logsumexp
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.estimate.whitening import Whitened
+
+SCALES = (0.3, 1.0, 4.0, 16.0, 64.0)  # of the nominal size; one Gaussian of nominal size loses large effects
+
+
+def log_evidence(whitened: Whitened) -> float:
+    """log Z of the model that has all columns, each with a standard normal prior."""
+    factor = np.linalg.cholesky(np.eye(len(whitened.projection)) + whitened.normal)
+    explained = solve_triangular(factor, whitened.projection, lower=True)
+    return float(
+        -0.5 * (whitened.square - explained @ explained)
+        - np.log(np.diag(factor)).sum()
+        - 0.5 * whitened.log_determinant
+        - 0.5 * whitened.rows * np.log(2.0 * np.pi)
+    )
+
+
+def log_evidence_of(whitened: Whitened, chosen: slice) -> float:
+    """log Z of the model that has only the `chosen` columns."""
+    return log_evidence(
+        replace(whitened, normal=whitened.normal[chosen, chosen], projection=whitened.projection[chosen])
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """What is left of A and b for the columns of interest once the nuisances are integrated out."""
+
+    normal: np.ndarray
+    projection: np.ndarray
+
+    @property
+    def score(self) -> np.ndarray:
+        """b / sqrt(a): standard normal under the null, one for each column; 0 where the data know nothing of it."""
+        a = np.diag(self.normal)
+        return np.where(a > 1e-12, self.projection / np.sqrt(np.maximum(a, 1e-12)), 0.0)
+
+
+def reduce(whitened: Whitened, nuisances: int) -> Reduced:
+    """Integrate out the first `nuisances` columns, each with a standard normal prior."""
+    a, b, n = whitened.normal, whitened.projection, nuisances
+    factor = cho_factor(np.eye(n) + a[:n, :n])
+    across = cho_solve(factor, a[:n, n:])
+    normal = a[n:, n:] - a[n:, :n] @ across
+    return Reduced(0.5 * (normal + normal.T), b[n:] - across.T @ b[:n])
+
+
+def log_bayes_factors(a: np.ndarray, b: np.ndarray, centre: np.ndarray | float = 0.0) -> np.ndarray:
+    """log B of columns that carry their nominal size in their scale, one by one, prior a mixture over `SCALES`.
+
+    `a` and `b` (m,) are the reduced sums; a `centre` other than 0 is a sharp prior around that coefficient.
+    """
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    one = []
+    for scale in SCALES if np.ndim(centre) == 0 and centre == 0.0 else (1.0,):
+        variance = scale**2
+        shifted = b - a * centre
+        one.append(
+            0.5 * shifted**2 * variance / (1.0 + variance * a)
+            - 0.5 * np.log1p(variance * a)
+            + centre * b
+            - 0.5 * a * centre**2
+        )
+    return logsumexp(one, axis=0) - np.log(len(one))
+
+
+def expected_log_evidence(
+    normal: np.ndarray, truth: Mapping[int, float], model: Sequence[int], centre: np.ndarray
+) -> float:
+    """Expected log Z of the columns `model`, coefficients `truth` by column, as `answer.experiments` derives it.
+
+    `normal` (m, m) is the reduced A of all columns, `centre` (m,) the coefficients that physics fixes, else 0.
+    """
+    m = list(model)
+    if not m:
+        return 0.0
+    a = normal[np.ix_(m, m)]
+    v = np.zeros(len(normal))
+    v[list(truth)] = list(truth.values())
+    mean, c = normal[m] @ v, centre[m]
+    scales = np.array(list(product(*(SCALES if x == 0.0 else (1.0,) for x in c))))
+    left = mean - a @ c
+    spread = np.eye(len(m)) + scales[:, :, None] * a * scales[:, None, :]
+    second = scales[:, :, None] * (np.outer(left, left) + a) * scales[:, None, :]
+    gain = 0.5 * np.trace(np.linalg.solve(spread, second), axis1=1, axis2=2)
+    each = c @ mean - 0.5 * c @ a @ c + gain - 0.5 * np.linalg.slogdet(spread)[1]
+    return float(logsumexp(each) - np.log(len(scales)))

@@ -1,0 +1,181 @@
+"""Recordings navigated with some effects, and everything that can be asked around that point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.estimate.held_out import held_out
+from ins_eval.diagnosis.estimate.search import Explanation, Space, log_bayes_factor, one_more, posterior, search
+from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space, sums, union
+from ins_eval.effects.composed import NAME as COMPOSED
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.estimate.case import Case
+    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.estimate.refine import RefinedFit
+    from ins_eval.diagnosis.policy import Policy
+
+TOLD = 0.3  # nominal sizes from which on a mean is believed of other recordings
+WITHIN_PRIOR = 3.0  # sigmas of the prior within which an effect that is sure must lie
+THERMAL = ("temperature", "creep", "hysteresis")  # in the name of an effect of an accelerometer
+CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """Recordings navigated with some effects, all hypotheses around that point, and the sums at the noise there.
+
+    `model` are the first hypotheses, `point` (m,) the coefficients that were taken off, 0 elsewhere; `refined` says how
+    sure times, widths and lags of the effects are with which the recordings were navigated.
+    """
+
+    cases: tuple[Case, ...]
+    hypotheses: tuple[Hypothesis, ...]
+    space: Space
+    point: np.ndarray
+    fitted: tuple[Fitted, ...]
+    here: Sums
+    ranked: tuple[Explanation, ...]
+    refined: RefinedFit | None = None
+
+    @property
+    def best(self) -> Explanation:
+        """The most probable set that is not empty."""
+        return next(one for one in self.ranked if one.members)
+
+    @property
+    def keys(self) -> set[tuple]:
+        return {self.hypotheses[k].key for k in self.best.members}
+
+    @cached_property
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the best set, (k,), and their covariance, at the scales of the prior that are best."""
+        m = list(self.best.members)
+        a, b, centre = self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m]
+        _, scales = log_bayes_factor(a, b, centre)
+        return posterior(a, b, centre, scales)
+
+    def chosen(self, scaled: bool = True) -> list[Hypothesis]:
+        """The effects of the best set, each with a prior as wide as what was found."""
+        m = list(self.best.members)
+        if not scaled:
+            return [self.hypotheses[k] for k in m]
+        mean, _ = self.coefficients
+        return [self.hypotheses[k].scaled(max(1.0, abs(float(p)))) for k, p in zip(m, mean, strict=True)]
+
+    def name(self) -> str:
+        ones = [self.hypotheses[k].candidate for k in self.best.members]
+        return " + ".join(f"{one.name} {one.axis or ''}".strip() for one in ones)
+
+    def own_first(self, count: int) -> Linearisation:
+        """The same with the set of its first `count` hypotheses best, with which the recordings were navigated.
+
+        A set of the same families with other times, widths or lags is the same explanation.
+        """
+        families = sorted(self.space.families[:count])
+        found = next((one for one in self.ranked if sorted(self.space.families[list(one.members)]) == families), None)
+        if found is None:
+            gain = self.gain(range(count))
+            found = Explanation((), gain, gain - self.space.cost * count)
+        own = replace(found, members=tuple(range(count)))
+        return replace(self, ranked=(own, *(one for one in self.ranked if one is not found)))
+
+    @property
+    def height(self) -> float:
+        """log posterior of the best set, up to what is common to all linearisations."""
+        return self.here.log_null + self.best.log_posterior
+
+    def gain(self, members: Sequence[int]) -> float:
+        """log Bayes factor of these hypotheses together."""
+        m = list(members)
+        return log_bayes_factor(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m])[0]
+
+    def places(self, k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """log B of every family in the place of member `k`, its best member, and log B where it may have any size."""
+        others = [j for j in self.best.members if j != k]
+        return one_more(self.here.normal, self.here.projection, others, self.space)
+
+    @cached_property
+    def _thermal(self) -> np.ndarray:
+        """Which of the hypotheses (m,) are thermal effects of accelerometers."""
+        names = [one.candidate.name for one in self.hypotheses]
+        return np.array([not name.startswith("gyro.") and any(word in name for word in THERMAL) for name in names])
+
+    @cached_property
+    def predicted(self) -> list[tuple[Hypothesis, float]]:
+        """What is believed of other recordings of the instrument: hypotheses, each with its coefficient.
+
+        To be named, an effect must be sure, for it is one of many that could have been. But once one accelerometer is
+        known to have thermal errors that it was not calibrated for, others are to be expected, and the best forecast is
+        a mean: all effects of sensors, start and receiver are free at once with priors of their nominal size, those of
+        the best set wide enough that what was found lies within `WITHIN_PRIOR` sigmas. So each takes its part of what
+        was seen. Of what differs in a time or a width the one with the largest part is kept. Written are the best set
+        and, where the mean is at least `TOLD` nominal sizes, thermal effects of accelerometers and their constants,
+        which were calibrated as if there were none.
+        """
+        members = list(self.best.members)
+        found, _ = self.coefficients
+        if not self._thermal[members].any():
+            return [(self.hypotheses[k], float(p)) for k, p in zip(members, found, strict=True)]
+        sigma = np.ones(len(self.hypotheses))
+        fixed = self.space.centre[members] != 0.0
+        sigma[members] = np.where(fixed, 1.0, np.maximum(1.0, np.abs(found) / WITHIN_PRIOR))
+        m = np.array([*members, *np.flatnonzero(self._free)])
+        mean, instead = self._mean(m, sigma), self._alternatives[m]
+        m = m[[max(np.flatnonzero(instead == one), key=lambda i: abs(mean[i])) for one in dict.fromkeys(instead)]]
+        mean = self._mean(m, sigma)
+        constant = np.array([one.candidate.name in CONSTANTS for one in self.hypotheses])
+        written = (self._thermal | constant)[m] & (np.abs(mean) >= TOLD) | np.isin(m, members)
+        return [(self.hypotheses[k], float(p)) for k, p in zip(m[written], mean[written], strict=True)]
+
+    @property
+    def _free(self) -> np.ndarray:
+        """Which hypotheses may take a part beside the best set: no jump, no description, nothing that is fixed."""
+        ones = [one.candidate for one in self.hypotheses]
+        fixed = [one.centre != 0.0 or one.name == COMPOSED or "at_s" in one.parameters for one in ones]
+        return ~np.array(fixed) & ~np.isin(self._alternatives, self._alternatives[list(self.best.members)])
+
+    @cached_property
+    def _alternatives(self) -> np.ndarray:
+        """A number for each hypothesis: that of its family, of which one is right, or its own where it is local."""
+        local = [one.candidate.local for one in self.hypotheses]
+        return np.where(local, -1 - np.arange(len(local)), self.space.families)
+
+    def _mean(self, m: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+        """Coefficients (k,) of the hypotheses `m` together, with `sigma` (hypotheses,) of their priors."""
+        return posterior(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m], sigma[m])[0]
+
+    @cached_property
+    def held_out(self) -> dict[str, float | str]:
+        """The fit on data that were not used."""
+        m = list(self.best.members)
+        noise_points = [one.noise_point for one in self.fitted]
+        return held_out(self.cases, self.chosen(scaled=False), self.point[m], noise_points)
+
+
+def linearise(
+    cases: Sequence[Case],
+    model: Sequence[Hypothesis],
+    point: np.ndarray,
+    fitted: Sequence[Fitted],
+    policy: Policy,
+) -> Linearisation:
+    """The linearisation at which the effects of `model` are taken off with coefficients `point`, and its search."""
+    taken = {_identity(one) for one in model}
+    others = [one for one in union(cases) if _identity(one) not in taken]
+    hypotheses = (*model, *others)
+    of_space = space(hypotheses, policy)
+    whole = np.append(point, np.zeros(len(others)))
+    here = sums(cases, [one.noise_point for one in fitted], hypotheses, whole if point.any() else None)
+    share = policy.least_share(case.kind for case in cases)
+    ranked = search(here.normal, here.projection, of_space, share, policy)
+    return Linearisation(tuple(cases), hypotheses, of_space, whole, tuple(fitted), here, tuple(ranked))
+
+
+def _identity(one: Hypothesis) -> tuple:
+    return one.key, *sorted(one.candidate.parameters.items(), key=str)

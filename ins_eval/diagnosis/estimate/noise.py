@@ -1,0 +1,284 @@
+"""Levels and correlation of all noise, estimated together with the answer under one prior.
+
+White noise of a measurement channel is read off its second differences, in which an INS that is smooth over seconds
+leaves nothing: robust, and the same under every hypothesis. Where navigator or standstill is smoother than the INS, a
+random walk is told apart. The rest is found by maximising the evidence: level and correlation time of the slow error of
+what measures, velocity and angle random walk, level and correlation time of the wander of accelerometers and gyros.
+Each has a log-normal prior around what is believed, the same under the null
+and under every candidate; a level frozen on the null makes false alarms of what the null cannot fit, and a level that
+is taken from the sheet makes them of an instrument that is a little worse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.optimize import minimize
+
+from ins_eval.diagnosis.estimate.evidence import log_evidence
+from ins_eval.diagnosis.estimate.whitening import NoiseLevels, Whitened
+from ins_eval.diagnosis.model.observations import CHANNELS, Observations
+from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.model.error_model import ErrorModel
+    from ins_eval.recording.belief import Belief
+
+# of the believed sigma: what measures is not judged by errors far below its own statement
+LEAST_OF_BELIEVED = {"gps": 0.3, "reference": 0.02, "standstill": 0.05}
+VELOCITIES = range(3, 6)
+FEWEST = 20  # measurements that tell a level
+AGITATION_ROWS, AGITATED = 9, 3.0
+SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise of one sigma
+NORMAL_MAD = 0.6745
+WANDER_TIME_S = 1800.0
+WIDEST = 3.0  # prior sigmas that a level may move
+OUTLIER = 4.5  # sigmas from its neighbours of a measurement that is not believed
+NEIGHBOUR_VARIANCE = 0.3  # of the median of four
+_APART = 0.3  # prior sigmas between the points that tell a curvature
+_STEP = 1e-3  # of the difference quotient, in posterior sigmas
+_ENOUGH = 0.05  # nats that two further steps must gain
+_STEPS, _EVALUATIONS = 60, 80  # of the slope
+_RUNS, _FAR = 4, 0.5  # prior sigmas from where a curvature was taken, beyond which it is taken again
+_THREADS = 2
+
+
+class Prior(NamedTuple):
+    """Log-normal: `centre` in SI, `spread` of the logarithm; a spread of 0 keeps it fixed."""
+
+    centre: float
+    spread: float
+
+
+class SlowNoise(NamedTuple):
+    """Slow error of what measures: one sigma of position and velocity in believed sigmas, times, prior spreads."""
+
+    position: float
+    position_time_s: float
+    velocity: float
+    velocity_time_s: float
+    spread: float
+    time_spread: float
+
+
+SLOW = {
+    "gps": SlowNoise(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
+    "reference": SlowNoise(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
+    "standstill": SlowNoise(1.0, 300.0, 0.5, 10.0, 0.3, 0.0),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseModel:
+    """What is known of the noise before the evidence is looked at.
+
+    `white` (nodes, 9) one sigma of each measurement, `down` (9,) the slow error of what measures relative to north, and
+    `steps` (epochs, 3, 3) what the thermometer adds to velocity.
+    """
+
+    priors: dict[str, Prior]
+    white: np.ndarray
+    down: np.ndarray
+    steps: np.ndarray
+    interval_s: np.ndarray
+
+    @property
+    def free(self) -> list[str]:
+        return [name for name, prior in self.priors.items() if prior.spread > 0.0]
+
+    def values(self, noise_point: Sequence[float]) -> dict[str, float]:
+        """Levels in SI at a position in prior sigmas from the centre, one for each that is free."""
+        moved = dict(zip(self.free, noise_point, strict=True))
+        return {name: p.centre * np.exp(p.spread * moved.get(name, 0.0)) for name, p in self.priors.items()}
+
+    def levels(self, noise_point: Sequence[float]) -> NoiseLevels:
+        """The same as the filter takes it."""
+        v = self.values(noise_point)
+        dt = self.interval_s
+        sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
+        return NoiseLevels(
+            white=self.white,
+            force=np.eye(3) * (v["velocity_random_walk"] ** 2 * dt)[:, None, None] + self.steps,
+            rate=v["angle_random_walk"] ** 2 * dt,
+            slow_sigma=sigma,
+            slow_time_s=np.repeat([v[f"slow_{of}_time"] for of in ("position", "velocity", "attitude")], 3),
+            wander_sigma=np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3),
+            wander_time_s=v.get("wander_time", WANDER_TIME_S),
+        )
+
+
+def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_density: np.ndarray) -> NoiseModel:
+    """Priors from the belief, white noise from the measurements themselves."""
+    level, ratio = white(seen)
+    typical = np.array([np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 1.0 for column in
+                        np.where(np.isfinite(seen.residual), seen.sigma, np.nan).T])  # fmt: skip
+    attitude = bool(np.isfinite(seen.residual[:, 6:]).any())
+    slow = SLOW[seen.measured_by[0] or seen.measured_by[3] or "reference"]
+    accelerometer, gyro = belief.accelerometer, belief.gyro
+    density = accelerometer.velocity_random_walk_ug_per_sqrt_hz
+    axes = np.stack(
+        [model.integrals[:, 8 * axis] / model.interval_s[:, None] for axis in range(3)], axis=1
+    )  # (epochs, axis, n): unit vectors of the accelerometers, shortened where the body turned
+    steps = np.einsum("ka,kai,kaj->kij", step_density * model.interval_s[:, None], axes, axes)
+    return NoiseModel(
+        priors={
+            "slow_position": Prior(slow.position * typical[0], slow.spread),
+            "slow_position_time": Prior(slow.position_time_s, slow.time_spread),
+            "slow_velocity": Prior(slow.velocity * typical[3], slow.spread),
+            "slow_velocity_time": Prior(slow.velocity_time_s, slow.time_spread),
+            "slow_attitude": Prior(0.5 * typical[6], 1.2 if attitude else 0.0),
+            "slow_attitude_time": Prior(300.0, 1.2 if attitude else 0.0),
+            "velocity_random_walk": Prior(UG * (density or 5.0), 0.7 if density else 1.2),
+            "angle_random_walk": Prior(DEG_PER_SQRT_H * max(gyro.angle_random_walk_deg_per_sqrt_h, 1e-5), 0.7),
+            "accelerometer_wander": Prior(0.2 * UG * max(accelerometer.bias_sigma_ug, 1.0), 1.0),
+            "gyro_wander": Prior(0.2 * DEG_PER_H * max(gyro.bias_sigma_deg_per_h, 1e-4), 1.0),
+            "wander_time": Prior(WANDER_TIME_S, 1.0),
+        },
+        white=level,
+        down=np.array([1.0, 1.0, ratio[0], 1.0, 1.0, ratio[1], 1.0, 1.0, 1.0]),
+        steps=steps,
+        interval_s=model.interval_s,
+    )
+
+
+def white(seen: Observations) -> tuple[np.ndarray, tuple[float, float]]:
+    """One sigma of each measurement (nodes, 9), and by how much down is noisier than north and east."""
+    factor = np.ones(CHANNELS)
+    level = seen.sigma.copy()
+    for channel, by in enumerate(seen.measured_by):
+        here = np.flatnonzero(np.isfinite(seen.residual[:, channel]))
+        if here.size <= FEWEST:
+            continue
+        y = seen.residual[here, channel] / seen.sigma[here, channel]
+        factor[channel] = max(LEAST_OF_BELIEVED.get(by, 1.0), _level(y) if by == "gps" else _level_less_walk(y))
+        level[:, channel] *= factor[channel]
+        if by == "standstill" and channel in VELOCITIES:
+            level[here, channel] = np.maximum(level[here, channel], seen.sigma[here, channel] * _agitation(y))
+    ratios = tuple(float(factor[2 + k] / np.sqrt(factor[k] * factor[k + 1])) for k in (0, 3))
+    return level, ratios
+
+
+def _level(y: np.ndarray) -> float:
+    """One sigma of white noise in `y` (n,), by the median of its second differences."""
+    return _deviation(np.diff(y, 2)) / SECOND_DIFFERENCE
+
+
+def _level_less_walk(y: np.ndarray) -> float:
+    """The same beside a random walk: var(d_k) = 6 w^2 + 2 q^2, var(d_k + d_k+1) = 4 w^2 + 2 q^2 of w white, steps q."""
+    second = np.diff(y, 2)
+    white = np.sqrt(max(0.0, 0.5 * (_deviation(second) ** 2 - _deviation(second[1:] + second[:-1]) ** 2)))
+    return min(white, _level(y))  # a sway faster than the rows alternates and would look larger
+
+
+def _deviation(values: np.ndarray) -> float:
+    return float(np.median(np.abs(values - np.median(values)))) / NORMAL_MAD
+
+
+def _agitation(y: np.ndarray) -> np.ndarray:
+    """White noise (n,) of a standstill where people, engines or wind disturb it more than is usual, else 0."""
+    second = np.pad(np.diff(y, 2), 1, mode="edge")
+    local = np.sqrt(np.maximum(uniform_filter1d(second**2, AGITATION_ROWS), 0.0))  # running sums round below 0
+    return np.where(local > AGITATED * _deviation(second), local / SECOND_DIFFERENCE, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass."""
+
+    noise_point: np.ndarray
+    log_evidence: float
+    whitened: Whitened
+
+
+def fit(
+    whiten_at: Callable[[np.ndarray], Whitened],
+    size: int,
+    start: np.ndarray | None = None,
+    gain: Callable[[Whitened], float] = log_evidence,
+) -> Fitted:
+    """Maximise `gain` + log prior over the free levels, `size` of them, in prior sigmas from the centre.
+
+    By quasi-Newton steps in units of the curvature at the start: thousands of fixes tell one level to a hundredth of
+    its prior sigma and another not at all.
+    """
+
+    def height(noise_point: np.ndarray) -> float:
+        return gain(whiten_at(noise_point)) - 0.5 * float(noise_point @ noise_point)
+
+    noise_point = np.zeros(size) if start is None else start
+    with ThreadPoolExecutor(_THREADS) as pool:
+
+        def heights(points: list[np.ndarray]) -> np.ndarray:
+            return np.array(list(pool.map(height, points)))
+
+        for _ in range(_RUNS):
+            begin, noise_point, highest = noise_point, *_climbed(heights, noise_point)
+            if np.abs(noise_point - begin).max() < _FAR:
+                break
+    return Fitted(noise_point, highest, whiten_at(noise_point))
+
+
+def _climbed(heights: Callable[[list[np.ndarray]], np.ndarray], begin: np.ndarray) -> tuple[np.ndarray, float]:
+    """The highest position found from `begin`, in units of the curvature there, and its height."""
+    here, *sides = heights([
+        begin, *(begin + sign * one for one in _APART * np.eye(begin.size) for sign in (1.0, -1.0))
+    ])  # fmt: skip
+    curvature = (2.0 * here - np.array(sides[::2]) - np.array(sides[1::2])) / _APART**2
+    unit = 1.0 / np.sqrt(np.maximum(curvature, 1.0))  # that of the prior is 1
+
+    def slope(moved: np.ndarray) -> tuple[float, np.ndarray]:
+        noise_point = begin + unit * moved
+        found = heights([noise_point, *(noise_point + _STEP * one for one in np.diag(unit))])
+        return -found[0], -(found[1:] - found[0]) / _STEP
+
+    found = minimize(
+        slope,
+        np.zeros(begin.size),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=list(zip((-WIDEST - begin) / unit, (WIDEST - begin) / unit, strict=True)),
+        options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": 0.1},
+        callback=_Patience(),
+    )
+    return np.clip(begin + unit * found.x, -WIDEST, WIDEST), -float(found.fun)
+
+
+class _Patience:
+    """Stops where two steps together gained next to nothing."""
+
+    def __init__(self):
+        self.seen: list[float] = []
+
+    def __call__(self, intermediate_result) -> None:
+        self.seen.append(float(intermediate_result.fun))
+        if len(self.seen) > 2 and self.seen[-3] - self.seen[-1] < _ENOUGH:
+            raise StopIteration
+
+
+def without_outliers(seen: Observations) -> tuple[Observations, int]:
+    """The same without isolated measurements that nothing smooth could explain, and their number.
+
+    One is left out where it stands more than `OUTLIER` sigmas of what changes from row to row from the median of the
+    two before and the two after it, and none of these does.
+    """
+    residual = seen.residual.copy()
+    count = 0
+    for channel in range(CHANNELS):
+        here = np.flatnonzero(np.isfinite(residual[:, channel]))
+        by = seen.measured_by[channel]
+        if here.size <= FEWEST or by == "standstill":  # nobody reads a standstill wrong
+            continue
+        y = residual[here, channel] / seen.sigma[here, channel]
+        y /= max(LEAST_OF_BELIEVED.get(by, 1.0), _level(y))
+        beside = np.stack([np.roll(y, shift) for shift in (-2, -1, 1, 2)])
+        size = np.abs(y - np.median(beside, axis=0)) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
+        size[:2] = size[-2:] = 0.0
+        odd = here[size > OUTLIER]
+        residual[odd, channel] = np.nan
+        count += odd.size
+    return replace(seen, residual=residual), count

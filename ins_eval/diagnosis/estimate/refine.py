@@ -1,0 +1,304 @@
+"""The finalist once more: its times, widths and lags where the data put them, and the recordings navigated with it.
+
+First-order responses hold while an effect is small. So what was found is taken off in the full mechanization, the
+residual and all columns are made anew around it, and what was taken off is added back to the sums linearly, so that
+every prior stays around the belief. Done until the coefficients stay; then they and their intervals are those of the
+nonlinear problem (Gauss-Newton).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.estimate.search import log_bayes_factor, posterior
+from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, sums
+from ins_eval.effects.lag import NAME as LAG
+from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.recording.belief import EffectBelief
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.estimate.case import Case
+    from ins_eval.diagnosis.estimate.noise import Fitted, NoiseModel
+    from ins_eval.diagnosis.model.library import Candidate
+    from ins_eval.effects.effect import Parameter
+
+TURNS = 3  # times that the recordings are navigated at most
+SAME, SAME_S, SAME_SHARE = 0.02, 2.0, 0.05
+STEADY = 0.3  # sigmas that a coefficient may still move
+ZOOMS = (1.0, 0.3, 0.1)  # half width of the values tried, in steps of the first grid
+VALUES = 9  # tried in each
+FAR = 4.5  # nats below the best at which the interval of a time or width is looked for no further
+WIDER = 1.6
+FURTHER, STEEP = 4, 1.0  # more zooms where the best stands more than so many nats above its neighbours
+Q95 = 1.96
+PLACED = 0.03  # of the prior with which a lag is searched for: a placed one has the size for which its column is made
+
+
+@dataclass(frozen=True, eq=False)
+class RefinedFit:
+    """Recordings navigated with the finalist, and where.
+
+    `model` its effects with columns around that point, `point` (k,) their coefficients there, `spread` the 95 %
+    interval of each time, width and lag of each effect, `bent` (k,) the variance that all of these add to each
+    coefficient.
+    """
+
+    cases: tuple[Case, ...]
+    model: tuple[Hypothesis, ...]
+    point: np.ndarray
+    fitted: tuple[Fitted, ...]
+    spread: tuple[dict[str, tuple[float, float]], ...]
+    bent: np.ndarray
+
+
+def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted]) -> RefinedFit:
+    """Gauss-Newton on the effects of `model`, from what was found without it."""
+    original = tuple(cases)
+    model = tuple(again(one, original) for one in model)  # they may come from other navigated recordings
+    point, fitted = np.zeros(len(model)), tuple(fitted)
+    cases, fixed = original, np.array([one.candidate.name.startswith("earth.") for one in model])
+    noise = [case.noise for case in original]  # what is white is read off once: else no two fits could be compared
+    if fixed.any():  # there is nothing between a term that is there and one that is not
+        point = np.where(fixed, [one.candidate.centre for one in model], 0.0)
+        cases, model = _navigated(original, model, point)
+        noise = [case.noise for case in cases]
+        fitted = tuple(fit_noise(cases, model, [one.noise_point for one in fitted]))
+    for _ in range(TURNS):
+        at, moved = _Point(cases, model, point, fitted), list(model)
+        for k in range(len(model)):
+            moved[k] = _placed(at, moved, k).effect
+        mean, sigma = at.estimate(moved)
+        same = all(_alike(a, b) for a, b in zip(model, moved, strict=True))
+        steady = same and bool((np.abs(mean - point) < STEADY * sigma)[~fixed].all())
+        if steady:
+            break
+        model = tuple(moved)
+        point = np.where(fixed, point, mean)
+        cases, model = _navigated(original, model, point, noise)
+    scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
+    fitted = tuple(fit_noise(cases, scaled, [one.noise_point for one in fitted]))
+    at = _Point(cases, model, point, fitted)  # at the noise of the answer
+    placed = [_placed(at, model, k) for k in range(len(model))]
+    bent = sum((one.bent for one in placed), np.zeros(len(model)))
+    return RefinedFit(cases, model, point, fitted, tuple(one.spread for one in placed), bent)
+
+
+def _navigated(
+    original: Sequence[Case],
+    model: Sequence[Hypothesis],
+    point: np.ndarray,
+    noise: Sequence[NoiseModel] | None = None,
+) -> tuple[tuple[Case, ...], tuple[Hypothesis, ...]]:
+    """The recordings with the effects of `model` taken off, with this `noise` or their own, and the effects around."""
+    effects = [believed_effect(one, float(p), original) for one, p in zip(model, point, strict=True) if p != 0.0]
+    cases = tuple(case.again(effects) for case in original)
+    if noise is not None:
+        cases = tuple(
+            replace(case, noise=_same_white(case, before, one))
+            for case, before, one in zip(cases, original, noise, strict=True)
+        )
+    return cases, tuple(again(one, cases) for one in model)
+
+
+def _same_white(case: Case, before: Case, noise: NoiseModel) -> NoiseModel:
+    """The `noise` of `before` for the nodes of `case`: a clock that is set right moves measurements along."""
+    if case.noise.white.shape == noise.white.shape:
+        return noise
+    typical = []
+    for one, white in ((before, noise.white), (case, case.noise.white)):
+        known = np.where(np.isfinite(one.seen.residual), white, np.nan)
+        typical.append([np.nanmedian(column) if np.isfinite(column).any() else 1.0 for column in known.T])
+    level = np.divide(*typical)
+    return replace(case.noise, priors=noise.priors, down=noise.down, white=case.noise.white * level)
+
+
+def again(one: Hypothesis, cases: Sequence[Case], parameters: dict | None = None) -> Hypothesis:
+    """The same effect, perhaps with other `parameters`, around the point at which `cases` were navigated.
+
+    A lag has the sharp prior of one that is placed.
+    """
+    old = one.candidate
+    chosen = old.parameters if parameters is None else parameters
+    made: list[Candidate | None] = [
+        None if had is None else case.member(old.name, old.axis, chosen)
+        for had, case in zip(one.columns, cases, strict=True)
+    ]
+    found = Hypothesis(next(c for c in made if c is not None), tuple(None if c is None else c.column for c in made))
+    if old.name != LAG:
+        return found
+    candidate = found.candidate
+    placed = replace(candidate, nominal=PLACED * candidate.nominal, centre=candidate.centre / PLACED)
+    return replace(found.scaled(PLACED), candidate=placed)
+
+
+def believed_effect(one: Hypothesis, coefficient: float, cases: Sequence[Case]) -> EffectBelief:
+    """An effect as a belief states it, of a hypothesis with its coefficient."""
+    candidate = one.candidate
+    value = coefficient * candidate.nominal
+    known = {name: p for name, p in candidate.parameters.items() if name in EffectBelief.model_fields}
+    local = None
+    if candidate.local:
+        local = next(case.name for case, column in zip(cases, one.columns, strict=True) if column is not None)
+    if candidate.name.startswith("earth."):
+        value = 1.0
+    if candidate.name == LAG:
+        value = max(value, 0.0)
+    return EffectBelief(name=candidate.name, axis=candidate.axis, value=value, recording=local, **known)
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """Recordings navigated with the effects `taken` off, at their coefficients `point` (k,), each at a fitted noise."""
+
+    cases: tuple[Case, ...]
+    taken: tuple[Hypothesis, ...]
+    point: np.ndarray
+    fitted: tuple[Fitted, ...]
+
+    def sums(self, asked: Sequence[Hypothesis]) -> tuple[np.ndarray, np.ndarray]:
+        """A (n, n) and b (n,) of the hypotheses `asked`, what was taken off added back with what it was taken with."""
+        n = len(asked)
+        taken = np.append(np.zeros(n), self.point)
+        here = sums(self.cases, [one.noise_point for one in self.fitted], [*asked, *self.taken], taken)
+        return here.normal[:n, :n], here.projection[:n]
+
+    def estimate(self, model: Sequence[Hypothesis]) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficients (n,) of `model` and their sigma."""
+        a, b = self.sums(model)
+        centre = np.array([one.candidate.centre for one in model])
+        _, scales = log_bayes_factor(a, b, centre)
+        mean, covariance = posterior(a, b, centre, scales)
+        return mean, np.sqrt(np.diag(covariance))
+
+
+def _alike(a: Hypothesis, b: Hypothesis) -> bool:
+    """Whether times, widths and lags have stayed: an instant to `SAME_S`, a share to `SAME_SHARE`, others to `SAME`."""
+    least = {"at_s": SAME_S, "branch_begin": SAME_SHARE}
+    for name, x in a.candidate.parameters.items():
+        if isinstance(x, float | int):
+            y = float(b.candidate.parameters[name])
+            if abs(x - y) > least.get(name, SAME * abs(x)):
+                return False
+    return True
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """An effect with its times, widths and lags where the sums like them best.
+
+    `spread` their 95 % intervals, `bent` (k,) the variance that not knowing them adds to each coefficient.
+    """
+
+    effect: Hypothesis
+    spread: dict[str, tuple[float, float]]
+    bent: np.ndarray
+
+
+def _placed(at: _Point, model: Sequence[Hypothesis], k: int) -> _Placed:
+    """Effect `k` of `model`, each of its further parameters placed in turn."""
+    one = model[k]
+    parameters = [p for p in VOCABULARY[one.candidate.name].parameters if p.name in one.candidate.parameters]
+    spread: dict[str, tuple[float, float]] = {}
+    bent = np.zeros(len(model))
+    for parameter in parameters:
+        profile = _Profile(at, (*model[:k], one, *model[k + 1 :]), k, parameter)
+        one, spread[parameter.name], added = profile.best()
+        bent += added
+    return _Placed(one, spread, bent)
+
+
+class _Profile:
+    """The evidence of a model along one parameter of effect `k`: values tried, more of them where it is highest."""
+
+    def __init__(self, at: _Point, model: tuple[Hypothesis, ...], k: int, parameter: Parameter):
+        self.at, self.model, self.k, self.parameter = at, model, k, parameter
+        r = next(i for i, column in enumerate(model[k].columns) if column is not None)
+        start_s, end_s = (float(at.cases[r].model.nodes_s[i]) for i in (0, -1))
+        logs = parameter.low is not None and not parameter.even
+        to, self.back = (np.log, np.exp) if logs else (np.asarray, np.asarray)
+        self.step = float(np.diff(to(parameter.grid(start_s, end_s)))[0])
+        bounds = (start_s + 1.0, end_s - 1.0) if parameter.low is None else (parameter.low, parameter.high)
+        self.low, self.high = (float(to(x)) for x in bounds)
+        self.centre = float(to(model[k].candidate.parameters[parameter.name]))
+        self.heights: dict[float, float] = {}
+        self.means: dict[float, np.ndarray] = {}
+        self.made: dict[float, Hypothesis] = {}
+
+    def best(self) -> tuple[Hypothesis, tuple[float, float], np.ndarray]:
+        """The effect at the best value, the 95 % interval of the value, the variance it adds to each coefficient."""
+        across = np.linspace(-1.0, 1.0, VALUES)
+        half = self.step
+        for zoom in ZOOMS:
+            half = self.step * zoom
+            self._try(half * across)
+        for _ in range(FURTHER):
+            if not self._steep():
+                break
+            half *= ZOOMS[1]
+            self._try(half * across)
+        half = self.step * ZOOMS[-1]
+        while half < 30.0 * self.step and self._open():
+            half *= WIDER
+            self._try(half * np.array([-1.0, 1.0]))
+        return self.made[self.centre], *self._spread()
+
+    def _spread(self) -> tuple[tuple[float, float], np.ndarray]:
+        form = self.parameter.form
+        places = np.array(sorted(self.heights))
+        heights = np.array([self.heights[x] for x in places])
+        fine = np.linspace(places[0], places[-1], 2001)
+        density = np.exp(np.interp(fine, places, heights) - heights.max())
+        part = np.cumsum(density) / density.sum()
+        ends = fine[np.searchsorted(part, [0.025, 0.975])]
+        reach = np.hypot(np.maximum((ends - self.centre) * [-1.0, 1.0], 0.0), Q95 * form)
+        ends = np.clip(self.centre + reach * [-1.0, 1.0], self.low, self.high)
+        bent = np.empty(len(self.model))
+        for j, coefficients in enumerate(np.transpose([self.means[x] for x in places])):
+            mean = np.interp(fine, places, coefficients)
+            below, at, above = np.interp(self.centre + form * np.array([-1.0, 0.0, 1.0]), places, coefficients)
+            bent[j] = np.average((mean - np.average(mean, weights=density)) ** 2, weights=density)
+            bent[j] += max(abs(above - at), abs(at - below)) ** 2
+        low, high = (float(x) for x in self.back(ends))
+        return (low, high), bent
+
+    def _steep(self) -> bool:
+        """Whether both values beside the best one are so much worse that its 95 % interval lies between them."""
+        places = sorted(self.heights)
+        i = places.index(self.centre)
+        best = self.heights[self.centre]
+        return all(self.heights[x] < best - STEEP for x in places[max(i - 1, 0) : i + 2] if x != self.centre)
+
+    def _open(self) -> bool:
+        """Whether an end of the tried range is still probable without being an end of the possible range."""
+        best, first, last = max(self.heights.values()), min(self.heights), max(self.heights)
+        return (self.heights[first] > best - FAR and first > self.low) or (
+            self.heights[last] > best - FAR and last < self.high
+        )
+
+    def _try(self, offsets: np.ndarray) -> None:
+        """Evidence of the model, and its coefficients, with each value at `offsets` from the best one so far."""
+        values = np.unique(np.clip(self.centre + offsets, self.low, self.high))
+        fresh = [float(x) for x in values if float(x) not in self.heights]
+        if fresh:
+            self._evaluate(fresh)
+        self.centre = max(self.heights, key=self.heights.__getitem__)
+
+    def _evaluate(self, fresh: Sequence[float]) -> None:
+        one, k = self.model[self.k], self.k
+        old, name = one.candidate.parameters, self.parameter.name
+        variants = [again(one, self.at.cases, {**old, name: float(self.back(x))}) for x in fresh]
+        asked = [*(other for j, other in enumerate(self.model) if j != k), *variants]
+        own = len(asked) - len(fresh)
+        normal, projection = self.at.sums(asked)
+        centre = np.array([other.candidate.centre for other in asked])
+        for j, x in enumerate(fresh):
+            m = [*range(own), own + j]
+            a, b = normal[np.ix_(m, m)], projection[m]
+            self.heights[x], scales = log_bayes_factor(a, b, centre[m])
+            mean, _ = posterior(a, b, centre[m], scales)
+            self.means[x] = np.insert(mean[:-1], k, mean[-1] * variants[j].candidate.nominal / one.candidate.nominal)
+            self.made[x] = variants[j]

@@ -1,0 +1,224 @@
+"""Which effects together explain the sums: exact evidence of sets of effects, and a beam search over them.
+
+With reduced sums A, b (everything that is uncertain anyway integrated out) a set S of effects with coefficients
+p ~ N(c, diag(s^2)) has against the null
+
+    log B = c'b - c'Ac / 2 + (b - Ac)'(A + diag(s^-2))^-1 (b - Ac) / 2 - log|I + diag(s^2) A| / 2,
+
+and B is the mean over the scales s of every effect (`SCALES`); c is 0 but where physics fixes a coefficient, and then
+a further effect has the sign of c: its prior is cut off at 0. An effect
+that is right by chance alone has to pay for the choice: each effect of a set costs log(families / `Policy.odds`).
+Effects that differ only in a time, a width or a lag are one family, whose B is the mean over its members.
+
+Greedy selection fails where two effects share a signature, so the best `Policy.beam` sets of each size are carried on.
+
+Sources: Kass and Raftery 1995; George and McCulloch, J. Am. Stat. Assoc. 88 (1993) 881 (evidence of subsets).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import log_ndtr, logsumexp
+
+from ins_eval.diagnosis.estimate.evidence import SCALES, log_bayes_factors
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.policy import Policy
+
+PRODUCT, SWEEPS = 4, 4  # effects up to which every combination of scales is summed; beyond, sweeps over them
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """The hypotheses of a search: `families` (m,) number of the family of each column, `centre` (m,) as in the text.
+
+    `handicap` (m,) nats that a column pays more than others, `exact` (m,) whether its form is geometry, of which
+    nothing is left over, `odds` of a further effect being there at all.
+    """
+
+    families: np.ndarray
+    centre: np.ndarray
+    handicap: np.ndarray
+    exact: np.ndarray
+    odds: float
+
+    @cached_property
+    def order(self) -> np.ndarray:
+        """The columns sorted by family."""
+        return np.argsort(self.families, kind="stable")
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """Where each family begins in `order`."""
+        return np.searchsorted(self.families[self.order], np.arange(int(self.families.max()) + 1))
+
+    @property
+    def cost(self) -> float:
+        """Nats that each effect of a set costs."""
+        return float(np.log(max(1, np.unique(self.families).size) / self.odds))
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A set of columns, in the order found; `log_bayes_factor` of their families against the null.
+
+    `log_posterior` is the same less what the effects cost; the null has 0.
+    """
+
+    members: tuple[int, ...]
+    log_bayes_factor: float
+    log_posterior: float
+
+
+NULL = Explanation((), 0.0, 0.0)
+
+
+def log_bayes_factor(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> tuple[float, np.ndarray]:
+    """log Bayes factor of one set, from its own A (k, k) and b (k,), and the prior scales (k,) that make it highest."""
+    if b.size == 0:
+        return 0.0, np.zeros(0)
+    choices = [SCALES if c == 0.0 else (1.0,) for c in centre]
+    if b.size > PRODUCT:
+        return _one_at_a_time(a, b, centre, choices)
+    scales = np.array(list(product(*choices)))  # (n, k)
+    each = _at_scales(a, b, centre, scales)
+    return float(logsumexp(each) - np.log(len(scales))), scales[int(np.argmax(each))]
+
+
+def _one_at_a_time(
+    a: np.ndarray, b: np.ndarray, centre: np.ndarray, choices: Sequence[Sequence[float]]
+) -> tuple[float, np.ndarray]:
+    """log Bayes factor of a set, summed over the scales of one effect at a time, those of the others at their best."""
+    best = np.array([one[len(one) // 2] for one in choices])
+    for _ in range(SWEEPS):
+        before, gain = best, 0.0
+        for k, one in enumerate(choices):
+            tried = np.repeat(best[None], len(one), axis=0)
+            tried[:, k] = one
+            each = _at_scales(a, b, centre, tried)
+            highest = float(each.max())
+            best = tried[int(np.argmax(each))]
+            gain += float(logsumexp(each)) - highest - np.log(len(one))
+        if np.array_equal(best, before):
+            break
+    return float(highest + gain), best
+
+
+def _at_scales(a: np.ndarray, b: np.ndarray, centre: np.ndarray, scales: np.ndarray) -> np.ndarray:
+    """log B (n,) with the scales of each row (n, k)."""
+    left = b - a @ centre
+    inverse = a + np.array([np.diag(s**-2.0) for s in scales])
+    gain = 0.5 * np.einsum(
+        "k,nk->n", left, np.linalg.solve(inverse, np.broadcast_to(left, scales.shape)[..., None])[..., 0]
+    )
+    volume = 0.5 * (np.linalg.slogdet(inverse)[1] + 2.0 * np.log(scales).sum(axis=1))
+    return centre @ b - 0.5 * centre @ a @ centre + gain - volume
+
+
+def posterior(a: np.ndarray, b: np.ndarray, centre: np.ndarray, scales: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients (k,) of one set with the prior N(centre, diag(scales^2)), and their covariance."""
+    covariance = np.linalg.inv(a + np.diag(scales**-2.0))
+    return covariance @ (b + centre / scales**2), covariance
+
+
+def conditional(
+    a: np.ndarray, b: np.ndarray, chosen: Sequence[int], centre: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Diagonal of A and b of every column once those `chosen` are integrated out at their best scales."""
+    s = list(chosen)
+    if not s:
+        return np.diag(a).copy(), b.copy()
+    _, scales = log_bayes_factor(a[np.ix_(s, s)], b[s], centre[s])
+    inner = a[np.ix_(s, s)] + np.diag(scales**-2.0)
+    across = np.linalg.solve(inner, a[s])
+    shifted = b - a[:, s] @ centre[s]
+    return np.diag(a) - np.einsum("km,km->m", a[s], across), shifted - across.T @ shifted[s]
+
+
+def one_more(
+    a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of each family outside the set: log B given the set, its best member, and log B of that member at any size.
+
+    The last is the mean of the highest likelihood of its members: how well it fits where nothing is expected of its
+    size. (families,) each; -inf for families of the set.
+    """
+    ca, cb = conditional(a, b, chosen, space.centre)
+    # what the set has taken over wholly cannot add anything
+    known = ca > 1e-9 * np.maximum(np.diag(a), 1e-300)
+    ca, cb = np.where(known, ca, 0.0), np.where(known, cb, 0.0)
+    single = log_bayes_factors(np.maximum(ca, 0.0), cb)
+    for k in np.flatnonzero(space.centre):
+        # what has its size from physics has its sign from it as well: no element is ahead of its thermometer
+        c, precision = space.centre[k], max(ca[k], 0.0) + 1.0
+        right = log_ndtr(np.sign(c) * (cb[k] + c) / np.sqrt(precision)) - log_ndtr(abs(c))
+        single[k] = log_bayes_factors(precision - 1.0, cb[k], c) + right
+    single = single - space.handicap
+    likeliest = 0.5 * cb**2 / np.maximum(ca, 1e-300)
+    likeliest = np.where(space.centre * cb < 0.0, 0.0, likeliest) - space.handicap
+    order, first = space.order, space.first
+    counts = np.diff(np.append(first, order.size))
+    of_family = np.logaddexp.reduceat(single[order], first) - np.log(counts)
+    of_any_size = np.logaddexp.reduceat(likeliest[order], first) - np.log(counts)
+    # the best member of each: the last one of it when sorted by family, then height
+    best = np.lexsort((single, space.families))[first + counts - 1]
+    taken = list({int(space.families[k]) for k in chosen})
+    of_family[taken] = of_any_size[taken] = -np.inf
+    return of_family, best, of_any_size
+
+
+def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Policy) -> list[Explanation]:
+    """All sets that were looked at, most probable first, the null among them.
+
+    No effect is exactly as in a textbook: a further one must gain `share` of what the first does.
+    """
+    cost = space.cost
+    found: dict[frozenset[int], Explanation] = {frozenset(): NULL}
+    level = [NULL]
+    first = 0.0
+    for depth in range(policy.most_effects):
+        grown: dict[frozenset[int], Explanation] = {}
+        for state in level:
+            of_family, best, _ = one_more(a, b, state.members, space)
+            for family in np.argsort(of_family)[::-1][: policy.beam]:
+                members = (*state.members, int(best[family]))
+                if not np.isfinite(of_family[family]) or not _possible(a, b, members, space.centre):
+                    continue
+                gain = state.log_bayes_factor + float(of_family[family])
+                one = Explanation(members, gain, gain - cost * len(members))
+                key = frozenset(members)
+                if key not in grown or grown[key].log_posterior < one.log_posterior:
+                    grown[key] = one
+        level = sorted(grown.values(), key=lambda one: -one.log_posterior)[: policy.beam]
+        found.update({key: one for key, one in grown.items() if key not in found})
+        if not level or (depth == 0 and level[0].log_bayes_factor < policy.worth_sets):
+            break
+        before = max((one.log_posterior for one in found.values() if len(one.members) <= depth), default=0.0)
+        first = max(first, level[0].log_bayes_factor) if depth == 0 else first
+        if depth and level[0].log_posterior < before - 2.0 * cost:
+            break  # two more effects at the cost of one is as far as it may go down before it goes up
+    ranked = sorted(found.values(), key=lambda one: -_judged(one, first, share, space))
+    return ranked
+
+
+def _possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], centre: np.ndarray) -> bool:
+    """Whether every effect whose size physics fixes comes out with the sign that physics gives, the others free."""
+    m = list(members)
+    c = centre[m]
+    if not c.any():
+        return True
+    mean, _ = posterior(a[np.ix_(m, m)], b[m], c, np.where(c == 0.0, SCALES[-1], 1.0))
+    return bool((mean * c >= 0.0).all())
+
+
+def _judged(one: Explanation, first: float, share: float, space: Space) -> float:
+    """log posterior, less the share of the first gain that each further effect has to bring."""
+    if one.members and space.exact[one.members[0]]:
+        return one.log_posterior
+    return one.log_posterior - max(0, len(one.members) - 1) * max(0.0, share * first)

@@ -1,0 +1,135 @@
+"""What could drive a navigation error, integrated at the sample rate.
+
+A sensor error of axis i is multiplier(t) slow(t): the multiplier follows the motion and is integrated here sample by
+sample, together with the attitude; the slow factor (temperature, its rate, memory, time) changes little within an
+epoch and multiplies afterwards. Over the epoch k
+
+    D_k = integral of C(t) e_i multiplier(t) dt
+
+with the attitude at mid-sample. Measured: with the mean attitude of an epoch instead, effects that do not exist
+reach log Bayes factors of thousands.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numba
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from ins_eval.navigation import PARKED
+from ins_eval.output_equation import SENSOR_AXES
+from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.model.null import Believed
+
+# of specific force f along input, pendulous and output axis, in m/s^2
+FORCE_MULTIPLIERS = ("1", "f", "f_pendulous", "f_output", "f^2", "f^3", "f f_pendulous", "f f_output")
+# of body rate w about the own axis and the two others in turn, in rad/s, and of specific force along them
+RATE_MULTIPLIERS = ("1", "w", "w_next", "w_last", "f", "f_next", "f_last", "|w|")
+CALM_S = 60.0
+_AXES = np.array([SENSOR_AXES[axis] for axis in "xyz"])
+_PER_AXIS = len(FORCE_MULTIPLIERS)
+SOURCES = 2 * 3 * _PER_AXIS
+
+
+def source(sensor: str, axis: int, multiplier: str) -> int:
+    """The row of the integrals for a `sensor` "accelerometer" or "gyro", body axis 0, 1, 2 and multiplier."""
+    if sensor == "accelerometer":
+        return axis * _PER_AXIS + FORCE_MULTIPLIERS.index(multiplier)
+    return (3 + axis) * _PER_AXIS + RATE_MULTIPLIERS.index(multiplier)
+
+
+def strength(drive: np.ndarray, constant: np.ndarray) -> np.ndarray:
+    """The size (epochs,) of a drive (epochs, 3) in that of a `constant` unit error of one sensor, along that error."""
+    return np.einsum("kj,kj->k", drive, constant) / np.einsum("kj,kj->k", constant, constant)
+
+
+def integrate(believed: Believed, solution: Solution, nodes_s: np.ndarray, calm: bool = True) -> np.ndarray:
+    """Integrals (nodes - 1, SOURCES, 3) over the epochs between `nodes_s`, in n; a sample across a node is split.
+
+    `calm`: what a recording at rest adds to its drives is taken for noise and averaged away.
+    """
+    gyro, velocity = believed.gyro, believed.velocity
+    if calm and believed.recording.kind in PARKED:
+        gyro, velocity = _calm(believed.time_s, gyro), _calm(believed.time_s, velocity)
+    return _integrate(believed.time_s, believed.start.time_s, gyro, velocity, solution.quaternion_nb, nodes_s, _AXES)
+
+
+def _calm(time_s: np.ndarray, increments: np.ndarray) -> np.ndarray:
+    """Means of increments (n, 3) over `CALM_S`: at rest what a sample adds to them is noise, which is no drive.
+
+    With it a column is made of the very noise that the residual holds, and a scale factor of per cents "explains" it.
+    """
+    rows = max(1, int(CALM_S / float(np.median(np.diff(time_s)))))
+    return np.ascontiguousarray(uniform_filter1d(increments, rows, axis=0, mode="nearest"))
+
+
+@numba.njit(cache=True, nogil=True)
+def _integrate(time_s, start_s, gyro, velocity, quaternions, nodes_s, axes):
+    epochs = nodes_s.size - 1
+    out = np.zeros((epochs, 48, 3))
+    m = np.empty(48)
+    q = np.empty(4)
+    epoch = 0
+    t0 = start_s
+    for k in range(time_s.size):
+        t1 = time_s[k]
+        dt = t1 - t0
+        if k % SAMPLES_PER_STEP == 0:
+            q[:] = quaternions[k // SAMPLES_PER_STEP]
+        # attitude at mid-sample: q times half the increment
+        hx, hy, hz = 0.25 * gyro[k, 0], 0.25 * gyro[k, 1], 0.25 * gyro[k, 2]
+        hw = 1.0 - 0.5 * (hx * hx + hy * hy + hz * hz)
+        a = q[0] * hw - q[1] * hx - q[2] * hy - q[3] * hz
+        b = q[0] * hx + q[1] * hw + q[2] * hz - q[3] * hy
+        c = q[0] * hy - q[1] * hz + q[2] * hw + q[3] * hx
+        d = q[0] * hz + q[1] * hy - q[2] * hx + q[3] * hw
+        q[0] = a * hw - b * hx - c * hy - d * hz
+        q[1] = a * hx + b * hw + c * hz - d * hy
+        q[2] = a * hy - b * hz + c * hw + d * hx
+        q[3] = a * hz + b * hy - c * hx + d * hw
+        columns = (
+            (a * a + b * b - c * c - d * d, 2.0 * (b * c + a * d), 2.0 * (b * d - a * c)),
+            (2.0 * (b * c - a * d), a * a - b * b + c * c - d * d, 2.0 * (c * d + a * b)),
+            (2.0 * (b * d + a * c), 2.0 * (c * d - a * b), a * a - b * b - c * c + d * d),
+        )
+        for i in range(3):
+            p, o = axes[i, 1], axes[i, 2]
+            f, fp, fo = velocity[k, i] / dt, velocity[k, p] / dt, velocity[k, o] / dt
+            row = 8 * i
+            m[row], m[row + 1], m[row + 2], m[row + 3] = 1.0, f, fp, fo
+            m[row + 4], m[row + 5], m[row + 6], m[row + 7] = (f * f, f * f * f, f * fp, f * fo)
+            ahead, last = (i + 1) % 3, (i + 2) % 3
+            w = gyro[k, i] / dt
+            row = 24 + 8 * i
+            m[row], m[row + 1], m[row + 2], m[row + 3] = (1.0, w, gyro[k, ahead] / dt, gyro[k, last] / dt)
+            m[row + 4], m[row + 5], m[row + 6] = (f, velocity[k, ahead] / dt, velocity[k, last] / dt)
+            m[row + 7] = abs(w)
+        # spread over the epochs that the sample touches
+        begin = t0
+        while begin < t1 - 1e-12:
+            while epoch < epochs and nodes_s[epoch + 1] <= begin + 1e-12:
+                epoch += 1
+            if epoch >= epochs:
+                return out
+            if nodes_s[epoch] >= t1:
+                break
+            end = min(t1, nodes_s[epoch + 1])
+            part = end - max(begin, nodes_s[epoch])
+            for i in range(3):
+                cx, cy, cz = columns[i]
+                for r in range(8):
+                    x = m[8 * i + r] * part
+                    out[epoch, 8 * i + r, 0] += cx * x
+                    out[epoch, 8 * i + r, 1] += cy * x
+                    out[epoch, 8 * i + r, 2] += cz * x
+                    x = m[24 + 8 * i + r] * part
+                    out[epoch, 24 + 8 * i + r, 0] += cx * x
+                    out[epoch, 24 + 8 * i + r, 1] += cy * x
+                    out[epoch, 24 + 8 * i + r, 2] += cz * x
+            begin = end
+        t0 = t1
+    return out

@@ -1,0 +1,124 @@
+"""A solution at any instant, a start that is moved or turned: what several parts of the diagnosis need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline, make_interp_spline
+from scipy.spatial.transform import Rotation
+
+from ins_eval.earth import radii
+from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
+
+if TYPE_CHECKING:
+    from ins_eval.recording import Start
+
+VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """A solution at the instants `time_s` (m,): position, velocity and its derivative (m, 3), body to n (m, 3, 3)."""
+
+    time_s: np.ndarray
+    latitude_rad: np.ndarray
+    longitude_rad: np.ndarray
+    height_m: np.ndarray
+    velocity_n: np.ndarray
+    acceleration_n: np.ndarray
+    mat_nb: np.ndarray
+
+
+def at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
+    """The solution at `time_s` (m,), which lie inside it; `gyro` (n, 3) are the increments that it was made of.
+
+    Position: cubic Hermite with the solution's own velocity; velocity: spline of fifth degree; attitude: as the gyros
+    turned within the step.
+    """
+    t = solution.time_s
+    meridian, transverse = radii(solution.latitude_rad)
+    north, east, down = solution.velocity_n.T
+    rates = (
+        north / (meridian + solution.height_m),
+        east / ((transverse + solution.height_m) * np.cos(solution.latitude_rad)),
+        -down,
+    )
+    values = (solution.latitude_rad, np.unwrap(solution.longitude_rad), solution.height_m)
+    position = [CubicHermiteSpline(t, v, r)(time_s) for v, r in zip(values, rates, strict=True)]
+    degree = min(VELOCITY_DEGREE, (t.size - 1) // 2 * 2 - 1)
+    velocity = make_interp_spline(t, solution.velocity_n, k=max(1, degree))
+    return States(
+        time_s,
+        *position,
+        velocity(time_s),
+        velocity.derivative()(time_s),
+        _attitude(solution, gyro, time_s).as_matrix(),
+    )
+
+
+def _attitude(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> Rotation:
+    """Body to n at `time_s` (m,) by the increments of the step around each instant.
+
+        C(t) = exp(u r x) C(t0) exp(phi(u) x),   u = (t - t0) / (t1 - t0)
+
+    phi is the rotation vector of the cubic body rate through the four increments, and r in n is what then lacks to
+    C(t1): the turning of n, and rounding.
+    """
+    t = solution.time_s
+    step = np.clip(np.searchsorted(t, time_s, side="right") - 1, 0, t.size - 2)
+    along = np.clip((time_s - t[step]) / (t[step + 1] - t[step]), 0.0, 1.0)
+    increments = gyro[: SAMPLES_PER_STEP * (t.size - 1)].reshape(-1, SAMPLES_PER_STEP, 3)[step]
+    before, after = (Rotation.from_quat(solution.quaternion_nb[k], scalar_first=True) for k in (step, step + 1))
+    whole = before * Rotation.from_rotvec(_turned_by(increments, np.ones_like(along)))
+    lacking = (after * whole.inv()).as_rotvec()
+    inside = before * Rotation.from_rotvec(_turned_by(increments, along))
+    return Rotation.from_rotvec(along[:, None] * lacking) * inside
+
+
+def _turned_by(increments: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Rotation vectors (m, 3) from the start of steps of four `increments` (m, 4, 3) to the part `along` (m,) of them.
+
+    Fourth-order Magnus: phi = (w1 + w2) u / 2 + sqrt(3)/12 (w1 x w2) u^2, body rates at the two Gauss points.
+    Source: Blanes, Casas, Ros, BIT 40 (2000) 434.
+    """
+    edges = np.arange(SAMPLES_PER_STEP + 1) / SAMPLES_PER_STEP
+    powers = np.arange(1, SAMPLES_PER_STEP + 1)
+    of_increments = np.linalg.inv((edges[1:, None] ** powers - edges[:-1, None] ** powers) / powers)
+    coefficients = np.einsum("pi,mij->mpj", of_increments, increments)
+    first, second = (
+        np.einsum("mp,mpj->mj", ((0.5 + side * np.sqrt(3.0) / 6.0) * along[:, None]) ** (powers - 1), coefficients)
+        for side in (-1.0, 1.0)
+    )
+    u = along[:, None]
+    return 0.5 * u * (first + second) + np.sqrt(3.0) / 12.0 * u**2 * np.cross(first, second)
+
+
+def moved(start: Start, position_n: np.ndarray, velocity_n: np.ndarray) -> Start:
+    """A start shifted by metres north, east, down and by a velocity in m/s."""
+    meridian, transverse = radii(start.latitude_rad)
+    return replace(
+        start,
+        latitude_rad=start.latitude_rad + position_n[0] / (meridian + start.height_m),
+        longitude_rad=start.longitude_rad
+        + position_n[1] / ((transverse + start.height_m) * np.cos(start.latitude_rad)),
+        height_m=start.height_m - position_n[2],
+        velocity_n=tuple(float(v) for v in np.asarray(start.velocity_n) + velocity_n),
+    )
+
+
+def turned(attitude_rad, rotation_n: np.ndarray) -> tuple[float, float, float]:
+    """Roll, pitch, heading after a turn of the body by the rotation vector `rotation_n` in n."""
+    before = Rotation.from_euler("ZYX", np.asarray(attitude_rad, dtype=float)[::-1])
+    angles = (Rotation.from_rotvec(rotation_n) * before).as_euler("ZYX")[::-1]
+    return tuple(float(a) for a in angles)
+
+
+def cross_matrices(vectors: np.ndarray) -> np.ndarray:
+    """(m, 3, 3) matrices that take u to v x u, of `vectors` v (m, 3)."""
+    out = np.zeros((vectors.shape[0], 3, 3))
+    x, y, z = vectors.T
+    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -z, y, -x
+    out[:, 1, 0], out[:, 2, 0], out[:, 2, 1] = z, -y, x
+    return out

@@ -1,0 +1,207 @@
+"""The belief through the full mechanization: compensated increments, the start, and the solution they give."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.alignment import align
+from ins_eval.compensation.file import believed_model
+from ins_eval.diagnosis.model.geometry import moved, turned
+from ins_eval.earth import EARTH_RATE
+from ins_eval.effects import turned_start, without_effects
+from ins_eval.errors import DataRefused
+from ins_eval.navigation import PARKED, compensate, height_aid, samples, standstill_to_align_on
+from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
+from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
+
+if TYPE_CHECKING:
+    from ins_eval.compensation import CompensationModel
+    from ins_eval.recording import Recording, Start
+
+UNSTATED_LEVEL_SIGMA_RAD = 0.5 * DEG
+UNSTATED_HEADING_SIGMA_RAD = 2.0 * DEG
+LEAST_LEVEL_SIGMA_RAD = 5.0 * ARCSEC  # of a vehicle that settles after it was levelled
+SWAY_MPS = 2e-3  # velocity of a vehicle that stands, at one instant
+
+
+@dataclass(frozen=True, eq=False)
+class Believed:
+    """One recording as its belief makes it: increments corrected and compensated, from a known state on.
+
+    `gyro` and `velocity` (n, 3) in rad and m/s over the samples that end at `time_s` (n,); `attitude_sigma_n` (3,) rad
+    is one sigma of the start's attitude about north, east and down; `aid_m` (n,) the height that damps the solution.
+    """
+
+    recording: Recording
+    start: Start
+    time_s: np.ndarray
+    gyro: np.ndarray
+    velocity: np.ndarray
+    aid_m: np.ndarray
+    attitude_sigma_n: np.ndarray
+    folder: str | Path = "."
+
+    @property
+    def interval_s(self) -> np.ndarray:
+        return np.diff(self.time_s, prepend=self.start.time_s)
+
+
+def believe(recording: Recording, folder: str | Path = ".") -> Believed:
+    """Compensate a recording as it believes, take off the effects it believes in, align where it gives no attitude.
+
+    Where the table [earth] leaves the rotation out, a standstill gives the level alone, also with `earth.rotation`
+    among the effects: both are to be compared from one start, and north found on these gyros would be of the one.
+
+    Raises DataRefused where nothing says what a pulse is worth, or where there is nothing to align on.
+    """
+    interval_s = recording.interval_s[:, None]
+    finds_north = recording.belief.earth.rotation
+    recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
+    imu, belief = recording.imu, recording.belief
+    gyro = imu.gyro - np.asarray(belief.gyro.bias_radps) * interval_s
+    start, sigma_n = recording.start, None
+    stand = standstill_to_align_on(recording)
+    if stand is not None:
+        rows = slice(*np.searchsorted(imu.time_s, [stand.start_s + 1e-6, stand.end_s + 1e-6]))
+        at = replace(start, time_s=float(imu.time_s[rows.start - 1]) if rows.start else start.time_s)
+        if finds_north:
+            found = align(imu.time_s[rows], gyro[rows], velocity[rows], at)
+            start, sigma_n = found.start, _aligned_sigma(recording, found)
+        else:
+            start, sigma_n = _levelled(recording, velocity[rows], float(imu.time_s[rows][-1]))
+    elif start.attitude_rad is None:
+        raise DataRefused(
+            f"{recording.name}: the attitude of the start is unknown and there is no standstill to find it on; "
+            "give attitude_deg in [start]"
+        )
+    if stand is not None:  # the next disturbance may begin where it ends
+        start = replace(start, velocity_sigma_mps=max(start.velocity_sigma_mps, SWAY_MPS))
+    start = turned_start(start, belief)
+    rest = slice(int(np.searchsorted(imu.time_s, start.time_s + 1e-6)), None)
+    rest = slice(rest.start, rest.start + (imu.time_s.size - rest.start) // SAMPLES_PER_STEP * SAMPLES_PER_STEP)
+    return Believed(
+        recording=recording,
+        start=start,
+        time_s=imu.time_s[rest],
+        gyro=np.ascontiguousarray(gyro[rest]),
+        velocity=np.ascontiguousarray(velocity[rest]),
+        aid_m=_aid(recording)[rest],
+        attitude_sigma_n=_given_sigma(start) if sigma_n is None else sigma_n,
+        folder=folder,
+    )
+
+
+def solve(believed: Believed) -> Solution:
+    """The solution of the full mechanization, one row every step."""
+    return navigate(
+        believed.time_s,
+        believed.gyro,
+        believed.velocity,
+        believed.start,
+        believed.aid_m,
+        "damped",
+        1,
+        believed.recording.belief.earth,
+    )
+
+
+def corrected(
+    believed: Believed,
+    gyro_bias: Sequence[float],
+    force_bias: Sequence[float],
+    rotation_n: Sequence[float],
+    position_n: Sequence[float],
+    velocity_n: Sequence[float],
+) -> Believed:
+    """The same with errors taken off: of the gyros (rad/s), accelerometers (m/s^2), start attitude, position, velocity.
+
+    Each is what the belief has too much; `rotation_n` is phi of C_believed = (I - phi x) C_true.
+    """
+    interval_s = believed.interval_s[:, None]
+    start = moved(believed.start, -np.asarray(position_n), -np.asarray(velocity_n))
+    return replace(
+        believed,
+        gyro=believed.gyro - np.asarray(gyro_bias) * interval_s,
+        velocity=believed.velocity - np.asarray(force_bias) * interval_s,
+        start=replace(start, attitude_rad=turned(start.attitude_rad, np.asarray(rotation_n))),
+    )
+
+
+def _velocity(recording: Recording, folder: str | Path, interval_s: np.ndarray) -> np.ndarray:
+    believed = recording.belief.accelerometer
+    if recording.imu.accelerometer_form != "pulse":
+        return recording.imu.accelerometer - np.asarray(believed.bias_mps2) * interval_s
+    if any(getattr(believed, axis) is None for axis in "xyz"):
+        raise DataRefused(
+            f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
+            "[accelerometer.x], .y and .z in recording.toml, or --belief FILE"
+        )
+    return compensate(samples(recording), _triad(recording, folder), recording.interval_s)
+
+
+def triad(believed: Believed) -> list[CompensationModel]:
+    """The believed compensation of the three accelerometers of a recording in pulses."""
+    return _triad(believed.recording, believed.folder)
+
+
+def _triad(recording: Recording, folder: str | Path) -> list[CompensationModel]:
+    return [believed_model(recording.belief, axis, folder) for axis in "xyz"]
+
+
+def _aid(recording: Recording) -> np.ndarray:
+    """A height for every sample to keep the solution near the truth; its own errors cancel, see `error_model`."""
+    aid = height_aid(recording)
+    if aid is not None:
+        return aid
+    for fixes, section in (
+        (recording.reference, recording.belief.reference),
+        (recording.gps, recording.belief.gps),
+    ):
+        if fixes is not None and recording.kind not in PARKED:
+            known = fixes.valid & np.isfinite(fixes.height_m)
+            if known.any():
+                stamps = fixes.time_s[known] - section.time_offset_s
+                return np.interp(recording.imu.time_s, stamps, fixes.height_m[known])
+    return np.full(recording.imu.time_s.size, recording.start.height_m)
+
+
+def _given_sigma(start: Start) -> np.ndarray:
+    """One sigma about north, east, down of an attitude whose roll, pitch and heading have sigmas of their own."""
+    if start.attitude_sigma_rad is None:
+        return np.array([UNSTATED_LEVEL_SIGMA_RAD, UNSTATED_LEVEL_SIGMA_RAD, UNSTATED_HEADING_SIGMA_RAD])
+    roll, pitch, heading = start.attitude_sigma_rad
+    c, s = np.cos(start.attitude_rad[2]), np.sin(start.attitude_rad[2])
+    return np.array([np.hypot(c * roll, s * pitch), np.hypot(s * roll, c * pitch), heading])
+
+
+def _levelled(recording: Recording, velocity: np.ndarray, end_s: float) -> tuple[Start, np.ndarray]:
+    """The start at the end of a standstill, level by its specific force, with the given heading; its sigma N, E, D.
+
+    f = C_bn (0, 0, -g), so that  roll = atan2(-f_y, -f_z),  pitch = atan2(f_x, sqrt(f_y^2 + f_z^2))
+    """
+    start = recording.start
+    if start.attitude_rad is None:
+        raise DataRefused(
+            f"{recording.name}: [earth] leaves the rotation out, so the gyros cannot find north, and the heading of "
+            "the start is unknown; give attitude_deg in [start]"
+        )
+    x, y, z = -velocity.sum(axis=0)
+    attitude = (float(np.arctan2(y, z)), float(np.arctan2(-x, np.hypot(y, z))), start.attitude_rad[2])
+    level = max(LEAST_LEVEL_SIGMA_RAD, recording.belief.accelerometer.bias_sigma_ug * UG / STANDARD_GRAVITY)
+    heading = UNSTATED_HEADING_SIGMA_RAD if start.attitude_sigma_rad is None else start.attitude_sigma_rad[2]
+    standing = replace(start, time_s=end_s, velocity_n=(0.0, 0.0, 0.0), attitude_rad=attitude)
+    return standing, np.array([level, level, heading])
+
+
+def _aligned_sigma(recording: Recording, found) -> np.ndarray:
+    """What the filter says, and what the turn-on biases did to it, which the filter cannot know."""
+    belief = recording.belief
+    level = np.hypot(found.level_sigma_rad, belief.accelerometer.bias_sigma_ug * UG / STANDARD_GRAVITY)
+    east_rate = EARTH_RATE * np.cos(recording.start.latitude_rad)
+    heading = np.hypot(found.heading_sigma_rad, belief.gyro.bias_sigma_deg_per_h * DEG_PER_H / east_rate)
+    return np.array([level, level, heading])

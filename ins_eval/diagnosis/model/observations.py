@@ -1,0 +1,252 @@
+"""What was measured, against the solution: nine channels at the nodes of the error model.
+
+Channels: position and velocity error north, east, down (m, m/s), attitude error phi about north, east, down (rad);
+each INS minus measured, NaN where nothing was measured. A parked recording without a receiver is measured against its
+standstill, which holds to a centimetre and a few millimetres a second: a vehicle settles on its wheels and sways.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ins_eval.diagnosis.model.error_model import ATTITUDE, POSITION, STATES, VELOCITY, ErrorModel
+from ins_eval.diagnosis.model.geometry import cross_matrices
+from ins_eval.earth import EARTH_RATE, radii
+from ins_eval.errors import DataRefused
+from ins_eval.navigation import PARKED
+from ins_eval.recording import Fixes
+from ins_eval.recording.belief import GpsBelief
+from ins_eval.units import DEG, DEG_PER_H
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.model.null import Believed
+
+CHANNELS = 9
+STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS = 0.01, 0.002
+REFERENCE_POSITION_M, REFERENCE_VELOCITY_MPS, REFERENCE_ATTITUDE_RAD = 1.0, 0.01, 0.01 * DEG  # where not stated
+LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
+LONGEST_EPOCH_S = 1.0
+MOST_EPOCHS = 12_000
+_CLOCK_S = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class MeasurementSource:
+    """One origin of measurements: a receiver, a better navigator, or the knowledge that nothing moves."""
+
+    name: str  # gps, reference, standstill
+    fixes: Fixes
+    belief: GpsBelief
+    instants_s: np.ndarray  # on the clock of the IMU
+
+
+@dataclass(frozen=True, eq=False)
+class Observations:
+    """What is measured at each node: all (nodes, ...).
+
+    `residual` (nodes, 9); `sigma` (nodes, 9) as believed; `design` (nodes, 9, 9) what a channel sees of the state;
+    `of_arm` (nodes, 3, 9) response to an antenna that is 1 m farther along a body axis than believed; `of_delay`
+    (nodes, 9) response to a stamp that is 1 s later than believed; `measured_by` (9,) the source of each channel.
+    """
+
+    sources: tuple[MeasurementSource, ...]
+    residual: np.ndarray
+    sigma: np.ndarray
+    design: np.ndarray
+    of_arm: np.ndarray
+    of_delay: np.ndarray
+    measured_by: tuple[str, ...] = ("",) * CHANNELS
+
+
+def sources(believed: Believed, end_s: float) -> tuple[MeasurementSource, ...]:
+    """Everything that measures: a reference where it knows a channel, GPS for what it does not.
+
+    Raises DataRefused where nothing does, and where errors grow beyond what a linear error model can follow.
+    """
+    recording = believed.recording
+    _small_enough(believed, end_s)
+    found = []
+    for name, fixes, belief in (
+        ("reference", recording.reference, recording.belief.reference),
+        ("gps", recording.gps, recording.belief.gps),
+    ):
+        if fixes is None:
+            continue
+        instants = fixes.time_s - belief.time_offset_s
+        inside = (instants >= believed.start.time_s - _CLOCK_S) & (instants <= end_s + _CLOCK_S)
+        inside &= _not_too_many(inside)
+        if (inside & _tells(fixes)).sum() >= 2:
+            found.append(MeasurementSource(name, _rows(fixes, inside), belief, np.clip(instants[inside], None, end_s)))
+    if not found and recording.kind in PARKED:
+        found.append(_standstill(believed, end_s))
+    if not found:
+        raise DataRefused(
+            f"{recording.name}: it moves, and neither GPS nor a reference shares two epochs with it; there is nothing "
+            "to diagnose it against"
+        )
+    return tuple(found)
+
+
+def _small_enough(believed: Believed, end_s: float) -> None:
+    gyro = believed.recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
+    duration_s = end_s - believed.start.time_s
+    start = float(np.max(believed.attitude_sigma_n))
+    off = np.hypot(start, gyro * duration_s)
+    if off > LARGEST_ATTITUDE_RAD:
+        raise DataRefused(
+            f"{believed.recording.name}: the attitude may be {off / DEG:.0f} degrees off before the end (one sigma: "
+            f"{start / DEG:.2g} at the start, gyro biases of {gyro / DEG_PER_H:.3g} deg/h for {duration_s:.0f} s), "
+            f"expected at most {LARGEST_ATTITUDE_RAD / DEG:.0f}, as far as small errors add up; give "
+            "attitude_sigma_deg and bias_sigma_deg_per_h of a calibrated unit, or a shorter recording"
+        )
+
+
+def _tells(fixes: Fixes) -> np.ndarray:
+    """(m,) rows that are valid and hold any number."""
+    columns = [fixes.latitude_rad, fixes.height_m, *fixes.velocity_n.T]
+    if fixes.attitude_rad is not None:
+        columns.append(fixes.attitude_rad.sum(axis=1))
+    return fixes.valid & np.isfinite(columns).any(axis=0)
+
+
+def _not_too_many(inside: np.ndarray) -> np.ndarray:
+    """Every row, or every so many of them where a fast navigator would give more than `MOST_EPOCHS`."""
+    every = -(-int(inside.sum()) // MOST_EPOCHS)
+    return np.arange(inside.size) % max(1, every) == 0
+
+
+def nodes(believed: Believed, measured: tuple[MeasurementSource, ...], end_s: float) -> np.ndarray:
+    """The start, every instant of a measurement, and enough between that no epoch is longer than a second."""
+    instants = np.unique(np.round(np.concatenate([source.instants_s for source in measured]), 6))
+    instants = instants[instants > believed.start.time_s + _CLOCK_S]
+    edges = np.concatenate([[believed.start.time_s], instants[instants <= end_s]])
+    pieces = np.maximum(1, np.ceil(np.diff(edges) / LONGEST_EPOCH_S - 1e-3)).astype(int)
+    first = np.repeat(edges[:-1], pieces)
+    step = np.repeat(np.diff(edges) / pieces, pieces)
+    place = np.arange(first.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    return np.append(first + place * step, edges[-1])
+
+
+def observe(believed: Believed, model: ErrorModel, measured: tuple[MeasurementSource, ...]) -> Observations:
+    """The solution at the nodes against all that was measured there."""
+    states, count = model.states, model.nodes_s.size
+    out = Observations(
+        measured,
+        residual=np.full((count, CHANNELS), np.nan),
+        sigma=np.ones((count, CHANNELS)),
+        design=np.zeros((count, CHANNELS, STATES)),
+        of_arm=np.zeros((count, 3, CHANNELS)),
+        of_delay=np.zeros((count, CHANNELS)),
+    )
+    out.design[:] = np.eye(CHANNELS, STATES)
+    rate_b = _rate(believed, model)
+    by = [""] * CHANNELS
+    for source in reversed(measured):  # the first has the last word
+        row = np.searchsorted(model.nodes_s, source.instants_s - 2.0 * _CLOCK_S)
+        row = np.minimum(row, count - 1)
+        for channel in _one_source(source, row, out, states, rate_b):
+            by[channel] = source.name
+    return replace(out, measured_by=tuple(by))
+
+
+def _one_source(source: MeasurementSource, row: np.ndarray, out: Observations, states, rate_b: np.ndarray) -> list[int]:
+    """Write what one source measured into `out`; the channels in which it measured anything."""
+    fixes, belief = source.fixes, source.belief
+    mat = states.mat_nb[row]
+    spin_b = rate_b[row]
+    arm_n = mat @ np.asarray(belief.lever_arm_m)
+    swing_n = np.einsum("kij,kj->ki", mat, np.cross(spin_b, np.asarray(belief.lever_arm_m)))
+    latitude, height = states.latitude_rad[row], states.height_m[row]
+    meridian, transverse = radii(latitude)
+    around = np.remainder(states.longitude_rad[row] - fixes.longitude_rad + np.pi, 2.0 * np.pi) - np.pi
+    y = np.full((row.size, CHANNELS), np.nan)
+    y[:, 0] = (meridian + height) * (latitude - fixes.latitude_rad)
+    y[:, 1] = (transverse + height) * np.cos(latitude) * around
+    y[:, 2] = fixes.height_m - height
+    y[:, POSITION] += arm_n
+    y[:, VELOCITY] = states.velocity_n[row] + swing_n - fixes.velocity_n
+    if fixes.attitude_rad is not None:
+        known = np.isfinite(fixes.attitude_rad).all(axis=1)
+        given = Rotation.from_euler("ZYX", fixes.attitude_rad[known][:, ::-1])
+        y[known, ATTITUDE] = -(Rotation.from_matrix(mat[known]) * given.inv()).as_rotvec()
+    y[~fixes.valid] = np.nan
+    sigma = _sigma(source)
+    design = np.broadcast_to(np.eye(CHANNELS, STATES), (row.size, CHANNELS, STATES)).copy()
+    design[:, POSITION, ATTITUDE], design[:, VELOCITY, ATTITUDE] = cross_matrices(arm_n), cross_matrices(swing_n)
+    for channel in range(CHANNELS):
+        here = np.isfinite(y[:, channel])
+        at = row[here]
+        out.residual[at, channel] = y[here, channel]
+        out.sigma[at, channel] = sigma[here, channel]
+        out.design[at, channel] = design[here, channel]
+        out.of_delay[at, channel] = _delay(states, row, spin_b, mat)[here, channel]
+        for axis in range(3):
+            # an antenna farther out than believed: the measurement is ahead of the solution
+            if channel < 3:
+                out.of_arm[at, axis, channel] = -mat[here, channel, axis]
+            elif channel < 6:
+                swing = np.einsum("kij,kj->ki", mat, np.cross(spin_b, np.eye(3)[axis]))
+                out.of_arm[at, axis, channel] = -swing[here, channel - 3]
+    return [channel for channel in range(CHANNELS) if np.isfinite(y[:, channel]).any()]
+
+
+def _delay(states, row: np.ndarray, spin_b: np.ndarray, mat: np.ndarray) -> np.ndarray:
+    """The stamp is later than believed, so the measurement is older: y = x(t) - x(t - delay)."""
+    turning_n = -np.einsum("kij,kj->ki", mat, spin_b)  # phi of C(t) against C(t - delay)
+    return np.column_stack([states.velocity_n[row], states.acceleration_n[row], turning_n])
+
+
+def _rate(believed: Believed, model: ErrorModel) -> np.ndarray:
+    """Body rate against the Earth (nodes, 3) in rad/s: mean over the samples around a node less the Earth's."""
+    edges = np.concatenate([[believed.start.time_s], believed.time_s])
+    angle = np.concatenate([np.zeros((1, 3)), np.cumsum(believed.gyro, axis=0)])
+    half = float(np.median(np.diff(edges)))
+    low, high = (np.clip(model.nodes_s + sign * half, edges[0], edges[-1]) for sign in (-1.0, 1.0))
+    turned = np.column_stack([np.interp(high, edges, a) - np.interp(low, edges, a) for a in angle.T])
+    latitude = model.states.latitude_rad
+    earth_n = EARTH_RATE * np.column_stack([np.cos(latitude), np.zeros_like(latitude), -np.sin(latitude)])
+    return turned / (high - low)[:, None] - np.einsum("kji,kj->ki", model.states.mat_nb, earth_n)
+
+
+def _sigma(source: MeasurementSource) -> np.ndarray:
+    """One sigma of each channel (m, 9): each fix's own where it states it, else as believed, else a small one."""
+    fixes, belief = source.fixes, source.belief
+    stated = source.name == "gps"
+    noise_point = belief.position_sigma_m or (2.5 if stated else REFERENCE_POSITION_M)
+    velocity = belief.velocity_sigma_mps or (0.05 if stated else REFERENCE_VELOCITY_MPS)
+    if source.name == "standstill":
+        noise_point, velocity = STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS
+    attitude = REFERENCE_ATTITUDE_RAD
+    out = np.empty((fixes.time_s.size, CHANNELS))
+    out[:, POSITION], out[:, VELOCITY], out[:, ATTITUDE] = noise_point, velocity, attitude
+    for channels, own in ((POSITION, fixes.position_sigma_m), (VELOCITY, fixes.velocity_sigma_mps)):
+        if own is not None:
+            known = np.isfinite(own) & (own > 0.0)
+            out[known, channels] = own[known, None]
+    return out
+
+
+def _standstill(believed: Believed, end_s: float) -> MeasurementSource:
+    start = believed.start
+    time_s = np.arange(start.time_s + 1.0, end_s + _CLOCK_S, 1.0)
+    one = np.ones(time_s.size)
+    fixes = Fixes(
+        time_s=time_s,
+        latitude_rad=start.latitude_rad * one,
+        longitude_rad=start.longitude_rad * one,
+        height_m=start.height_m * one,
+        velocity_n=np.zeros((time_s.size, 3)),
+        valid=one.astype(bool),
+    )
+    return MeasurementSource("standstill", fixes, GpsBelief(), time_s)
+
+
+def _rows(fixes: Fixes, chosen: np.ndarray) -> Fixes:
+    def part(values):
+        return None if values is None else values[chosen]
+
+    return Fixes(*(part(getattr(fixes, name)) for name in Fixes.__dataclass_fields__))

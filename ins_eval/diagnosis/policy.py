@@ -1,0 +1,91 @@
+"""Every threshold that decides a verdict, in one place.
+
+Nats are natural logarithms of odds: 3 nats are odds of 20 to 1, 4.6 of 100 to 1. `chosen_on` says on what a threshold
+was chosen; ``docs/policy.md`` says how verdicts move where it is halved or doubled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.unnamed.disturbance import Suspect
+    from ins_eval.diagnosis.unnamed.locate import Interval
+
+REASONING = "reasoning, no data"
+DEVELOPMENT = "simulated cases of the development sets"
+PLANNED_NULLS = "simulated nulls, with receivers that have memory among them"
+REAL = "real recordings without a known fault"
+
+
+def _chosen(default: float, on: str, means: str) -> float:
+    return field(default=default, metadata={"chosen_on": on, "means": means})
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Thresholds of a diagnosis, each with its meaning and what it was chosen on (`described`)."""
+
+    # what a search may find
+    odds: float = _chosen(0.5, REASONING, "prior odds of a further effect being there at all")
+    most_effects: float = _chosen(24, REASONING, "effects in a set")
+    beam: float = _chosen(12, DEVELOPMENT, "sets of each size that are carried on")
+    worth_sets: float = _chosen(1.0, REASONING, "nats of the best single effect from which sets are looked at")
+    share: float = _chosen(0.01, DEVELOPMENT, "share of the first effect's nats that a further one must gain")
+    share_chamber: float = _chosen(0.03, DEVELOPMENT, "the same where a recording is of a chamber")
+    handicap: float = _chosen(3.0, REASONING, "nats that an effect composed of a recorded column pays")
+    worth_refitting: float = _chosen(2.0, REASONING, "nats, at the noise of the null, from which a set is refitted")
+    stay: float = _chosen(0.5, REASONING, "nats by which another set must lead that which was navigated with")
+    earth: float = _chosen(30.0, REASONING, "nats from which a term of the Earth is tried by navigating with it")
+    # what counts as a mismatch
+    least_gain_chamber: float = _chosen(10.0, REAL, "nats below which nothing counts in a chamber")
+    remarkable: float = _chosen(0.5, REASONING, "probability of an interval up to which it is refitted")
+    suspects: float = _chosen(2, REASONING, "intervals of a recording that are refitted")
+    hopeless: float = _chosen(1.0, REASONING, "nats below the null from which a fit of the noise is not tried")
+    promising: float = _chosen(4.0, REASONING, "nats from which a dependence on motion has its noise fitted")
+    alone: float = _chosen(10.0, PLANNED_NULLS, "nats that one sensor must gain over all that wander alike")
+    stated: float = _chosen(2.0, REAL, "stated sigmas within which a receiver's slow position error is no mismatch")
+    interval: float = _chosen(0.003, PLANNED_NULLS, "largest false alarm probability of an interval of a sensor")
+    interval_position: float = _chosen(1e-6, PLANNED_NULLS, "the same of a position")
+    interval_velocity: float = _chosen(1e-4, PLANNED_NULLS, "the same of a velocity")
+    interval_navigation: float = _chosen(1e-5, PLANNED_NULLS, "the same of the navigation equations")
+    interval_attitude: float = _chosen(1e-4, PLANNED_NULLS, "the same of a reference's attitude")
+    # what counts as an explanation
+    harm: float = _chosen(5.0, REAL, "nats that effects may lose on data that were not used")
+    left_open: float = _chosen(1e-3, DEVELOPMENT, "share of what effects gain that linear sums leave open")
+    open_margin: float = _chosen(6.0, DEVELOPMENT, "nats by which a form without a name must lead effects")
+    most_of_one: float = _chosen(4, DEVELOPMENT, "effects of one sensor, constants aside, that explain something")
+    # what else is listed
+    near: float = _chosen(3.0, REASONING, "nats below the answer within which another effect is a rival")
+    listed: float = _chosen(4.6, REASONING, "nats within which others are listed where there is a rival")
+    alike: float = _chosen(0.25, REASONING, "nats of likelihood below which only priors tell two apart")
+    experiment_enough: float = _chosen(5.0, REASONING, "nats that an experiment must add to be recommended")
+    experiment_worth: float = _chosen(3.0, REASONING, "nats to be named at all where none adds enough")
+
+    def least_share(self, kinds: Iterable[str]) -> float:
+        """The share of the first effect's nats that a further one must gain, in recordings of these kinds."""
+        return max((self.share_chamber if kind == "chamber" else self.share for kind in kinds), default=0.0)
+
+    def largest_probability(self, interval: Interval) -> float:
+        """The largest false alarm probability with which an interval of this channel counts as a mismatch.
+
+        What measures has slow errors and steps of its own.
+        """
+        of_channel = {
+            "gps.position": self.interval_position,
+            "gps.velocity": self.interval_velocity,
+            "navigation": self.interval_navigation,
+            "reference.attitude": self.interval_attitude,
+        }
+        return of_channel.get(interval.channel.name, self.interval)
+
+    def sure(self, suspect: Suspect) -> bool:
+        """Whether a suspect counts as a mismatch."""
+        return suspect.probability <= self.largest_probability(suspect.interval)
+
+    @classmethod
+    def described(cls) -> dict[str, tuple[float, str, str]]:
+        """Of each threshold its value, what it means and what it was chosen on."""
+        return {one.name: (one.default, one.metadata["means"], one.metadata["chosen_on"]) for one in fields(cls)}

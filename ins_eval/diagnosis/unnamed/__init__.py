@@ -1,0 +1,1 @@
+"""Disturbances that no effect of the vocabulary describes: where, when, how sure."""

@@ -1,0 +1,149 @@
+"""A disturbance that has no name: an interval of a channel, or one sensor that wanders more than the others.
+
+What is wrong inflates the noise that is fitted without it, so each suspect is compared with the null at a noise of its
+own. An interval is judged as the largest of all that were looked at (`locate`), a slow disturbance by its evidence
+(`open_form`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.estimate.evidence import log_evidence_of, reduce
+from ins_eval.diagnosis.unnamed import locate
+from ins_eval.diagnosis.unnamed.open_form import open_form, open_forms
+from ins_eval.effects.parts import SENSORS
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.estimate.case import Case
+    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.estimate.whitening import Whitened
+    from ins_eval.diagnosis.model.columns import Column
+    from ins_eval.diagnosis.policy import Policy
+    from ins_eval.diagnosis.unnamed.locate import Channel, Interval, Significance
+
+LOUD, QUIET = -1.0, -2.0  # prior sigmas of a level that something else may feign, and of one that it does not
+OF_SENSORS = ("accelerometer_wander", "gyro_wander")
+OF_RECEIVERS = ("slow_position", "slow_velocity", "slow_attitude")
+
+
+@dataclass(frozen=True, eq=False)
+class Suspect:
+    """An interval of recording `recording` after its refit; `gain` in nats less the log of what was looked at.
+
+    `follows` is the motion that the disturbance follows, where it is known to follow one.
+    """
+
+    recording: int
+    interval: Interval
+    gain: float
+    probability: float
+    sigma: float
+    fitted: Fitted
+    follows: str = ""
+
+
+def of_windows(
+    case: Case, noise_point: np.ndarray, chosen: Sequence[Column] = (), sensors: bool = False
+) -> tuple[list[Channel], np.ndarray, Whitened]:
+    """Channels, edges and the sums of nuisances, `chosen` columns and all windows, or only those of the `sensors`."""
+    over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
+    if sensors:
+        over = [one for one in over if one.name.startswith(SENSORS)]
+    windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]
+    return over, edges_s, case.whitened([*chosen, *windows], noise_point, case.block)
+
+
+def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator, policy: Policy) -> list[Suspect]:
+    """The most remarkable intervals of a recording, each at its own noise.
+
+    What is off for a time may pass for slow noise, so they are sought where that is quiet too; what a window leaves at
+    the edges of so large an error would pass for it again, so these are made exact first.
+    """
+    quiet = _with_quiet(case, base.noise_point, (*OF_SENSORS, *OF_RECEIVERS))
+    starts = [base.noise_point] if (quiet == base.noise_point).all() else [base.noise_point, quiet]
+    suspects = []
+    for noise_point in starts:
+        over, edges_s, whitened = of_windows(case, noise_point)
+        reduced = reduce(whitened, len(case.nuisances))
+        trials = locate.significance(reduced, edges_s.size - 1, rng)
+        found = [one for one in locate.scan(reduced, over, edges_s) if not within_statement(case, one, policy)]
+        for one in found[: policy.suspects]:
+            if trials.probability(one.t2) < policy.remarkable:
+                if noise_point is base.noise_point:
+                    suspects.append(_refitted(case, r, base, one, trials, noise_point))
+                else:
+                    exact = locate.refined(case, one, noise_point)
+                    suspects.append(_refitted(case, r, base, exact, trials.finer, noise_point))
+    return suspects
+
+
+def within_statement(case: Case, interval: Interval, policy: Policy) -> bool:
+    """Whether a position that is off for a time is so by less than its receiver states, times `Policy.stated`."""
+    if interval.channel.name != "gps.position":
+        return False
+    stated = float(np.median(case.seen.sigma[:, interval.channel.row]))
+    return abs(interval.size) * interval.channel.size < policy.stated * stated
+
+
+def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Significance, start: np.ndarray) -> Suspect:
+    known = slice(0, len(case.nuisances))
+
+    def gain(whitened: Whitened) -> float:
+        left = reduce(whitened, known.stop)
+        return log_evidence_of(whitened, known) + 0.5 * float(left.projection[0] ** 2 / max(left.normal[0, 0], 1e-12))
+
+    fitted = case.fitted([interval.column(case.slow, case.model)], start, gain)
+    there = log_evidence_of(fitted.whitened, known) - 0.5 * float(fitted.noise_point @ fitted.noise_point)
+    # the null is tried with the suspect's noise too: a better search is no gain
+    ratio = max(0.0, 2.0 * (fitted.log_evidence - max(base.log_evidence, there)))
+    return Suspect(
+        r, interval, 0.5 * ratio - float(np.log(trials.trials)), trials.probability(ratio), trials.sigma(ratio), fitted
+    )
+
+
+def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
+    """A slow disturbance of one sensor, while the other sensors wander little; None where there is one sensor only."""
+    quiet = with_quiet_sensors(case, base.noise_point)
+    over, edges_s, whitened = of_windows(case, quiet, sensors=True)
+    reduced = reduce(whitened, len(case.nuisances))
+    found = locate.scan(reduced, over, edges_s)
+    if len(over) == 1 or not found:
+        return None
+    best = max(open_forms(reduced, len(over)), key=lambda one: one.log_bayes_factor)
+    known = slice(0, len(case.nuisances))
+    columns = list(locate.windows(over[best.channel], edges_s, case.slow, case.model))
+
+    def gain(whitened: Whitened) -> float:
+        left = reduce(whitened, known.stop)
+        return log_evidence_of(whitened, known) + open_form(0, left.normal, left.projection).log_bayes_factor
+
+    cost = float(np.log(len(over) / policy.odds)) + policy.alone
+    there = case.ready([])(quiet)
+    start = log_evidence_of(there, known) - 0.5 * float(quiet @ quiet) + best.log_bayes_factor
+    interval = max(found, key=lambda one: one.channel is over[best.channel])
+    if start - base.log_evidence < -policy.hopeless:
+        return Suspect(r, interval, start - base.log_evidence - cost, 1.0, 0.0, base)
+    fitted = case.fitted(columns, quiet, gain)
+    gained = fitted.log_evidence - base.log_evidence - cost
+    left = reduce(fitted.whitened, known.stop)
+    interval = next(iter(locate.scan(left, [over[best.channel]], edges_s)), interval)
+    sigma = float(np.sqrt(2.0 * max(gained, 0.0)))
+    return Suspect(r, interval, gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted)
+
+
+def with_quiet_sensors(case: Case, noise_point: np.ndarray) -> np.ndarray:
+    """`noise_point` moved to sensors that wander little; in a chamber, to the noise that is believed."""
+    if case.believed is None:
+        return np.zeros_like(noise_point)
+    return _with_quiet(case, noise_point, OF_SENSORS)
+
+
+def _with_quiet(case: Case, noise_point: np.ndarray, levels: Sequence[str]) -> np.ndarray:
+    """`noise_point` with every one of `levels` that is above `LOUD` set to `QUIET`."""
+    loud = np.isin(case.noise.free, levels) & (noise_point > LOUD)
+    return np.where(loud, QUIET, noise_point)

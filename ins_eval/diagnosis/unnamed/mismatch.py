@@ -1,0 +1,50 @@
+"""A located mismatch, and a disturbance that has none of the names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ins_eval.diagnosis.unnamed.where import where
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.estimate.case import Case
+    from ins_eval.diagnosis.unnamed.locate import Interval
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """One located mismatch in recording number `recording`."""
+
+    recording: int
+    channel: str
+    axis: str
+    begin_s: float
+    end_s: float
+    where: str
+    significance_sigma: float
+    follows: str = ""  # what it follows, where that is known and not time
+
+
+@dataclass(frozen=True, eq=False)
+class UnnamedDisturbance:
+    """The channel that gains most from a disturbance without a name, beside an explanation or instead of it."""
+
+    mismatch: Mismatch | None
+    gain: float
+    significance_sigma: float
+
+
+def located(case: Case, r: int, interval: Interval, sigma: float, follows: str = "") -> Mismatch:
+    """An interval of recording `r` as a mismatch, which may follow a motion or the temperature."""
+    place = where(case.model, case.temperature, interval.begin_s, interval.end_s)
+    return Mismatch(
+        recording=r,
+        channel=interval.channel.name,
+        axis=interval.channel.axis,
+        begin_s=interval.begin_s,
+        end_s=interval.end_s,
+        where=", ".join(word for word in (place, follows and f"it follows {follows}") if word),
+        significance_sigma=sigma,
+        follows=follows,
+    )
