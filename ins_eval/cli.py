@@ -10,11 +10,13 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 from ins_eval.errors import InsEvalError, StorageError
 
 INTERRUPTED, DEFECT = 130, 5
+MODULES = {"import": "import_recording"}  # of `commands` that are not named as their verb
 _PROFILE_HELP = "name of a shipped profile or a .toml file (default: %(default)s)"
 _POPULATION_HELP = "accelerometers: a shipped population or a .toml file (default: %(default)s)"
 
@@ -27,41 +29,65 @@ def _parser() -> argparse.ArgumentParser:
         "4 cannot write, 5 our defect or a worker that was ended from outside",
     )
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    for add in (
+        _flight_report,
+        _paper_report,
+        _loop_report,
+        _presets,
+        _evaluate,
+        _simulate,
+        _calibrate,
+        _import,
+        _compare,
+        _diagnose,
+        _loop,
+        _check_model,
+        _check_cep,
+    ):
+        add(verbs)
+    return parser
 
-    flight = verbs.add_parser(
+
+def _flight_report(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser(
         "flight-report", help="fly an ensemble with every compensation and report velocity RMS and CEP"
     )
-    flight.add_argument(
+    parser.add_argument(
         "--profile",
         default="climb-cruise-landing",
         help=_PROFILE_HELP,
     )
-    flight.add_argument("--model", help="one more compensation: my.py:MyModel, or a compensation FILE.toml")
-    flight.add_argument(
+    parser.add_argument("--model", help="one more compensation: my.py:MyModel, or a compensation FILE.toml")
+    parser.add_argument(
         "--population",
         default="jb-kt8",
         help=_POPULATION_HELP,
     )
-    flight.add_argument(
-        "--ensemble", type=_at_least(2), default=200, metavar="N", help="number of instruments (default: %(default)s)"
+    parser.add_argument(
+        "--ensemble",
+        type=_at_least(2),
+        dest="size",
+        default=200,
+        metavar="N",
+        help="number of instruments (default: %(default)s)",
     )
-    flight.add_argument(
+    parser.add_argument(
         "--output", type=Path, default=Path("reports/flight"), help="folder of the report (default: %(default)s)"
     )
-    flight.add_argument(
+    parser.add_argument(
         "--storage-years",
         type=float,
         default=1.0,
         metavar="Y",
         help="time between calibration and flight in the section on storage; 0 leaves it out (default: %(default)g)",
     )
-    flight.add_argument(
+    parser.add_argument(
         "--missions",
         type=_at_least(0),
         metavar="N",
         help="missions, one for each of N instruments; 0 leaves them out (default: 50, or --ensemble if that is less)",
     )
-    flight.add_argument(
+    parser.add_argument(
         "--missions-from",
         default="worldwide",
         dest="population_of_missions",
@@ -69,28 +95,37 @@ def _parser() -> argparse.ArgumentParser:
         help="how missions differ: a population of missions or a TOML file; a table left out does not vary "
         "(default: %(default)s)",
     )
-    flight.add_argument(
+    parser.add_argument(
         "--flights",
         nargs="+",
         default=(),
         metavar="PROFILE",
         help="other profiles to fly, the oven keeping to --profile; as many instruments as missions",
     )
-    _common(flight)
+    _common(parser)
 
-    paper = verbs.add_parser("paper-report", help="each number and claim of Paper A beside ours")
-    paper.add_argument(
-        "--ensemble", type=_at_least(2), default=200, metavar="N", help="instruments in flight (default: %(default)s)"
+
+def _paper_report(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("paper-report", help="each number and claim of Paper A beside ours")
+    parser.add_argument(
+        "--ensemble",
+        type=_at_least(2),
+        dest="size",
+        default=200,
+        metavar="N",
+        help="instruments in flight (default: %(default)s)",
     )
-    paper.add_argument(
+    parser.add_argument(
         "--output", type=Path, default=Path("reports/paper-a"), help="folder of the report (default: %(default)s)"
     )
-    _common(paper)
+    _common(parser)
 
-    loop = verbs.add_parser(
+
+def _loop_report(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser(
         "loop-report", help="each number and claim of Paper B, a digital accelerometer, beside ours"
     )
-    loop.add_argument(
+    parser.add_argument(
         "--population",
         type=_at_least(2),
         default=200,
@@ -98,111 +133,127 @@ def _parser() -> argparse.ArgumentParser:
         metavar="N",
         help="accelerometers through the paper's procedure (default: %(default)s)",
     )
-    loop.add_argument(
+    parser.add_argument(
         "--output", type=Path, default=Path("reports/paper-b"), help="folder of the report (default: %(default)s)"
     )
-    _common(loop)
+    _common(parser)
 
-    presets = verbs.add_parser("presets", help="list what ships: accelerometers, data sheets, profiles, with sources")
-    presets.add_argument("name", nargs="?", metavar="NAME", help="print this one in full, each number with its source")
 
-    evaluate = verbs.add_parser("evaluate", help="navigate recordings and report their errors")
-    evaluate.add_argument(
+def _presets(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("presets", help="list what ships: accelerometers, data sheets, profiles, with sources")
+    parser.add_argument("name", nargs="?", metavar="NAME", help="print this one in full, each number with its source")
+
+
+def _evaluate(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("evaluate", help="navigate recordings and report their errors")
+    parser.add_argument(
         "inputs",
         type=Path,
         nargs="+",
         metavar="DIR",
         help="recordings in the form ins-recording/1, or a PSINS .imu file",
     )
-    evaluate.add_argument("--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME)")
-    evaluate.add_argument(
+    parser.add_argument("--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME)")
+    parser.add_argument(
         "--compensation",
         nargs="+",
         default=(),
         metavar="NAME",
         help="only these: none, believed, a name in DIR/compensation, or a model FILE.toml (default: all there are)",
     )
-    evaluate.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
-    evaluate.add_argument(
+    parser.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
+    parser.add_argument(
         "--restart-every",
         type=float,
         dest="restart_every_s",
         metavar="S",
         help="also navigate in pieces of S seconds, each from a fix: for instruments that drift away in minutes",
     )
-    evaluate.add_argument("--quiet", action="store_true", help="no text on the terminal")
+    parser.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
-    simulate = verbs.add_parser("simulate", help="write a simulated recording")
-    simulate.add_argument("kind", choices=("flight", "oven", "chamber"))
-    simulate.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder of the recording")
-    simulate.add_argument("--profile", default="climb-cruise-landing", help=_PROFILE_HELP)
-    simulate.add_argument("--population", default="jb-kt8", help=_POPULATION_HELP)
-    simulate.add_argument(
+
+def _simulate(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("simulate", help="write a simulated recording")
+    parser.add_argument("kind", choices=("flight", "oven", "chamber"))
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder of the recording")
+    parser.add_argument("--profile", default="climb-cruise-landing", help=_PROFILE_HELP)
+    parser.add_argument("--population", default="jb-kt8", help=_POPULATION_HELP)
+    parser.add_argument(
         "--instrument", type=_at_least(0), default=0, metavar="I", help="its number (default: %(default)s)"
     )
-    simulate.add_argument("--axis", choices="xyz", help="of the accelerometer in the chamber (default: x)")
-    simulate.add_argument(
+    parser.add_argument("--axis", choices="xyz", help="of the accelerometer in the chamber (default: x)")
+    parser.add_argument(
         "--unit", metavar="NAME", help='a printed accelerometer in the chamber: "JB-KT8 #1", or all in one table'
     )
-    simulate.add_argument(
+    parser.add_argument(
         "--ramps", type=float, nargs="+", dest="ramps_c_per_min", metavar="R", help="of the chamber, in degC/min"
     )
-    dwell = simulate.add_mutually_exclusive_group()
+    dwell = parser.add_mutually_exclusive_group()
     dwell.add_argument("--dwell", type=float, dest="dwell_s", metavar="S", help="wait of the chamber at each degree")
     dwell.add_argument("--no-dwell", action="store_const", const=0.0, dest="dwell_s", help="steady ramps")
-    simulate.add_argument("--rate", type=float, dest="rate_hz", metavar="HZ", help="samples a second")
-    simulate.add_argument("--seed", type=_at_least(0), default=1, help="of all random draws (default: %(default)s)")
-    simulate.add_argument("--quiet", action="store_true", help="no text on the terminal")
+    parser.add_argument("--rate", type=float, dest="rate_hz", metavar="HZ", help="samples a second")
+    parser.add_argument("--seed", type=_at_least(0), default=1, help="of all random draws (default: %(default)s)")
+    parser.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
-    calibrate = verbs.add_parser("calibrate", help="models of an accelerometer from its chamber readings")
-    calibrate.add_argument(
+
+def _calibrate(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("calibrate", help="models of an accelerometer from its chamber readings")
+    parser.add_argument(
         "chambers", type=Path, nargs="+", metavar="CHAMBER", help="a chamber recording, or three of the axes x, y and z"
     )
-    calibrate.add_argument("-o", type=Path, dest="model_file", metavar="FILE.toml", help="write a compensation file")
-    calibrate.add_argument(
+    parser.add_argument("-o", type=Path, dest="model_file", metavar="FILE.toml", help="write a compensation file")
+    parser.add_argument(
         "--compensation", metavar="NAME", help="model of that file (default: hysteresis, or the best determined)"
     )
-    calibrate.add_argument("--unit", metavar="ID", help="of a table with several accelerometers, this unit_id")
-    calibrate.add_argument(
+    parser.add_argument("--unit", metavar="ID", help="of a table with several accelerometers, this unit_id")
+    parser.add_argument(
         "--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME-calibration)"
     )
-    calibrate.add_argument("--quiet", action="store_true", help="no text on the terminal")
+    parser.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
-    importer = verbs.add_parser("import", help="bring a file of another format into the form")
-    importer.add_argument("format_name", metavar="FORMAT", help="see --formats")
-    importer.add_argument("file", type=Path, metavar="FILE")
-    importer.add_argument(
+
+def _import(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("import", help="bring a file of another format into the form")
+    parser.add_argument("format_name", metavar="FORMAT", help="see --formats")
+    parser.add_argument("file", type=Path, metavar="FILE")
+    parser.add_argument(
         "--formats", nargs=0, action=_ListFormats, default=argparse.SUPPRESS, help="list the formats and end"
     )
-    importer.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder of the recording")
-    importer.add_argument(
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder of the recording")
+    parser.add_argument(
         "--assume", action="append", default=[], metavar="KEY=VALUE", help="override one finding; may be repeated"
     )
 
-    compare = verbs.add_parser("compare", help="hold the recorded IMU against the one that the reference implies")
-    compare.add_argument("recording_folder", type=Path, metavar="DIR", help="a recording with a reference")
-    compare.add_argument(
+
+def _compare(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("compare", help="hold the recorded IMU against the one that the reference implies")
+    parser.add_argument("recording_folder", type=Path, metavar="DIR", help="a recording with a reference")
+    parser.add_argument(
         "--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME-compare)"
     )
-    compare.add_argument(
+    parser.add_argument(
         "--use-found-offset", action="store_true", help="take the clock offset found instead of the believed"
     )
-    compare.add_argument("--quiet", action="store_true", help="no text on the terminal")
+    parser.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
-    diagnose = verbs.add_parser("diagnose", help="where recordings leave what is believed, and what was left out")
-    diagnose.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING")
-    diagnose.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
-    diagnose.add_argument("--json", type=Path, metavar="FILE", help="write the answer, ins-diagnosis/1")
-    diagnose.add_argument("--report", type=Path, metavar="DIR", help="folder of the page")
-    diagnose.add_argument(
+
+def _diagnose(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("diagnose", help="where recordings leave what is believed, and what was left out")
+    parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING")
+    parser.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the answer, ins-diagnosis/1")
+    parser.add_argument("--report", type=Path, metavar="DIR", help="folder of the page")
+    parser.add_argument(
         "--write-model", type=Path, metavar="FILE", help="write the belief with the effects found in it"
     )
-    diagnose.add_argument("--quiet", action="store_true", help="no progress and no text on the terminal")
+    parser.add_argument("--quiet", action="store_true", help="no progress and no text on the terminal")
 
-    loop = verbs.add_parser("loop", help="the gains of a digital accelerometer loop").add_subparsers(
+
+def _loop(verbs: argparse._SubParsersAction) -> None:
+    actions = verbs.add_parser("loop", help="the gains of a digital accelerometer loop").add_subparsers(
         dest="action", required=True, metavar="ACTION"
     )
-    tests = loop.add_parser("simulate", help="write the scans and current tests of a simulated loop")
+    tests = actions.add_parser("simulate", help="write the scans and current tests of a simulated loop")
     tests.add_argument("preset_or_file", metavar="PRESET|FILE.toml", help="digital-qfa, paper-unit, or your own loop")
     tests.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder of the CSV files")
     tests.add_argument(
@@ -222,7 +273,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     tests.add_argument("--seed", type=_at_least(0), default=1, help="of all random draws (default: %(default)s)")
     tests.add_argument("--quiet", action="store_true", help="no text on the terminal")
-    gains = loop.add_parser(
+    gains = actions.add_parser(
         "calibrate",
         help="gains, their drift and its compensation from recorded tests",
         description="A scan has the columns state, repetition, n_fpga, n_out; a test with the reference current state, "
@@ -242,29 +293,37 @@ def _parser() -> argparse.ArgumentParser:
     gains.add_argument("--json", type=Path, metavar="FILE", help="write the numbers")
     gains.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
-    model = verbs.add_parser("check-model", help="does a compensation model keep its contract?")
-    model.add_argument("model", help="my.py:MyModel, package.module:Class, or a built-in name")
 
-    gate = verbs.add_parser("check-cep", help="the gate: hysteresis compensation still improves CEP and velocity RMS")
-    gate.add_argument(
+def _check_model(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("check-model", help="does a compensation model keep its contract?")
+    parser.add_argument("model", help="my.py:MyModel, package.module:Class, or a built-in name")
+
+
+def _check_cep(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("check-cep", help="the gate: hysteresis compensation still improves CEP and velocity RMS")
+    parser.add_argument(
         "--committed",
         type=Path,
+        dest="committed_file",
         metavar="FILE",
         help="the committed gains (default: gate.toml of the package)",
     )
-    gate.add_argument("--profile", default="climb-cruise-landing", help=argparse.SUPPRESS)
-    gate.add_argument(
-        "--ensemble", type=_at_least(2), metavar="N", help="number of instruments (default: from the power calculation)"
+    parser.add_argument("--profile", default="climb-cruise-landing", help=argparse.SUPPRESS)
+    parser.add_argument(
+        "--ensemble",
+        type=_at_least(2),
+        dest="size",
+        metavar="N",
+        help="number of instruments (default: from the power calculation)",
     )
-    gate.add_argument(
+    parser.add_argument(
         "--output",
         type=Path,
         default=Path("reports/check-cep"),
         help="where finished instruments are kept (default: %(default)s)",
     )
-    gate.add_argument("--commit", action="store_true", help="write the gains found to the file of committed gains")
-    _common(gate)
-    return parser
+    parser.add_argument("--commit", action="store_true", help="write the gains found to the file of committed gains")
+    _common(parser)
 
 
 class _ListFormats(argparse.Action):
@@ -335,59 +394,8 @@ def _stop_writing() -> None:
 
 def _run(verb: str, options: dict) -> int:
     # imported here: a verb should not wait for what only another one needs
-    if verb == "flight-report":
-        from ins_eval.commands import flight_report
-
-        return flight_report.run(size=options.pop("ensemble"), **options)
-    if verb == "paper-report":
-        from ins_eval.commands import paper_report
-
-        return paper_report.run(size=options.pop("ensemble"), **options)
-    if verb == "loop-report":
-        from ins_eval.commands import loop_report
-
-        return loop_report.run(**options)
-    if verb == "presets":
-        from ins_eval.commands import presets
-
-        return presets.run(**options)
-    if verb == "evaluate":
-        from ins_eval.commands import evaluate
-
-        return evaluate.run(**options)
-    if verb == "simulate":
-        from ins_eval.commands import simulate
-
-        return simulate.run(**options)
-    if verb == "calibrate":
-        from ins_eval.commands import calibrate
-
-        return calibrate.run(**options)
-    if verb == "import":
-        from ins_eval.commands import import_recording
-
-        return import_recording.run(**options)
-    if verb == "compare":
-        from ins_eval.commands import compare
-
-        folder = options["recording_folder"]
-        options["output"] = options["output"] or Path("reports") / f"{folder.name}-compare"
-        return compare.run(**options)
-    if verb == "diagnose":
-        from ins_eval.commands import diagnose
-
-        return diagnose.run(**options)
-    if verb == "loop":
-        from ins_eval.commands import loop
-
-        return getattr(loop, options.pop("action"))(**options)
-    if verb == "check-model":
-        from ins_eval.commands import check_model
-
-        return check_model.run(options["model"])
-    from ins_eval.commands import check_cep
-
-    return check_cep.run(committed_file=options.pop("committed"), size=options.pop("ensemble"), **options)
+    command = import_module(f"ins_eval.commands.{MODULES.get(verb, verb.replace('-', '_'))}")
+    return getattr(command, options.pop("action", "run"))(**options)
 
 
 def _defect(error: Exception) -> int:

@@ -7,14 +7,14 @@ from ins_eval.compensation.registry import load_model
 from ins_eval.errors import UsageError
 
 
-def run(spec: str) -> int:
+def run(model: str) -> int:
     """Print a line for each point of the contract and one of what is not seen; a breach is refused in a sentence."""
-    findings = check_model(load_model(spec))
+    findings = check_model(load_model(model))
     for finding in findings:
         print(finding)
     print(NOT_SEEN)
     refusals = [finding.refusal for finding in findings if finding.refusal]
     if refusals:
-        raise UsageError(f"compensation model '{spec}': {refusals[0]}")
-    print(f"{spec} keeps the contract of a compensation model")
+        raise UsageError(f"compensation model '{model}': {refusals[0]}")
+    print(f"{model} keeps the contract of a compensation model")
     return 0

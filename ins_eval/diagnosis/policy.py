@@ -85,6 +85,10 @@ class Policy:
         """Whether a suspect counts as a mismatch."""
         return suspect.probability <= self.largest_probability(suspect.interval)
 
+    def surest(self, suspects: Iterable[Suspect]) -> Suspect | None:
+        """The sure one that gains most, if any."""
+        return max((one for one in suspects if self.sure(one)), key=lambda one: one.gain, default=None)
+
     @classmethod
     def described(cls) -> dict[str, tuple[float, str, str]]:
         """Of each threshold its value, what it means and what it was chosen on."""

@@ -67,4 +67,4 @@ def test_what_is_composed_of_a_column_has_to_lead_as_an_effect_and_as_a_descript
 def test_a_law_explains_nothing_where_something_is_left_unless_others_explain_most(left, sizes, described) -> None:
     mismatch = Mismatch(0, left, "", 0.0, 100.0, "", 3.0)
     found = of_flight(sure(OF_Z[0], OTHER, sizes=sizes), mismatch)
-    assert only_described(found, Policy()) is described
+    assert only_described(found, None, Policy()) is described

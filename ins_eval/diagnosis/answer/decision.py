@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.answer.findings import Findings
     from ins_eval.diagnosis.estimate.linearisation import Linearisation
     from ins_eval.diagnosis.policy import Policy
+    from ins_eval.diagnosis.unnamed.disturbance import Suspect
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +54,15 @@ def decide(findings: Findings, policy: Policy) -> Decision:
     if heard and explains(findings, policy):
         near = any(one.below_best < policy.near for one in rivals(findings.linearisation, policy))
         return Decision(NOT_IDENTIFIABLE if near else EXPLAINED, findings.beside, findings.shown, named=True)
-    place = () if findings.place is None else (findings.place,)
+    suspects = findings.suspects or ()
+    surest = policy.surest(suspects)
+    place = () if surest is None else (findings.places[suspects.index(surest)],)
     if heard:
-        return _insufficient(findings, place, policy)
-    if findings.surest is None:
-        sigma = max((one.sigma for one in findings.suspects or ()), default=0.0)
+        return _insufficient(findings, surest, place, policy)
+    if surest is None:
+        sigma = max((one.sigma for one in suspects), default=0.0)
         return Decision(NO_MISMATCH, UnnamedDisturbance(None, 0.0, sigma))
-    unnamed = UnnamedDisturbance(findings.place, findings.surest.gain, findings.surest.sigma)
-    return Decision(UNEXPLAINED, unnamed, place)
+    return Decision(UNEXPLAINED, UnnamedDisturbance(place[0], surest.gain, surest.sigma), place)
 
 
 def is_heard(findings: Findings, policy: Policy) -> bool:
@@ -127,14 +129,14 @@ def holds(linearisation: Linearisation, policy: Policy) -> bool:
     return fit["after"] < min(fit["before"], fit["placebo"])
 
 
-def only_described(findings: Findings, policy: Policy) -> bool:
+def only_described(findings: Findings, surest: Suspect | None, policy: Policy) -> bool:
     """Whether the effects follow the shape of something else.
 
     A disturbance that gains more has suggested the effects of other sensors, one that gains far more those of its own.
     And what follows a law explains nothing where a mismatch is left in its very channel, unless effects of others
     explain most; but a bench always leaves one, and beside geometry, which is exact, the least error of a law is left.
     """
-    linearisation, surest = findings.linearisation, findings.surest
+    linearisation = findings.linearisation
     members = linearisation.best.members
     channels = _channels(linearisation, members)
     if surest is not None:
@@ -152,10 +154,10 @@ def only_described(findings: Findings, policy: Policy) -> bool:
     return linearisation.gain(others) < 0.5 * linearisation.gain(members)
 
 
-def _insufficient(findings: Findings, place: tuple[Mismatch, ...], policy: Policy) -> Decision:
+def _insufficient(findings: Findings, surest: Suspect | None, place: tuple[Mismatch, ...], policy: Policy) -> Decision:
     """The verdict where effects are not enough: sure ones beside something, or a place without a name."""
     linearisation, beside, instead = findings.linearisation, findings.beside, findings.instead
-    shown, surest = findings.shown, findings.surest
+    shown = findings.shown
     if surest is not None and surest.gain > findings.gain:
         shown = place + shown
     lead = open_margin(findings, policy)
@@ -164,7 +166,7 @@ def _insufficient(findings: Findings, place: tuple[Mismatch, ...], policy: Polic
     harms = linearisation.held_out["harm_nats"] > policy.harm
     if harms and surest is None and instead.gain < policy.open_margin:
         return Decision(NO_MISMATCH, UnnamedDisturbance(None, 0.0, beside.significance_sigma))
-    described = outdone(findings, policy) or only_described(findings, policy)
+    described = outdone(findings, policy) or only_described(findings, surest, policy)
     outgained = instead.gain > linearisation.best.log_posterior + lead
     if harms or described or outgained:
         place = place or ((instead.mismatch,) if outgained and instead.mismatch else shown)

@@ -57,7 +57,7 @@ class Findings:
         worth reporting
     shown : where each effect of the set shows; empty likewise
     suspects : disturbances without a name, None where the effects explain and none was looked for
-    surest, place : the sure suspect that gains most and where it is
+    places : where each suspect is
     """
 
     cases: tuple[Case, ...]
@@ -70,8 +70,7 @@ class Findings:
     beside: UnnamedDisturbance | None = None
     shown: tuple[Mismatch, ...] = ()
     suspects: tuple[Suspect, ...] | None = None
-    surest: Suspect | None = None
-    place: Mismatch | None = None
+    places: tuple[Mismatch, ...] = ()
 
     @property
     def statistics(self) -> dict[str, float | str]:
@@ -122,9 +121,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
         if explains(findings, policy):
             return findings
     suspects = _suspects(findings, rng, policy) if suspects is None else suspects
-    surest = _surest(suspects, policy)
-    place = None if surest is None else _place(findings, surest)
-    return replace(findings, suspects=suspects, surest=surest, place=place)
+    return replace(findings, suspects=suspects, places=tuple(_place(findings, one) for one in suspects))
 
 
 def _quiet(cases: Sequence[Case], linearisation: Linearisation, alone: Sequence[Suspect]) -> list[Fitted]:
@@ -156,14 +153,9 @@ def _suspects(findings: Findings, rng: np.random.Generator, policy: Policy) -> t
     return tuple(found)
 
 
-def _surest(suspects: Sequence[Suspect], policy: Policy) -> Suspect | None:
-    """The sure one that gains most, if any."""
-    return max((one for one in suspects if policy.sure(one)), key=lambda one: one.gain, default=None)
-
-
 def _stepped(findings: Findings, suspects: Sequence[Suspect], policy: Policy) -> Findings:
     """The findings where a sensor has jumped that was off from an instant to the end, if that is more probable."""
-    surest = _surest(suspects, policy)
+    surest = policy.surest(suspects)
     if surest is None:
         return findings
     r, cases = surest.recording, findings.cases
@@ -193,15 +185,15 @@ def _examined(findings: Findings, rng: np.random.Generator, policy: Policy) -> F
     return replace(findings, instead=instead, beside=beside, shown=shown)
 
 
-def _place(findings: Findings, surest: Suspect) -> Mismatch:
+def _place(findings: Findings, suspect: Suspect) -> Mismatch:
     """Where a suspect is, to the second."""
-    case = findings.cases[surest.recording]
-    exact = locate.refined(case, surest.interval, surest.fitted.noise_point)
-    follows = surest.follows
+    case = findings.cases[suspect.recording]
+    exact = locate.refined(case, suspect.interval, suspect.fitted.noise_point)
+    follows = suspect.follows
     instead = None if findings.instead is None else findings.instead.mismatch
-    if instead and (instead.recording, instead.channel) == (surest.recording, exact.channel.name):
+    if instead and (instead.recording, instead.channel) == (suspect.recording, exact.channel.name):
         follows = follows or instead.follows
-    return located(case, surest.recording, exact, surest.sigma, follows)
+    return located(case, suspect.recording, exact, suspect.sigma, follows)
 
 
 def _with_earth(linearisation: Linearisation, policy: Policy) -> Linearisation:
