@@ -16,7 +16,12 @@ from pathlib import Path
 from ins_eval.errors import InsEvalError, StorageError
 
 INTERRUPTED, DEFECT = 130, 5
-MODULES = {"import": "import_recording"}  # of `commands` that are not named as their verb
+# where a verb is that does not stand in `commands` under its own name
+MODULES = {
+    "import": "commands.import_recording",
+    "paper-report": "studies.paper_report",
+    "loop-report": "studies.loop_report",
+}
 _PROFILE_HELP = "name of a shipped profile or a .toml file (default: %(default)s)"
 _POPULATION_HELP = "accelerometers: a shipped population or a .toml file (default: %(default)s)"
 
@@ -394,7 +399,7 @@ def _stop_writing() -> None:
 
 def _run(verb: str, options: dict) -> int:
     # imported here: a verb should not wait for what only another one needs
-    command = import_module(f"ins_eval.commands.{MODULES.get(verb, verb.replace('-', '_'))}")
+    command = import_module(f"ins_eval.{MODULES.get(verb) or 'commands.' + verb.replace('-', '_')}")
     return getattr(command, options.pop("action", "run"))(**options)
 
 

@@ -65,6 +65,14 @@ def test_the_layers_refuse_an_import_upwards(copy: Path) -> None:
     assert "ins_eval.earth is not allowed to import ins_eval.strapdown" in result.stdout
 
 
+@pytest.mark.parametrize("importer", ["commands", "report", "analysis"])
+def test_only_the_command_line_enters_the_studies(copy: Path, importer: str) -> None:
+    add_import(copy, importer, "studies.papers")
+    result = lint_imports(copy, "layers")
+    assert result.returncode == 1, result.stdout
+    assert f"ins_eval.{importer} is not allowed to import ins_eval.studies" in result.stdout
+
+
 def test_the_layers_refuse_a_module_without_a_place(copy: Path) -> None:
     (copy / "ins_eval" / "nowhere.py").write_text('"""A module that no layer names."""\n')
     result = lint_imports(copy, "layers")

@@ -24,8 +24,8 @@ from ins_eval.navigation import (
     samples,
     standstill_to_align_on,
 )
-from ins_eval.paper_a.printed import FLIGHT as PAPER
 from ins_eval.profile import load
+from ins_eval.published_flight import FLIGHT as PAPER
 from ins_eval.recording import Fixes, Recording
 from ins_eval.reference import outages, summary
 from ins_eval.streams import Streams

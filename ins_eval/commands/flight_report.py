@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from ins_eval import ensemble
 from ins_eval.analysis.fly import fly
 from ins_eval.analysis.missions import POPULATION
-from ins_eval.compensation.registry import model_files
 from ins_eval.ensemble import Plan
 from ins_eval.files import write_whole
 from ins_eval.interface import of_flights
-from ins_eval.missions import find as find_missions
-from ins_eval.profile import find
-from ins_eval.report.results import as_json, made_with
+from ins_eval.report.manifest import manifest
+from ins_eval.report.results import as_json
 
 
 def run(
@@ -42,17 +37,3 @@ def run(
     write_whole(output / "manifest.json", as_json(manifest(found.plan, found.plans)))
     of_flights(found).write(output, quiet)
     return 0
-
-
-def manifest(plan: Plan, plans: Mapping[str, tuple[Plan, int]]) -> dict[str, Any]:
-    """What the numbers were made from: plan, inputs, versions, machine; `plans` holds the others beside it."""
-    profiles = {other.profile for other, _ in plans.values()}
-    populations = {other.missions for other, _ in plans.values() if other.missions}
-    files = [*map(find, sorted(profiles)), *map(find_missions, sorted(populations)), *model_files(plan.arms)]
-    return {
-        "plan": asdict(plan),
-        "key": plan.key(),
-        "sizes": {label: size for label, (_, size) in plans.items()},
-        "inputs": {Path(f).name: hashlib.sha256(Path(f).read_bytes()).hexdigest() for f in files},
-        **made_with(),
-    }

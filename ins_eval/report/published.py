@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ins_eval.paper_a.printed import CHOSEN_WITH_TABLE_7
+from ins_eval.published_flight import CHOSEN_WITH_TABLE_7
 from ins_eval.report.content import Block, Picture, paragraphs, table
 from ins_eval.report.style import label
 from ins_eval.report.vocabulary import DEFINITIONS, PAPER, PAPER_ARM, definition_name, measure_name, of_ensemble
