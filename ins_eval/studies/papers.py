@@ -118,23 +118,34 @@ def row(
     recomputed: Number = None,
     ours: Number | Estimate = None,
     unit: str = "",
-    passes: Sequence[float] | None = None,
-    nothing: float = 0.0,
-    fails: str = "",
 ) -> Row:
-    """A row whose verdict is known, but that it is compatible and not reproduced where the test has a `weakness`.
+    """A row whose verdict is known and needs no test; `judged` adds one.
 
-    Its group is set when the groups are put together. Raises ValueError where a reproduced row states neither what
-    would have passed nor what would have made it fail.
+    Its group is set when the groups are put together. Raises ValueError for a reproduced row, which takes a test.
     """
     if verdict == REPRODUCED:
-        if passes is None and not fails:
-            raise ValueError(f"{id}: reproduced, but nothing says how it could have failed; give `passes` or `fails`")
-        if passes is not None and (weak := weakness(printed, passes, nothing)):
-            verdict, reason = COMPATIBLE, f"{reason} {weak}"
+        raise ValueError(f"{id}: reproduced, but nothing says how it could have failed; use `judged`")
     value, interval = _split(ours)
+    return Row(id, "", title, _plain(printed), _plain(recomputed), value, interval, verdict, reason, unit)
+
+
+def judged(
+    untested: Row, verdict: Verdict, *, passes: Sequence[float] | None = None, nothing: float = 0.0, fails: str = ""
+) -> Row:
+    """A row with the verdict of a test, but that it is compatible and not reproduced where that has a `weakness`.
+
+    Raises ValueError where a reproduced row states neither what would have passed nor what would have made it fail.
+    """
+    reason = untested.reason
+    if verdict == REPRODUCED:
+        if passes is None and not fails:
+            raise ValueError(
+                f"{untested.id}: reproduced, but nothing says how it could have failed; give `passes` or `fails`"
+            )
+        if passes is not None and (weak := weakness(untested.printed, passes, nothing)):
+            verdict, reason = COMPATIBLE, f"{reason} {weak}"
     ends = None if passes is None else (float(passes[0]), float(passes[1]))
-    return Row(id, "", title, _plain(printed), _plain(recomputed), value, interval, verdict, reason, unit, ends, fails)
+    return dataclasses.replace(untested, verdict=verdict, reason=reason, passes=ends, fails=fails)
 
 
 def decided(
@@ -145,6 +156,7 @@ def decided(
     otherwise: Verdict = NOT_REPRODUCED,
     *,
     fails: str,
+    passes: Sequence[float] | None = None,
     **numbers: Any,
 ) -> Row:
     """Reproduced where the statement `holds`, else `otherwise`; None where what decides was not computed.
@@ -153,8 +165,10 @@ def decided(
     `fails` ends the sentence "It would have failed if ...".
     """
     if holds is None:
-        return row(id, title, NOT_REPRODUCED, NOT_COMPUTED, fails=fails, **{**numbers, "ours": None})
-    return row(id, title, REPRODUCED if holds else otherwise, reason, fails=fails, **numbers)
+        missing = row(id, title, NOT_REPRODUCED, NOT_COMPUTED, **{**numbers, "ours": None})
+        return judged(missing, NOT_REPRODUCED, passes=passes, fails=fails)
+    untested = row(id, title, otherwise, reason, **numbers)
+    return judged(untested, REPRODUCED if holds else otherwise, passes=passes, fails=fails)
 
 
 def claimed(
@@ -176,14 +190,14 @@ def claimed(
     side, limit = ("above", above) if above is not None else ("below", below)
     fails = f"the interval of {what} had reached {number(limit)}"
     if ours is None:
-        return row(id, title, NOT_REPRODUCED, NOT_COMPUTED, fails=fails, **numbers)
+        return judged(row(id, title, NOT_REPRODUCED, NOT_COMPUTED, **numbers), NOT_REPRODUCED, fails=fails)
     low, high = ours["interval95"] if above is not None else [-end for end in reversed(ours["interval95"])]
     least = limit if above is not None else -limit
     verdict = REPRODUCED if low > least else COMPATIBLE if high > least else NOT_REPRODUCED
     if verdict != REPRODUCED:
         part = "only a part of it does" if verdict == COMPATIBLE else "none of it does"
         reason = f"{reason} The interval of {what} has to lie {side} {number(limit)}; {part}."
-    return row(id, title, verdict, reason, ours=ours, fails=fails, **numbers)
+    return judged(row(id, title, NOT_REPRODUCED, reason, ours=ours, **numbers), verdict, fails=fails)
 
 
 def simulated(
@@ -193,6 +207,7 @@ def simulated(
     ours: Estimate | None,
     interval_of: str,
     reason: str = "",
+    nothing: float = 0.0,
     **numbers: Any,
 ) -> Row:
     """A printed number against the interval of ours: reproduced where it lies inside, if the test could have failed."""
@@ -205,9 +220,8 @@ def simulated(
         f"{number(low)} to {number(high)}."
     )
     verdict = REPRODUCED if inside else NOT_REPRODUCED
-    return row(
-        id, title, verdict, f"{sentence} {reason}".strip(), printed=printed, ours=ours, passes=(low, high), **numbers
-    )
+    untested = row(id, title, NOT_REPRODUCED, f"{sentence} {reason}".strip(), printed=printed, ours=ours, **numbers)
+    return judged(untested, verdict, passes=(low, high), nothing=nothing)
 
 
 def recalculated(
@@ -223,7 +237,8 @@ def recalculated(
     slack = 0.5 * last_digit * (1.0 + 1e-9)
     verdict = REPRODUCED if same(printed, computed, last_digit) else CONTRADICTS
     passes = (computed - slack, computed + slack)
-    return row(id, title, verdict, reason, printed=printed, recomputed=computed, passes=passes, **numbers)
+    untested = row(id, title, CONTRADICTS, reason, printed=printed, recomputed=computed, **numbers)
+    return judged(untested, verdict, passes=passes)
 
 
 def given(id: str, title: str, why: str, **numbers: Any) -> Row:

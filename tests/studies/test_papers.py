@@ -17,6 +17,7 @@ from ins_eval.studies.papers import (
     assembled,
     claimed,
     decided,
+    judged,
     recalculated,
     row,
     simulated,
@@ -103,7 +104,10 @@ def test_arithmetic_passes_within_half_of_its_last_digit() -> None:
 def test_what_is_reproduced_has_to_say_how_it_could_have_failed() -> None:
     with pytest.raises(ValueError, match="could have failed"):
         row("x", "t", REPRODUCED, "Done.")
-    assert row("x", "t", REPRODUCED, "Done.", fails="it were not so").verdict == REPRODUCED
+    done = row("x", "t", NOT_REPRODUCED, "Done.")
+    with pytest.raises(ValueError, match="could have failed"):
+        judged(done, REPRODUCED)
+    assert judged(done, REPRODUCED, fails="it were not so").verdict == REPRODUCED
     assert decided("x", "t", None, None, fails="it were not so", ours=3.0).ours is None
     assert decided("x", "t", False, "No.", CONTRADICTS, fails="it were not so").verdict == CONTRADICTS
 

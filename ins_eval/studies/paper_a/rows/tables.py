@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from ins_eval.accelerometer import Population
 from ins_eval.datasheets import AccelerometerSheet
@@ -40,6 +40,14 @@ TABLE1 = {  # row of the table: field of the sheet, its name and unit
     "shock": ("shock_g", "shock", "g"),
     "resolution": ("resolution_ug", "resolution or threshold, below", "µg"),
 }
+
+
+class OfMany(NamedTuple):
+    """Ours beside a printed number of one flight or oven run: the value over all of them, and single ones."""
+
+    ensemble: Estimate | None
+    single: Estimate | None
+    what: str = "flights"
 
 
 def table_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
@@ -248,9 +256,7 @@ def _table6(results: Mapping) -> Iterator[Row]:
                     f"A-T6/{case}/{printed_arm}/{axis}",
                     f"Oven, {printed_arm}, {words}: {axis} velocity RMS",
                     PRINTED["table6"][printed_arm][axis],
-                    pick(oven, case, arm, axis),
-                    pick(oven, "single", case, arm, axis),
-                    "oven runs",
+                    OfMany(pick(oven, case, arm, axis), pick(oven, "single", case, arm, axis), "oven runs"),
                     "m/s",
                     "The printed run is one of the best of ten.",
                 )
@@ -279,9 +285,10 @@ def _table7(results: Mapping) -> Iterator[Row]:
                 f"A-T7/{printed_arm}/{axis}",
                 f"Flight, {printed_arm}: {axis} velocity RMS",
                 PRINTED["table7"][printed_arm][axis],
-                pick(results, "flight", "ensemble", arm, "velocity_rms_mps", axis),
-                pick(results, "flight", "single", arm, f"velocity_rms_{axis}"),
-                "flights",
+                OfMany(
+                    pick(results, "flight", "ensemble", arm, "velocity_rms_mps", axis),
+                    pick(results, "flight", "single", arm, f"velocity_rms_{axis}"),
+                ),
                 "m/s",
             )
     for axis in navigation.AXES:
@@ -303,9 +310,10 @@ def _cep(results: Mapping) -> Iterator[Row]:
                 f"A-CEP/{definition}/{printed_arm}",
                 f"CEP rate ({name}: {meaning.formula}), {printed_arm}",
                 PRINTED["cep"][printed_arm],
-                pick(results, "flight", "ensemble", arm, "cep_rate_nmi_per_h", definition),
-                pick(results, "flight", "single", arm, measure),
-                "flights",
+                OfMany(
+                    pick(results, "flight", "ensemble", arm, "cep_rate_nmi_per_h", definition),
+                    pick(results, "flight", "single", arm, measure),
+                ),
                 "nmi/h",
                 "The paper does not define its CEP.",
             )
@@ -323,24 +331,17 @@ def _reduction(results: Mapping, id: str, title: str, printed: float, recomputed
     """What refined hysteresis takes off simple compensation, %."""
     ratio = pick(results, "flight", "ensemble", "improvement", f"{SECOND}/{FIRST}", measure)
     single = pick(results, "flight", "single", "gain_percent", measure)
-    return _of_one(id, title, printed, percent_off(ratio), single, "flights", "%", recomputed=recomputed)
+    return _of_one(id, title, printed, OfMany(percent_off(ratio), single), "%", recomputed=recomputed)
 
 
 def _of_one(
-    id: str,
-    title: str,
-    printed: float,
-    ensemble: Estimate | None,
-    single: Estimate | None,
-    what: str,
-    unit: str,
-    also: str = "",
-    recomputed: float | None = None,
+    id: str, title: str, printed: float, ours: OfMany, unit: str, also: str = "", recomputed: float | None = None
 ) -> Row:
     """A printed number of one flight or oven run against the central 95 % of ours; ours is the ensemble's value.
 
     Where single ones were not kept, the interval of the ensemble's value stands for them, narrower and named.
     """
+    ensemble, single, what = ours
     if ensemble is None:
         return simulated(id, title, printed, None, "", recomputed=recomputed, unit=unit)
     apart = f"Ours is {ensemble['value'] - printed:+.2f} {unit} from it."

@@ -32,7 +32,9 @@ def equation_rows(results: Mapping) -> Iterator[Row]:
     yield from _bridge(exact, seen)
     yield from _gains(exact, seen)
     yield from _forward(exact)
-    yield from _feedback(exact, quiet, pick(results, "in_flight"))
+    yield from _excitation(exact, quiet)
+    yield from _closed_loop(exact, pick(results, "in_flight"))
+    yield from _feedback(exact)
 
 
 def _pendulum(exact: Mapping | None) -> Iterator[Row]:
@@ -245,7 +247,7 @@ def _steady_in_flight(found: Mapping | None) -> str:
     )
 
 
-def _feedback(exact: Mapping | None, quiet: Mapping | None, in_flight: Mapping | None) -> Iterator[Row]:
+def _excitation(exact: Mapping | None, quiet: Mapping | None) -> Iterator[Row]:
     rejected = pick(exact, "rejected_scatter_ppm")
     yield decided(
         "B-E23",
@@ -261,6 +263,10 @@ def _feedback(exact: Mapping | None, quiet: Mapping | None, in_flight: Mapping |
         ours=rejected,
         unit="ppm",
     )
+
+
+def _closed_loop(exact: Mapping | None, in_flight: Mapping | None) -> Iterator[Row]:
+    """Counts with the current on and off."""
     high, low = loop.seen_ppm(1e6, k_vi_da=DRIFT_PPM).on_less_off, loop.seen_ppm(1e2, k_vi_da=DRIFT_PPM).on_less_off
     on, off = pick(exact, "counts_on"), pick(exact, "counts_off")
     expected = pick(exact, "counts_per_g")
@@ -293,6 +299,10 @@ def _feedback(exact: Mapping | None, quiet: Mapping | None, in_flight: Mapping |
         ours=pick(exact, "counts_feedback_ppm"),
         unit="ppm",
     )
+
+
+def _feedback(exact: Mapping | None) -> Iterator[Row]:
+    """The feedback gain: its drift, and how that is undone."""
     yield given("B-E27", "Eq. (27): the same in the initial state", "a definition, eq. (26) word for word.")
     found = pick(exact, "feedback_ppm")
     yield decided(

@@ -35,6 +35,7 @@ SINGLE = "the central 95 % of single repetitions of our units, as sizes"
 def inconsistency_rows(results: Mapping) -> Iterator[Row]:
     """All of them."""
     yield from _equations(results)
+    yield from _wording()
     yield from _tables(results)
     yield from _output(results)
     yield from _sight(results)
@@ -106,6 +107,10 @@ def _equations(results: Mapping) -> Iterator[Row]:
         recomputed=len(PRINTED["factors"]["open_loop"]),
         unit="factors",
     )
+
+
+def _wording() -> Iterator[Row]:
+    """Symbols and references."""
     steps, counts = np.arange(21.0), 479.1 * (800.0 + np.arange(21.0))
     slopes = [wording.slope(steps, counts, first) for first in (counts[0], 0.9 * counts[0])]
     two = "; ".join(" and ".join(names) for names in wording.symbols().values())
