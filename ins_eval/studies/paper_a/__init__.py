@@ -1,6 +1,7 @@
 """Paper A (Sensors 2021, 21, 294) statement by statement: printed, computed again from its own numbers, and ours.
 
 printed.toml      the numbers that it prints (those that the simulation needs, too, stand there)
+stated.toml       what it states and nothing here computes or tests
 audit/            what its numbers imply of one another
 ours.py           small simulations that only this page needs
 single.py         single flights, which a published flight has to be held against

@@ -1,6 +1,7 @@
 """Paper B (IEEE Access 2019) statement by statement: printed, computed again from its own numbers, and ours.
 
 printed.toml      the numbers that it prints
+stated.toml       what it states and nothing here computes or tests
 audit/            what its numbers and equations imply of one another
 ours.py           what our loop gives, with attraction.py, temperature.py and in_flight.py
 rows/             all rows, by tables, modules, equations, procedure, figures, claims and inconsistencies

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from ins_eval.published_flight import CHOSEN_WITH_TABLE_7
 from ins_eval.studies.paper_a import ours as own
+from ins_eval.studies.paper_a.printed import PRINTED
 from ins_eval.studies.paper_a.rows import (
     claims_navigation,
     claims_sensors,
@@ -16,7 +18,7 @@ from ins_eval.studies.paper_a.rows.equations import equation_rows
 from ins_eval.studies.paper_a.rows.figures import figure_rows
 from ins_eval.studies.paper_a.rows.procedures import procedure_rows
 from ins_eval.studies.paper_a.rows.tables import table_rows
-from ins_eval.studies.papers import VERDICT_RULE, VERDICTS, Groups, Row, assembled
+from ins_eval.studies.papers import VERDICT_RULE, VERDICTS, Groups, Row, assembled, read_stated
 
 # Every id is a row itself or what stands before the first "/" of one.
 REQUIRED = (
@@ -54,6 +56,8 @@ GROUPS: Groups = {
     "Inconsistencies": (inconsistencies_laboratory.laboratory_rows, inconsistencies_navigation.navigation_rows),
 }
 
+STATED = read_stated(Path(__file__).parents[1] / "stated.toml", PRINTED)
+
 
 def rows(results: Mapping) -> list[Row]:
     """Every row, in the order of `REQUIRED`.
@@ -62,7 +66,7 @@ def rows(results: Mapping) -> list[Row]:
     not computed in this run, and its rows say so. With the seed the small computations of `ours` are done here.
     """
     ours = own.compute(results["seed"]) if "seed" in results else {}
-    return assembled(GROUPS, REQUIRED, CHOSEN, results, ours)
+    return assembled(GROUPS, REQUIRED, CHOSEN, results, ours, stated=STATED)
 
 
 __all__ = ["CHOSEN", "GROUPS", "REQUIRED", "VERDICTS", "VERDICT_RULE", "Row", "rows"]

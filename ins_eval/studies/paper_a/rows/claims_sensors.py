@@ -100,7 +100,7 @@ def _hysteresis(results: Mapping, ours: Mapping) -> Iterator[Row]:
 
 
 def _negligible(results: Mapping) -> Iterator[Row]:
-    """Terms of the output equation that the paper leaves out, and K2."""
+    """Terms of the output equation that the paper leaves out."""
     terms, invisible = pick(results, "flight", "budget", "accelerometer_cross_terms", FIRST, VELOCITY), unseen(results)
     yield claimed(
         "A-C9",
@@ -115,7 +115,6 @@ def _negligible(results: Mapping) -> Iterator[Row]:
         what="their velocity RMS",
         unit="m/s",
     )
-    yield given("A-C10", "K2 hardly depends on temperature", "so it is simulated; no number is printed.")
 
 
 def _omitted(ours: Mapping) -> Iterator[Row]:

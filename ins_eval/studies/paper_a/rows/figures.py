@@ -12,7 +12,6 @@ from ins_eval.studies.papers import CONTRADICTS, Row, as_printed, between, claim
 from ins_eval.tables import pick
 
 HALF = 50.0  # per cent of the variance: what a relation that is not explicit has to leave open
-RIG = "a photograph of equipment; a block diagram stands here."
 
 
 def figure_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
@@ -24,7 +23,6 @@ def figure_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
         f"another material, between {kelvin[0]:g} and {kelvin[1]:g} K and saturated below {saturated:g} K, against "
         "the field. Only the kind, a loop that does not depend on the rate, is simulated.",
     )
-    yield given("A-F2", "Creep experiment", RIG)
     yield row(
         "A-F3",
         "Temperature and elongation of three blocks",
@@ -46,7 +44,6 @@ def figure_rows(results: Mapping, ours: Mapping) -> Iterator[Row]:
         unit="g",
     )
     yield from _curves(results, ours)
-    yield given("A-F8", "INS in the oven", RIG)
     yield from _navigation(results, ours)
 
 

@@ -156,7 +156,6 @@ def _chamber(results: Mapping) -> Iterator[Row]:
         ),
         fails="the readings at one rate left a coefficient open, as they do with the six terms",
     )
-    yield given("A-P6", "Piecewise compensation of the bias", "unpublished; see A-PW.")
 
 
 def _oven(results: Mapping) -> Iterator[Row]:
@@ -238,11 +237,6 @@ def _flight(results: Mapping, ours: Mapping) -> Iterator[Row]:
         ),
         printed=limit,
         unit="°",
-    )
-    yield given(
-        "A-P12",
-        "The same raw data with both compensations, then the same inertial algorithm",
-        "a procedure, carried out as printed, with the same errors in every arm; what comes of it is judged in A-C40.",
     )
     yield row(
         "A-P13",

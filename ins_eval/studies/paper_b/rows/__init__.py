@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
+from ins_eval.studies.paper_b.printed import PRINTED
 from ins_eval.studies.paper_b.rows.claims import claim_rows
 from ins_eval.studies.paper_b.rows.equations import equation_rows
 from ins_eval.studies.paper_b.rows.figures import figure_rows
@@ -11,7 +13,7 @@ from ins_eval.studies.paper_b.rows.inconsistencies import inconsistency_rows
 from ins_eval.studies.paper_b.rows.modules import module_rows, study_rows
 from ins_eval.studies.paper_b.rows.procedures import procedure_rows
 from ins_eval.studies.paper_b.rows.tables import table_rows
-from ins_eval.studies.papers import Groups, Row, assembled
+from ins_eval.studies.papers import Groups, Row, assembled, read_stated
 
 # Every id is a row itself or what stands before the first "/" of one.
 REQUIRED = (
@@ -43,6 +45,8 @@ GROUPS: Groups = {
     "Inconsistencies": (inconsistency_rows,),
 }
 
+STATED = read_stated(Path(__file__).parents[1] / "stated.toml", PRINTED)
+
 
 def rows(results: Mapping) -> list[Row]:
     """Every row, in the order of `REQUIRED`.
@@ -50,7 +54,7 @@ def rows(results: Mapping) -> list[Row]:
     `results` is a nested mapping with any of the keys loop, exact, quiet, stability, observability, year, population,
     scaling and unit; what is missing was not computed in this run, and its rows say so.
     """
-    return assembled(GROUPS, REQUIRED, CHOSEN, results)
+    return assembled(GROUPS, REQUIRED, CHOSEN, results, stated=STATED)
 
 
 __all__ = ["CHOSEN", "GROUPS", "REQUIRED", "rows"]

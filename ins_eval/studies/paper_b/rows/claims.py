@@ -84,14 +84,6 @@ def _headlines(results: Mapping) -> Iterator[Row]:
         recomputed=100.0 - output.residual_percent()[1],
         unit="%",
     )
-    text = PRINTED["text"]
-    yield given(
-        "B-C4",
-        "Bias and scale factor drift by 100 µg and 100 ppm in a year",
-        "quoted from a data sheet. Ours spreads the 100 ppm over the parts of a gain.",
-        printed=text["year_drift_scale_ppm"],
-        unit="ppm",
-    )
     exact = pick(results, "exact")
     yield decided(
         "B-C5",

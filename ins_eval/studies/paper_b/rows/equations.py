@@ -10,7 +10,6 @@ from ins_eval.studies.papers import (
     CONTRADICTS,
     Row,
     decided,
-    given,
     number,
     row,
     same,
@@ -189,13 +188,6 @@ def _reading(seen: Mapping, part: str, test: str = "forward_scan_ppm") -> float 
 
 def _forward(exact: Mapping | None) -> Iterator[Row]:
     missing = ", ".join(bridge.not_in_the_scan())
-    yield given("B-E14", "Eq. (14): forward gain, controller and electronics", "a definition, a product as in eq. (8).")
-    yield given(
-        "B-E15",
-        "Eq. (15): forward gain with N_FPGA apart",
-        "a definition. The amplitude of the modulation is a factor, so N_out has to be proportional to N_FPGA at a "
-        "constant ΔC; that is judged in B-C9.",
-    )
     yield row(
         "B-E17",
         "Eq. (17): counts of the open loop, with the moment and 1/D",
@@ -204,9 +196,6 @@ def _forward(exact: Mapping | None) -> Iterator[Row]:
         printed=len(PRINTED["factors"]["eq17"]),
         recomputed=len(PRINTED["factors"]["open_loop"]),
         unit="factors",
-    )
-    yield given(
-        "B-E18", "Eq. (18): counts less the first", "a definition. It removes an offset, as eq. (19) does again."
     )
     found = pick(exact, "forward_ppm")
     yield decided(
@@ -218,9 +207,6 @@ def _forward(exact: Mapping | None) -> Iterator[Row]:
         printed=PRINTED["table3"]["injected_ppm"],
         ours=found,
         unit="ppm",
-    )
-    yield given(
-        "B-E20", "Eq. (20): counts of the open loop after the drift", "a definition, eq. (17) with one more factor."
     )
     yield row(
         "B-E21",
@@ -303,7 +289,6 @@ def _closed_loop(exact: Mapping | None, in_flight: Mapping | None) -> Iterator[R
 
 def _feedback(exact: Mapping | None) -> Iterator[Row]:
     """The feedback gain: its drift, and how that is undone."""
-    yield given("B-E27", "Eq. (27): the same in the initial state", "a definition, eq. (26) word for word.")
     found = pick(exact, "feedback_ppm")
     yield decided(
         "B-E28",
@@ -316,9 +301,6 @@ def _feedback(exact: Mapping | None) -> Iterator[Row]:
         printed=PRINTED["table4"]["injected_ppm"],
         ours=found,
         unit="ppm",
-    )
-    yield given(
-        "B-E29", "Eq. (29): voltage of DA2", "a definition, counts times eq. (9); our DA2 rounds to its step besides."
     )
     left = pick(exact, "compensated_ug")
     yield decided(

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from ins_eval.studies.paper_b.audit import bridge, estimation, loop
 from ins_eval.studies.paper_b.printed import PRINTED
-from ins_eval.studies.papers import CONTRADICTS, Row, between, claimed, decided, given, number, row, same
+from ins_eval.studies.papers import CONTRADICTS, Row, between, claimed, decided, number, row, same
 from ins_eval.tables import pick
 
 OURS = "Redrawn as our loop has it."
@@ -16,9 +16,6 @@ LEVELS_APART = 3.0  # scatters of a level at least
 def figure_rows(results: Mapping) -> Iterator[Row]:
     """All of them."""
     exact, unit, population = (pick(results, key) for key in ("exact", "unit", "population"))
-    yield given("B-F1", "Pendulum", "a drawing without a number; it stands in our loop as the first block of Fig. 2.")
-    yield given("B-F2", "Loop of the digital accelerometer", f"a drawing. {OURS} Where it settles is judged in B-E25.")
-    yield given("B-F3", "Bridge and chain that measure ΔC", f"a drawing. {OURS} Its gain is that of B3.")
     yield row(
         "B-F4",
         "Forward channel in open loop, for a moment M_in",
@@ -35,9 +32,6 @@ def figure_rows(results: Mapping) -> Iterator[Row]:
         printed=PRINTED["table3"]["injected_ppm"],
         ours=exact["forward_ppm"] if exact else None,
         unit="ppm",
-    )
-    yield given(
-        "B-F6", "Open loop excited through the torquer", "the rejected method, see B-E23; drawn for comparison."
     )
     yield decided(
         "B-F7",
@@ -58,8 +52,6 @@ def figure_rows(results: Mapping) -> Iterator[Row]:
         f"{number(across, 1)} ppm at a loop gain of 1e6.",
         fails="200 ppm of the forward gain changed N_on − N_off by more than 0.1 ppm",
     )
-    yield given("B-F9", "Sequence of the procedure", "a drawing; steps 1 to 5 run in this order here.")
-    yield given("B-F10", "Photograph of the hardware", "it cannot be redrawn.")
     yield _traces("B-F11", "table3", "forward", population)
     yield _traces("B-F12", "table4", "feedback", population)
     left, outputs = pick(population, "output_residual_percent"), pick(unit, "outputs_ug")

@@ -39,8 +39,6 @@ def module_rows(results: Mapping) -> Iterator[Row]:
         unit="V_IN k_amp/C0",
     )
     yield given("B-M5", "Analog-to-digital converter", PROPOSED + _of(results, "AD"))
-    yield given("B-M6", "Demodulator, constant in the chip", "arithmetic that does not drift, in ours as well.")
-    yield given("B-M7", "Controller D(z) with an adjustable gain", "the law is not printed; ours is PI with one delay.")
     yield given("B-M8", "DA2 with its reference from DA0", PROPOSED + _of(results, "DA2", "DA0"))
     yield given("B-M9", "Voltage-to-current converter", PROPOSED + _of(results, "R"))
     yield given("B-M10", "Torquer k_t = B L_coil L", PROPOSED + _of(results, "k_t"))
@@ -53,11 +51,6 @@ def module_rows(results: Mapping) -> Iterator[Row]:
         fails="a drift of the source changed the output while the switch is open",
         ours=opened,
         unit="µg",
-    )
-    yield given(
-        "B-M12",
-        "Sequencer in the chip: all steps without a turntable",
-        "a design; scan, switching and both corrections run as one programme here, at one position.",
     )
     mapped = [electronics.amplifier_ppm(g, -200.0) for g in (2.0, 10.0, 50.0)]
     yield row(
