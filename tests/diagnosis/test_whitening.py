@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from ins_eval.diagnosis.model.columns import Assembled
 NODES, EPOCHS = 30, 29
 ROUNDING = 1e-7
 COLUMNS = 3  # beside the residual
+MANY = 66  # columns that two threads share
 
 
 @pytest.fixture
@@ -133,4 +136,7 @@ def test_the_kernel_is_compiled_once(problem) -> None:
     assembled, levels = problem
     for block in (1, 5):
         whiten(coarse(assembled, block), coarse_noise(levels, block))
+    wide = replace(assembled, count=MANY, start=np.resize(assembled.start, (MANY, 9)))
+    few, many = whiten(assembled, levels), whiten(wide, levels)
+    np.testing.assert_allclose(many.normal[:COLUMNS, :COLUMNS], few.normal, rtol=ROUNDING)
     assert len(_advance.signatures) == 1

@@ -15,7 +15,7 @@ from ins_eval.commands import check_model
 def broken(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """A verb that fails as no verb should, and where the details go."""
 
-    def run(_: str) -> int:
+    def run(**_: object) -> int:
         raise RuntimeError("the impossible happened")
 
     monkeypatch.setattr(check_model, "run", run)

@@ -198,12 +198,12 @@ class _State:
     def advance(self, first: int, last: int, out: np.ndarray) -> float:
         """Whiten the nodes from `first` to `last` into the rows of `out`; returns log|S| of them."""
         measured = Measured(self.columns.residual, self.columns.design)
-        own = out[:, self.first : self.last]
-        return _advance(first, last, self.motion, self.shown, measured, self.noise, self.covariance, self.xi, own)
+        columns = (self.first, out)  # a slice of `out` has another layout, which compiles the kernel a second time
+        return _advance(first, last, self.motion, self.shown, measured, self.noise, self.covariance, self.xi, *columns)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
-def _advance(first, last, motion, shown, measured, noise, p, xi, out):
+def _advance(first, last, motion, shown, measured, noise, p, xi, column, out):
     residual, design = measured.residual, measured.design
     m = xi.shape[1]
     work = np.empty((9, m))
@@ -298,7 +298,7 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, out):
                         z[c] += x * xi[i, c]
             root = 1.0 / np.sqrt(s)
             for c in range(m):
-                out[row, c] = root * z[c]
+                out[row, column + c] = root * z[c]
             for i in range(24):
                 x = gain[i]
                 if x != 0.0:
