@@ -54,13 +54,13 @@ CONCEALED = .cache/concealed/$(SEALED_SEED)
 
 concealed: env ## effects concealed in recordings: does diagnose find them? writes reports/concealed/ (SEALED_SEED= WORKERS=)
 	@for each in $(SEALED); do \
-	    $(VENV)/bin/python -m tests.challenge.make --set sealed --seed $(SEALED_SEED) --rate 20 --kind $${each%:*} \
+	    $(VENV)/bin/python -m benchmark.runners.make --set sealed --seed $(SEALED_SEED) --rate 20 --kind $${each%:*} \
 	        --count $${each#*:} --workers $(or $(WORKERS),2) -o $(CONCEALED) || exit 1; done
-	@$(VENV)/bin/python -m tests.concealed.run $(CONCEALED)/recordings $(CONCEALED)/answers --workers $(or $(WORKERS),2)
-	@$(VENV)/bin/python -m tests.concealed.bound $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
-	@$(VENV)/bin/python -m tests.concealed.experiments $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
-	@$(VENV)/bin/python -m tests.concealed.navigation $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
-	@$(VENV)/bin/python -m tests.concealed.report $(CONCEALED) $(CONCEALED)/answers
+	@$(VENV)/bin/python -m benchmark.runners.run $(CONCEALED)/recordings $(CONCEALED)/answers --workers $(or $(WORKERS),2)
+	@$(VENV)/bin/python -m benchmark.runners.bound $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
+	@$(VENV)/bin/python -m benchmark.runners.experiments $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
+	@$(VENV)/bin/python -m benchmark.runners.navigation $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
+	@$(VENV)/bin/python -m benchmark.runners.report $(CONCEALED) $(CONCEALED)/answers
 
 test: lint ## lint, then all tests that are not marked slow
 	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile -m "not slow"
@@ -82,4 +82,4 @@ clean: ## remove results, wheels and caches; .venv stays
 	@find reports -mindepth 1 -maxdepth 1 ! -name README.md ! -name concealed -exec rm -rf {} +
 	@find reports/concealed -mindepth 1 ! -name log.json -delete 2>/dev/null || true
 	@rm -rf .cache dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
-	@find ins_eval tests -name __pycache__ -type d -prune -exec rm -rf {} +
+	@find ins_eval benchmark tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -16,7 +16,17 @@ from textwrap import dedent, indent
 import pytest
 
 LONGEST = 55  # lines of a guide: one page
-COPIED = ("ins_eval", "tests", "docs", "trajectories", "pyproject.toml", "README.md", "CONTRIBUTING.md", "CHANGELOG.md")
+COPIED = (
+    "ins_eval",
+    "benchmark",
+    "tests",
+    "docs",
+    "trajectories",
+    "pyproject.toml",
+    "README.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+)
 BLOCK = re.compile(r"^( *)```(\w*)\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
 GUIDES = ("Add an effect", "Add a reader of a log format", "Add a compensation model")
 

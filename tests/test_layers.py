@@ -21,7 +21,8 @@ def lint_imports(folder: Path, contract: str) -> subprocess.CompletedProcess[str
 @pytest.fixture
 def copy(repository: Path, tmp_path: Path) -> Path:
     """A copy of the package that a test may spoil."""
-    shutil.copytree(repository / "ins_eval", tmp_path / "ins_eval", ignore=shutil.ignore_patterns("__pycache__"))
+    for package in ("ins_eval", "benchmark"):
+        shutil.copytree(repository / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(repository / "pyproject.toml", tmp_path)
     return tmp_path
 
@@ -33,7 +34,7 @@ def add_import(folder: Path, importer: str, imported: str) -> None:
     path.write_text(f"{path.read_text()}\nimport ins_eval.{imported}\n")
 
 
-@pytest.mark.parametrize("contract", ["layers", "wall"])
+@pytest.mark.parametrize("contract", ["layers", "rooms", "wall", "blind", "independent", "worlds"])
 def test_the_package_keeps_its_contracts(repository: Path, contract: str) -> None:
     result = lint_imports(repository, contract)
     assert result.returncode == 0, result.stdout
@@ -71,6 +72,15 @@ def test_only_the_command_line_enters_the_studies(copy: Path, importer: str) -> 
     result = lint_imports(copy, "layers")
     assert result.returncode == 1, result.stdout
     assert f"ins_eval.{importer} is not allowed to import ins_eval.studies" in result.stdout
+
+
+@pytest.mark.parametrize("room", ["worlds", "scores"])
+def test_what_examines_the_tool_may_not_use_it(copy: Path, room: str) -> None:
+    path = copy / "benchmark" / room / "__init__.py"
+    path.write_text(f"{path.read_text()}\nimport ins_eval.units\n")
+    result = lint_imports(copy, "worlds")
+    assert result.returncode == 1, result.stdout
+    assert f"benchmark.{room} is not allowed to import ins_eval" in result.stdout
 
 
 def test_the_layers_refuse_a_module_without_a_place(copy: Path) -> None:

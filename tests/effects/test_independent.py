@@ -8,15 +8,15 @@ from functools import cache
 import numpy as np
 import pytest
 
+from benchmark.worlds.cases import a_unit
+from benchmark.worlds.effects import VOCABULARY as OTHERS
+from benchmark.worlds.effects import Effect
+from benchmark.worlds.instruments import Departures
+from benchmark.worlds.record import feel, measure
 from ins_eval.diagnosis.estimate.case import prepare
 from ins_eval.effects import VOCABULARY
 from ins_eval.recording import form
 from ins_eval.recording.belief import EffectBelief
-from tests.challenge.cases import a_unit
-from tests.challenge.effects import VOCABULARY as OTHERS
-from tests.challenge.effects import Effect
-from tests.challenge.instruments import Departures
-from tests.challenge.record import feel, measure
 
 RATE_HZ = 20.0
 SIZES = 20.0  # of the maker's nominal size, so that rounding to whole pulses does not matter

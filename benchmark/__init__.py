@@ -1,0 +1,1 @@
+"""How well the diagnosis does: worlds that conceal effects, scores that know them, runners that ask the tool."""

@@ -1,0 +1,1 @@
+"""`python -m benchmark.runners.NAME`: make cases, have them answered by the tool, count, report."""

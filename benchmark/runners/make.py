@@ -1,0 +1,81 @@
+"""`python -m benchmark.runners.make --set development --kind zero,null --count 4 --seed 1 -o DIR`.
+
+Writes ``DIR/recordings/CASE[/RECORDING]`` and, apart from them, ``DIR/truth/CASE.json``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from benchmark.worlds import cases
+
+WORLDS = Path(cases.__file__).resolve().parent
+
+
+def code_hash() -> str:
+    """SHA-256 of the worlds' modules, so that a frozen one can be known."""
+    whole = hashlib.sha256()
+    for path in sorted(WORLDS.glob("*.py")):
+        whole.update(path.name.encode() + b"\0" + path.read_bytes())
+    return whole.hexdigest()
+
+
+def one(job) -> tuple[str, str, float]:
+    """Draw and write a case; returns its name, kind and the seconds it took."""
+    which, seed, kind, index, rate, oracle, folder = job
+    start = time.perf_counter()
+    case = cases.draw(which, seed, kind, index, rate)
+    place = Path(folder, "recordings", case.name)
+    for made in case.made:
+        made.save(place if len(case.made) == 1 else place / made.name)
+    if oracle and kind != "zero":
+        from benchmark.scores import oracle as judge
+
+        case.truth["oracle"] = judge.judge(case)
+    (Path(folder, "truth") / f"{case.name}.json").write_text(json.dumps(cases.plain(case.truth), indent=1) + "\n")
+    return case.name, kind, time.perf_counter() - start
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="python -m benchmark.runners.make", description=__doc__.splitlines()[0])
+    parser.add_argument("--set", choices=list(cases.SETS), default="development", dest="which")
+    parser.add_argument("--kind", default="null", help=f"one or more of {', '.join(cases.KINDS)}, with commas")
+    parser.add_argument("--count", type=int, default=1, help="cases of each kind")
+    parser.add_argument("--first", type=int, default=0, help="index of the first case")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rate", type=float, help="samples a second, instead of a drawn one")
+    parser.add_argument("--no-oracle", action="store_true", help="leave out the oracle's numbers")
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    chosen = parser.parse_args(arguments)
+    kinds = chosen.kind.split(",")
+    unknown = [kind for kind in kinds if kind not in cases.KINDS]
+    if unknown:
+        parser.error(f"unknown kind {unknown[0]}; expected some of {', '.join(cases.KINDS)}")
+    (chosen.output / "truth").mkdir(parents=True, exist_ok=True)
+    (chosen.output / "recordings").mkdir(parents=True, exist_ok=True)
+    jobs = [
+        (chosen.which, chosen.seed, kind, index, chosen.rate, not chosen.no_oracle, str(chosen.output))
+        for kind in kinds
+        for index in range(chosen.first, chosen.first + chosen.count)
+        if not (chosen.output / "truth" / f"{cases.title(chosen.which, chosen.seed, kind, index)}.json").exists()
+    ]
+    run = map(one, jobs) if chosen.workers == 1 else ProcessPoolExecutor(chosen.workers).map(one, jobs)
+    for name, kind, seconds in run:
+        print(f"{name}  {kind:14s} {seconds:5.1f} s", flush=True)
+    manifest = chosen.output / "truth" / "manifest.json"
+    made = json.loads(manifest.read_text())["made"] if manifest.exists() else []
+    made.append({"set": chosen.which, "seed": chosen.seed, "kinds": kinds, "first": chosen.first,
+                 "count": chosen.count, "rate_hz": chosen.rate, "generator_sha256": code_hash()})  # fmt: skip
+    manifest.write_text(json.dumps({"made": made}, indent=1) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

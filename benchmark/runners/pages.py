@@ -1,0 +1,307 @@
+"""What the report on concealed effects says, section by section."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmark.runners import targets
+from benchmark.runners.figures import short
+from benchmark.runners.targets import MET, MISSED, OPEN, TARGETS, spoken, verdict
+from benchmark.scores.score import BANDS, SEEN
+from ins_eval.report.content import Block, Picture, Section, Table, paragraphs, table
+from ins_eval.report.wording import MISSING, fixed
+
+RATE = ("cases", "found", "95 % interval")
+
+
+def content(result: dict, log: Sequence[dict]) -> tuple[str, list[Section]]:
+    """The answer and the sections; nothing is averaged over kinds without the kinds beside it."""
+    sections = [
+        Section("Outside the vocabulary", _outside(result)),
+        Section("Nothing concealed", _nulls(result)),
+        Section("What was named", _confusion(result)),
+        Section("Detection", _detection(result)),
+        Section("Naming", _naming(result)),
+        Section("What one recording cannot tell", _alike(result)),
+        Section("Two effects at once", _rates("Pairs", result["pairs"])),
+        Section("Stated probabilities", _probability(result)),
+        Section("Intervals", _intervals(result)),
+        Section("Where", _where(result)),
+        Section("Fit on unused data", _fit(result)),
+        Section("Navigation", _navigation(result)),
+        Section("The oracle beside ours", _oracle()),
+        Section("Time and failures", _time(result)),
+        Section("All runs on sealed sets", _log(log)),
+    ]
+    return _answer(result), [section for section in sections if section.blocks]
+
+
+def _answer(result: dict) -> str:
+    said = {one: verdict(one, result) for one in TARGETS}
+    missed = [f"{one.line} {one.words}" for one, word in said.items() if word == MISSED]
+    met, judged = sum(word == MET for word in said.values()), sum(word != OPEN for word in said.values())
+    lines = [f"{result['cases']} concealed cases: {met} of {judged} targets met."]
+    if missed:
+        lines.append(f"Missed: {'; '.join(missed)}.")
+    if result["missing"]:
+        lines.append(f"{len(result['missing'])} cases have no answer and count as failures.")
+    return "\n".join(lines)
+
+
+def _rates(title: str, group: dict, starts: str = "", note: str = "") -> list[Table]:
+    rows = [(name, *spoken(one)) for name, one in group.items() if name.startswith(starts)]
+    return table(title, ("", *RATE), rows, note)
+
+
+def _words(one: dict) -> str:
+    return ", ".join(short(name) for name in one["truth"]) or "nothing"
+
+
+def _case_rows(records: Sequence[dict]) -> list[tuple[str, ...]]:
+    return [
+        (one["case"].removeprefix("case-"), one["kind"], one["where"], _words(one), fixed(one["d"], 1),
+         fixed(one["margin"], 1), one["verdict"], ", ".join(short(name) for name in one["named"]) or MISSING)
+        for one in sorted(records, key=lambda one: -(one["d"] or 0.0))
+    ]  # fmt: skip
+
+
+CASES = ("case", "kind", "recording", "concealed", "D", "margin", "verdict", "named")
+CASES_ALIGN = "llllrrll"
+
+
+def _outside(result: dict) -> list[Block]:
+    here = [one for one in result["records"] if one["kind"] == "outside"]
+    rows = []
+    for name in sorted({one["truth"][0].split()[0] for one in here}):
+        of = [one for one in here if one["truth"][0].split()[0] == name]
+        seen = [one for one in of if (one["d"] or 0.0) >= SEEN]
+        rows.append((short(name), str(len(of)), str(len(seen)), str(sum(one["heard"] for one in seen)),
+                     str(sum(one["right"] for one in seen)), str(sum(one["wrong"] for one in of))))  # fmt: skip
+    header = ("form", "cases", "D ≥ 8", "detected", "right", "confidently wrong")
+    note = "Detected and right: of those with D of at least 8. Confidently wrong: of all."
+    wrong = [one for one in result["records"] if not one["null"] and not one["inside"] and one["wrong"]]
+    other = [one for one in here if (one["d"] or 0.0) >= SEEN and one["named"] and not one["right"]]
+    below = [
+        (*row, fixed(one.get("answer below"), 1))
+        for one in sorted(other, key=lambda one: -(one["d"] or 0.0))
+        for row in _case_rows([one])
+    ]
+    told = (
+        "Below: by how many nats what was named stays below the truth, the noise estimated beside either. The truth is "
+        "known there to its very form: where it is a few nats only, the recording hardly tells the two apart."
+    )
+    return [
+        *targets.table(result, "outside"),
+        Picture("outside", "What was said first of effects that are not in the vocabulary."),
+        *_rates("By size", result["outside"], note="A disturbance that lasts for a time is counted by itself."),
+        *table("Each form", header, rows, note),
+        *table("Another name was given, D of at least 8", (*CASES, "below"), below, told, align=CASES_ALIGN + "r"),
+        *table("Confidently wrong", CASES, _case_rows(wrong), align=CASES_ALIGN),
+    ]
+
+
+def _nulls(result: dict) -> list[Block]:
+    alarms = [one for one in result["records"] if one["false alarm"]]
+    return [
+        *targets.table(result, "false alarms"),
+        *_rates("False alarms, by kind and recording", result["false alarms"]),
+        *table("Each false alarm", CASES, _case_rows(alarms), align=CASES_ALIGN),
+    ]
+
+
+def _confusion(result: dict) -> list[Block]:
+    wrong = [one for one in result["records"] if one["inside"] and one["wrong"]]
+    return [
+        Picture("confusion", "Green: the right name and axis. Grey: nothing was named. Red: another name."),
+        *table("Confidently wrong inside the vocabulary", CASES, _case_rows(wrong), align=CASES_ALIGN),
+    ]
+
+
+def _bands(title: str, group: dict, keys: Sequence[str], label: str = "{key}, {band}", note: str = "") -> list[Table]:
+    """Counts of hits and cases, a row a key and a column a band."""
+    names = [name for _, _, name in BANDS]
+    rows = []
+    for key in keys:
+        found = [group.get(label.format(key=key, band=name)) for name in names]
+        if any(found):
+            rows.append((key, *(MISSING if one is None else f"{one['hits']} of {one['count']}" for one in found)))
+    header = ("", *(name.replace(">=", "≥").replace("<=", "≤") for name in names))
+    return table(title, header, rows, note)
+
+
+def _detection(result: dict) -> list[Block]:
+    kinds = ("single", "limited", "pair", "multi", "unidentifiable", "outside", "inside the vocabulary",
+             "outside the vocabulary")  # fmt: skip
+    effects = sorted({name.split(":")[0] for name in result["by effect"] if not name.startswith("outside")})
+    clear = [one for one in result["records"] if one["inside"] and one["band"] == BANDS[-1][2] and not one["heard"]]
+    return [
+        *targets.table(result, "detection"),
+        Picture("by_band", "Detected, each kind of case by itself."),
+        *_bands("Detected, by kind and size", result["detection"], kinds),
+        Picture("by_effect", "Each effect of the vocabulary where it can be seen."),
+        *_bands("Detected, by effect and size", result["by effect"], effects, "{key}: detected, {band}"),
+        *_bands("Named first, by effect and size", result["by effect"], effects, "{key}: named, {band}"),
+        *_rates("Detected, by what was recorded", _part(result["by recording"], "detected")),
+        *table("Not detected although D is at least 16", CASES, _case_rows(clear), align=CASES_ALIGN),
+    ]
+
+
+def _part(group: dict, word: str) -> dict:
+    return {name: one for name, one in group.items() if word in name}
+
+
+def _naming(result: dict) -> list[Block]:
+    wrong = [one for one in result["records"]
+             if "first" in one and one["kind"] != "unidentifiable" and not one["first"] and (one["d"] or 0.0) >= SEEN
+             and one["margin"] >= 5.0]  # fmt: skip
+    size = result["set size"]
+    sizes = [("explanations named or listed", str(size["count"]), fixed(size["mean"], 2), *_quantiles(size, 0))]
+    return [
+        *targets.table(result, "naming", "set size", "confidently wrong"),
+        *_rates("Naming", result["naming"]),
+        *_rates("Named first where separable, by what was recorded", _part(result["by recording"], "named")),
+        *table("Sets", ("", "cases", "mean", *QUANTILES), sizes if size["count"] else []),
+        *_rates("Confidently wrong", result["confidently wrong"]),
+        *table("Separable, but not named first", CASES, _case_rows(wrong), align=CASES_ALIGN),
+    ]
+
+
+QUANTILES = ("10 %", "25 %", "median", "75 %", "90 %")
+
+
+def _quantiles(one: dict, digits: int = 2) -> list[str]:
+    return [fixed(value, digits) for value in (one["quantiles"] or {}).values()]
+
+
+def _alike(result: dict) -> list[Block]:
+    made, rows = result["experiments"]["cases"], []
+    for words in sorted({one["experiment"] or "none recommended" for one in made}):
+        here = [one for one in made if (one["experiment"] or "none recommended") == words]
+        rows.append((words, str(len(here)), str(sum(one["made"] for one in here)),
+                     str(sum(one["separated"] for one in here))))  # fmt: skip
+    note = (
+        "Made with the same instrument and effect, and diagnosed together with the recording at hand. Separated: the "
+        "truth named first, and no rival listed before is listed still. Not made: the maker has no such experiment."
+    )
+    return [
+        *targets.table(result, "not identifiable", "experiments"),
+        *_rates("Cases that cannot be told apart", result["not identifiable"]),
+        *table("The recommended experiment", ("experiment", "cases", "made", "separated"), rows, note),
+    ]
+
+
+def _probability(result: dict) -> list[Block]:
+    p = result["probability of the truth"]
+    rows = [
+        (f"{one['from']:g} to {one['to']:g}", fixed(one["stated"], 3), *spoken(one)) for one in result["calibration"]
+    ]
+    given = [("given to the truth", str(p["count"]), fixed(p["mean"], 2), *_quantiles(p))] if p["count"] else []
+    return [
+        *targets.table(result, "probability of the truth"),
+        Picture("calibration", "Stated probabilities against how often they came true."),
+        *table("Probability given to the truth, detected cases", ("", "cases", "mean", *QUANTILES), given),
+        *table("Reliability", ("stated", "mean", "the truth", "found", "95 % interval"), rows),
+    ]
+
+
+def _intervals(result: dict) -> list[Block]:
+    return [
+        *targets.table(result, "coverage"),
+        *_rates("Stated 95 % intervals that hold the truth", result["coverage"]),
+    ]
+
+
+def _where(result: dict) -> list[Block]:
+    rows = [(name.replace(">=", "≥").replace("<=", "≤"), str(one["count"]), fixed(one["mean"], 2), *_quantiles(one))
+            for name, one in result["overlap"].items()]  # fmt: skip
+    note = "Intersection over union of the first interval that the answer states with the true one; 0 where silent."
+    return [
+        *targets.table(result, "location", "overlap"),
+        *_rates("Channel and axis right", result["location"], note="Cases limited in axis or time, and steps."),
+        *table("Overlap of the interval, by size", ("", "cases", "mean", *QUANTILES), rows, note),
+    ]
+
+
+def _fit(result: dict) -> list[Block]:
+    one = result["removed"]
+    rows = [("share removed", str(one["count"]), fixed(one["mean"], 2), *_quantiles(one))] if one["count"] else []
+    energy = result["energy"]
+    gone = [("share of its energy", str(energy["count"]), fixed(energy["mean"], 2), *_quantiles(energy))]
+    of_another = (
+        "1 - (t - f)' A (t - f) / t' A t of the truth t and the answer f, A the information of the recording: what "
+        "the answer would remove of the effect from another recording of the same path and noise. Detected effects "
+        "with D of at least 16, of those that noise could hide."
+    )
+    note = (
+        "Of what the mean squared normalised innovation exceeds 1 on blocks that were not used, the share that the "
+        "explanation removes; detected effects of the vocabulary with D of at least 16 whose answer states it."
+    )
+    return [
+        *targets.table(result, "energy", "removed", "held out"),
+        *table(
+            "Energy of the effect removed",
+            ("", "cases", "mean", *QUANTILES),
+            gone if energy["count"] else [],
+            of_another,
+        ),
+        *_rates("Of another recording", {"at least 80 % of the energy": energy["at least 80 %"]}),
+        *_rates("On unused data, D of at least 16", result["held out"]),
+        *table("Share of the excess removed", ("", "cases", "mean", *QUANTILES), rows, note),
+    ]
+
+
+def _navigation(result: dict) -> list[Block]:
+    gains, rows = result["navigation"], []
+    for measure, words in (("velocity_rms_mps", "horizontal velocity RMS"),
+                           ("radial_error_rate_nmi_per_h", "radial error rate")):  # fmt: skip
+        one = gains[measure]
+        if one["count"]:
+            rows.append((words, str(one["count"]), fixed(one["mean"], 2), *_quantiles(one)))
+    note = (
+        "(before - after) / (before - with nothing concealed) of pure-inertial navigation; single flights and drives "
+        "with D of at least 16, detected, in which the truth itself gains more than 5 %. With nothing concealed: the "
+        "same recording with the same noise, made without the effect."
+    )
+    return [
+        *targets.table(result, "navigation"),
+        *table("Share of the gain that correcting with the truth gives", ("", "cases", "mean", *QUANTILES), rows, note),
+    ]
+
+
+def _oracle() -> list[Block]:
+    text = (
+        "The oracle knows the effect. The noise it has to estimate as we do: D is what could at best be known. Above "
+        "2000 nats of one that knows the noise, too, D is of that. Ours is counted at the noise of the answer; without "
+        "the effect that noise would be larger and take over a part, which only D below 2000 nats leaves out: most of "
+        "those points lie above the line. Far below it we gave evidence away."
+    )
+    return [*paragraphs(text), Picture("oracle", "Log evidence gained, ours and the oracle's.")]
+
+
+def _time(result: dict) -> list[Block]:
+    rows = []
+    for where in sorted({one["where"] for one in result["records"]}):
+        taken = [one["seconds"] for one in result["records"] if one["where"] == where and one["seconds"] is not None]
+        if taken:
+            rows.append((where, str(len(taken)), *(fixed(float(x), 1) for x in np.quantile(taken, (0.5, 0.9, 1.0)))))
+    failed = [(name.removeprefix("case-"), said.splitlines()[-1]) for name, said in result["failures"].items()]
+    return [
+        *table("Seconds for a case", ("recordings", "cases", "median", "90 %", "longest"), rows),
+        *table("Cases that ended with an error", ("case", "sentence"), failed, align="ll"),
+    ]
+
+
+def _log(log: Sequence[dict]) -> list[Block]:
+    rows = []
+    for k, one in enumerate(log, start=1):
+        verdicts = [row["verdict"] for row in one["found"].values()]
+        rows.append((str(k), ", ".join(map(str, one["seeds"])), str(sum(one["cases"].values())),
+                     ", ".join(short[:8] for short in one["generator_sha256"]),
+                     ", ".join(short[:8] for short in one["package_sha256"]),
+                     f"{verdicts.count(MET)} of {len(verdicts) - verdicts.count(OPEN)}"))  # fmt: skip
+    header = ("run", "seed", "cases", "maker", "package", "targets met")
+    return table(
+        "In the order in which they were made", header, rows, "Each run with all its numbers: log.json.", "rrrllr"
+    )

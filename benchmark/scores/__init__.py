@@ -1,0 +1,1 @@
+"""What an answer is counted for, and how well one who knows the noise would answer."""

@@ -1,0 +1,1 @@
+"""Recordings of another world: its Earth, paths, heat, instruments, effects, receivers; nothing of the tool is used."""
