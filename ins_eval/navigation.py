@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,26 +13,36 @@ from scipy.spatial.transform import Rotation, Slerp
 from ins_eval import metrics
 from ins_eval.alignment import Alignment, AlignmentNoise, align
 from ins_eval.compensation import CompensationModel, Samples
-from ins_eval.earth import radii
+from ins_eval.earth import EARTH_RATE, radii
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
+from ins_eval.initialization import Initialization, find, follow
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.stillness import Stretch, choose_alignment, still_stretches
 from ins_eval.reference import Errors, compare, standstill
 from ins_eval.strapdown import Solution, Vertical, navigate
 from ins_eval.thermal import filtered_rate
+from ins_eval.units import DEG, DEG_PER_H
 
+FEWEST_PIECES = 5  # that an interval takes
 STANDING_SPEED_MPS = 0.5  # a receiver that reports more on average does not stand
 PARKED = ("static", "oven")
+UNKNOWN_RAD = 30.0 * DEG  # a stated attitude sigma from which on the attitude is as good as unknown
+NORTH_RAD = 10.0 * DEG  # gyros that do not find the heading at rest to that do not find north
+EARTH_RATE_TOLERANCE = 0.1  # of Earth rate: gyros of which no bias sigma is known must show it so well
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """One recording navigated once: the solution, how it was aligned (None: attitude given), its errors."""
+    """One recording navigated once: the solution, how it was aligned (None: attitude given or found), its errors.
+
+    `initialization` is how its start was found where neither an attitude nor gyros that find north gave one.
+    """
 
     solution: Solution
     alignment: Alignment | None
     errors: Errors
+    initialization: Initialization | None = None
 
 
 def samples(recording: Recording) -> tuple[Samples, ...]:
@@ -82,6 +93,50 @@ def standstill_to_align_on(recording: Recording) -> Stretch | None:
     return choose_alignment(stretches)
 
 
+def beginning(recording: Recording, dv_b: np.ndarray, folder: str | Path = ".") -> Stretch | Initialization | None:
+    """Where and how navigation begins, as `evaluate` takes it; `dv_b` (n, 3) m/s are compensated increments.
+
+    1. None: the attitude of the start is stated, and not to be aligned (see `standstill_to_align_on`).
+    2. A stretch at rest, where the gyros find north on it.
+    3. Else what `initialization.find` makes of the standstill and of the first motion.
+
+    Raises: DataRefused where none of them is there.
+    """
+    sigma = recording.start.attitude_sigma_rad
+    if sigma is not None and max(sigma) >= UNKNOWN_RAD:
+        recording = replace(recording, start=replace(recording.start, attitude_rad=None, attitude_sigma_rad=None))
+    try:
+        stretch = standstill_to_align_on(recording)
+    except DataRefused:
+        stretch = None
+    else:
+        if stretch is None or _finds_north(recording, stretch):
+            return stretch
+    recording, dv_b = without_effects(recording, dv_b, folder)
+    return find(recording, _without_bias(recording), dv_b)
+
+
+def _finds_north(recording: Recording, stretch: Stretch) -> bool:
+    """Whether the gyros are good enough for a heading: by the bias that is believed, else by what they show at rest."""
+    latitude = recording.start.latitude_rad
+    stated = recording.belief.gyro.model_dump(exclude_unset=True).get("bias_sigma_deg_per_h")
+    if stated is not None:
+        return DEG_PER_H * stated < NORTH_RAD * EARTH_RATE * np.cos(latitude)
+    time_s = recording.imu.time_s
+    inside = (time_s > stretch.start_s) & (time_s <= stretch.end_s)
+    rate_b = _without_bias(recording)[inside].sum(axis=0) / stretch.duration_s
+    up_b = recording.imu.accelerometer[inside].sum(axis=0)
+    vertical = float(rate_b @ up_b / np.linalg.norm(up_b)) - EARTH_RATE * np.sin(latitude)
+    off = max(abs(float(np.linalg.norm(rate_b)) - EARTH_RATE), abs(vertical))
+    return off < EARTH_RATE_TOLERANCE * EARTH_RATE
+
+
+def _without_bias(recording: Recording) -> np.ndarray:
+    """Angle increments (n, 3) without the believed bias."""
+    bias = np.asarray(recording.belief.gyro.bias_radps)
+    return recording.imu.gyro - bias * recording.interval_s[:, None] if bias.any() else recording.imu.gyro
+
+
 def _stands(recording: Recording, stretch: Stretch) -> bool:
     """Whether GPS or reference, where there is one, reports next to no speed throughout a stretch."""
     if recording.kind in PARKED:
@@ -96,7 +151,7 @@ def _stands(recording: Recording, stretch: Stretch) -> bool:
 def evaluate(
     recording: Recording,
     dv_b: np.ndarray,
-    align_on: Stretch | None = None,
+    align_on: Stretch | Initialization | None = None,
     until_s: float = np.inf,
     every: int = 1,
     vertical: Vertical | None = None,
@@ -108,7 +163,8 @@ def evaluate(
     Parameters
     ----------
     dv_b : (n, 3) compensated velocity increments, m/s
-    align_on : stretch at rest on which to align; navigation begins at its end. None: the attitude of the start is taken
+    align_on : stretch at rest on which to align; navigation begins at its end. An initialization: navigation begins
+        with its state, and the biases that it found are taken off. None: the attitude of the start is taken
     until_s : end of navigation
     every : one row of the solution for so many steps of four samples
     vertical : None: damped by the height that the recording believes in, free where there is none
@@ -124,14 +180,14 @@ def evaluate(
     """
     recording, dv_b = without_effects(recording, dv_b, folder)
     imu, believed = recording.imu, recording.belief
-    dtheta_b = (
-        imu.gyro - np.asarray(believed.gyro.bias_radps) * recording.interval_s[:, None]
-        if any(believed.gyro.bias_radps)
-        else imu.gyro
-    )
+    dtheta_b = _without_bias(recording)
     begin = start or recording.start
-    alignment = None
-    if align_on is not None:
+    alignment = found = None
+    if isinstance(align_on, Initialization):
+        begin, found = start or align_on.start, align_on
+        dtheta_b = dtheta_b - found.gyro_bias_radps * recording.interval_s[:, None]
+        dv_b = dv_b - found.accelerometer_bias_mps2 * recording.interval_s[:, None]
+    elif align_on is not None:
         rows = slice(*np.searchsorted(imu.time_s, [align_on.start_s + 1e-6, align_on.end_s + 1e-6]))
         at = replace(begin, time_s=float(imu.time_s[rows.start - 1]) if rows.start else begin.time_s)
         alignment = align(imu.time_s[rows], dtheta_b[rows], dv_b[rows], at, _alignment_noise(recording))
@@ -141,7 +197,7 @@ def evaluate(
             f"{recording.name}: the attitude of the start is unknown and there is no standstill to find it on; "
             "give one of them"
         )
-    if start is None:
+    if start is None and found is None:
         begin = turned_start(begin, believed)
     rest = slice(*np.searchsorted(imu.time_s, [begin.time_s + 1e-6, until_s + 1e-6]))
     aid = height_aid(recording)
@@ -155,7 +211,7 @@ def evaluate(
         every,
         believed.earth,
     )
-    return Evaluation(solution, alignment, _compared(recording, solution))
+    return Evaluation(solution, alignment, _compared(recording, solution), found)
 
 
 def numeric_floor(ideal: Recording, vertical: Vertical | None = None) -> tuple[Errors, float, float]:
@@ -250,51 +306,43 @@ def measures(evaluation: Evaluation) -> dict[str, dict[str, float]]:
 
 @dataclass(frozen=True)
 class Restarts:
-    """How errors grow with the time since navigation was started afresh: RMS over `count` starts, (m,) each."""
+    """How errors grow with the time since navigation was started afresh, (m,) each: RMS over `count` pieces.
+
+    The intervals (2, m) hold the RMS with 95 %, by a bootstrap over pieces; NaN where there are fewer than five.
+    """
 
     after_s: np.ndarray
     position_rms_m: np.ndarray
     velocity_rms_mps: np.ndarray
+    position_interval_m: np.ndarray
+    velocity_interval_mps: np.ndarray
     count: int
 
 
-def restarts(recording: Recording, dv_b: np.ndarray, every_s: float) -> Restarts:
-    """Navigate in pieces of `every_s`, each started from the fix and the attitude that the reference has then.
+def restarts(recording: Recording, dv_b: np.ndarray, every_s: float, begin: Initialization | None = None) -> Restarts:
+    """Navigate in pieces of `every_s`, each started afresh at a fix.
 
-    For instruments that cannot find north and drift away within minutes. The errors of a piece are taken relative to
-    those at its start, so that the noise of the fix it started from is in them twice.
-    Raises: DataRefused where there is no attitude to start from or no piece lies between valid fixes.
+    For instruments that cannot find north and drift away within minutes. A piece starts with the attitude that the
+    reference has then; where no reference has one, with the state that `initialization.follow` makes of all fixes
+    before it, from `begin` on. The errors of a piece are taken relative to those at its start, so that the noise of
+    the fix it started from is in them twice.
+    Raises: DataRefused where there is nothing to start from or no piece lies between valid fixes.
     """
-    reference, fixes = recording.reference, recording.gps or recording.reference
-    if reference is None or reference.attitude_rad is None:
-        raise DataRefused(
-            f"{recording.name}: a start afresh needs an attitude, and there is no reference with roll_deg, pitch_deg "
-            "and heading_deg; add that table or leave out --restart-every"
-        )
-    section = recording.belief.gps if recording.gps is not None else recording.belief.reference
-    known = np.isfinite(reference.attitude_rad).all(axis=1)
-    turning = Slerp(reference.time_s[known], Rotation.from_euler("ZYX", reference.attitude_rad[known][:, ::-1]))
-    instants = fixes.time_s - section.time_offset_s
-    span = (
-        max(reference.time_s[known][0], recording.imu.time_s[0]),
-        min(reference.time_s[known][-1], recording.imu.time_s[-1]),
-    )
+    reference = recording.reference
+    if reference is not None and reference.attitude_rad is not None:
+        pieces = _from_reference(recording, dv_b, every_s)
+    else:
+        pieces = _from_fixes(recording, dv_b, every_s, begin)
     after_s = np.arange(1.0, every_s + 0.5)
     position, speed = [], []
-    next_s = -np.inf
-    for k in np.flatnonzero(fixes.valid):
-        if instants[k] < max(next_s, span[0]) or instants[k] + every_s > span[1]:
-            continue
-        next_s = instants[k] + every_s
-        errors = _piece(recording, dv_b, fixes, k, float(instants[k]), turning, every_s)
-        if errors is not None:
-            at = np.interp(instants[k] + after_s, errors.time_s[errors.valid], np.arange(errors.valid.sum()))
-            rows = np.flatnonzero(errors.valid)[np.round(at).astype(int)]
-            first = np.flatnonzero(errors.valid)[0]
-            position.append(
-                np.hypot(errors.north_m[rows] - errors.north_m[first], errors.east_m[rows] - errors.east_m[first])
-            )
-            speed.append(np.hypot(*(errors.velocity_n[rows, :2] - errors.velocity_n[first, :2]).T))
+    for at_s, errors in pieces:
+        valid = np.flatnonzero(errors.valid)
+        rows = valid[np.round(np.interp(at_s + after_s, errors.time_s[valid], np.arange(valid.size))).astype(int)]
+        first = valid[0]
+        position.append(
+            np.hypot(errors.north_m[rows] - errors.north_m[first], errors.east_m[rows] - errors.east_m[first])
+        )
+        speed.append(np.hypot(*(errors.velocity_n[rows, :2] - errors.velocity_n[first, :2]).T))
     if not position:
         raise DataRefused(
             f"{recording.name}: no stretch of {every_s:g} s lies between valid fixes and attitudes; "
@@ -304,8 +352,54 @@ def restarts(recording: Recording, dv_b: np.ndarray, every_s: float) -> Restarts
         after_s,
         metrics.root_mean_square(np.array(position).T),
         metrics.root_mean_square(np.array(speed).T),
+        _over_pieces(np.array(position)),
+        _over_pieces(np.array(speed)),
         len(position),
     )
+
+
+def _over_pieces(values: np.ndarray) -> np.ndarray:
+    """95 % interval (2, m) of the RMS over pieces (count, m), by 2000 bootstrap samples of them."""
+    if len(values) < FEWEST_PIECES:
+        return np.full((2, values.shape[1]), np.nan)
+    chosen = np.random.default_rng(0).multinomial(len(values), np.full(len(values), 1.0 / len(values)), 2000)
+    return np.quantile(np.sqrt(chosen @ values**2 / len(values)), [0.025, 0.975], axis=0)
+
+
+def _from_reference(recording: Recording, dv_b: np.ndarray, every_s: float) -> Iterator[tuple[float, Errors]]:
+    """Begin and errors of each piece, started with the attitude of the reference."""
+    reference, fixes = recording.reference, recording.gps or recording.reference
+    section = recording.belief.gps if recording.gps is not None else recording.belief.reference
+    known = np.isfinite(reference.attitude_rad).all(axis=1)
+    turning = Slerp(reference.time_s[known], Rotation.from_euler("ZYX", reference.attitude_rad[known][:, ::-1]))
+    instants = fixes.time_s - section.time_offset_s
+    span = (
+        max(reference.time_s[known][0], recording.imu.time_s[0]),
+        min(reference.time_s[known][-1], recording.imu.time_s[-1]),
+    )
+    next_s = -np.inf
+    for k in np.flatnonzero(fixes.valid):
+        if instants[k] < max(next_s, span[0]) or instants[k] + every_s > span[1]:
+            continue
+        next_s = instants[k] + every_s
+        errors = _piece(recording, dv_b, fixes, k, float(instants[k]), turning, every_s)
+        if errors is not None:
+            yield float(instants[k]), errors
+
+
+def _from_fixes(
+    recording: Recording, dv_b: np.ndarray, every_s: float, begin: Initialization | None
+) -> Iterator[tuple[float, Errors]]:
+    """Begin and errors of each piece, started with the state that the fixes before it give."""
+    recording, dv_b = without_effects(recording, dv_b, recording.folder)
+    dtheta_b = _without_bias(recording)
+    state = begin or find(recording, dtheta_b, dv_b)
+    last_s = float(recording.imu.time_s[-1])
+    while state.start.time_s + every_s <= last_s:
+        at_s = state.start.time_s
+        with suppress(DataRefused):  # an outage: nothing to compare with
+            yield at_s, evaluate(recording, dv_b, state, until_s=at_s + every_s).errors
+        state = follow(recording, state, dtheta_b, dv_b, at_s + every_s)
 
 
 def _piece(recording, dv_b, fixes: Fixes, k: int, at_s: float, turning: Slerp, every_s: float) -> Errors | None:

@@ -16,10 +16,19 @@ from ins_eval.compensation.file import SINGLE, believed_model, read_model
 from ins_eval.effects import without_effects
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.imu import Mission
+from ins_eval.initialization import (
+    ACCELEROMETER_BIAS,
+    ATTITUDE,
+    GYRO_BIAS,
+    POSITION,
+    VELOCITY,
+    Initialization,
+)
 from ins_eval.navigation import (
     PARKED,
     Evaluation,
     Restarts,
+    beginning,
     compensate,
     evaluate,
     height_aid,
@@ -28,7 +37,6 @@ from ins_eval.navigation import (
     restarts,
     samples,
     since_start,
-    standstill_to_align_on,
 )
 from ins_eval.profile import Place, Profile, Thermal, load
 from ins_eval.recording import Recording
@@ -36,7 +44,7 @@ from ins_eval.recording.belief import Belief
 from ins_eval.recording.stillness import Stretch
 from ins_eval.tables import read_toml
 from ins_eval.trajectory import MAX_RATE_HZ, MIN_RATE_HZ
-from ins_eval.units import DEG
+from ins_eval.units import DEG, DEG_PER_H, UG
 
 AS_RECORDED, BELIEVED = "none", "believed"
 SHORTEST_NAVIGATION_S = 10.0
@@ -46,7 +54,7 @@ SHORTEST_NAVIGATION_S = 10.0
 class RecordingEvaluation:
     """A recording navigated once with each compensation.
 
-    `standstill` is the stretch it was aligned on (None: the attitude of its start was taken), `navigated` and
+    `standstill` is the stretch it was aligned on (None: the attitude of its start was taken or found), `navigated` and
     `restarts` are by compensation; `restarts` is empty where none were asked for.
     """
 
@@ -141,6 +149,7 @@ class RecordingEvaluation:
                     "after_s": [float(t) for t in piece.after_s],
                     "position_rms_m": [float(p) for p in piece.position_rms_m],
                     "velocity_rms_mps": [float(v) for v in piece.velocity_rms_mps],
+                    **_intervals(piece),
                 }
                 for name, piece in self.restarts.items()
             }
@@ -168,17 +177,27 @@ def evaluate_recording(
     alike = [name for name, file in files.items() if SINGLE in read_toml(file)]
     notes = [f"{name}: the one accelerometer of this file was taken for x, y and z alike." for name in alike]
     recording = replace(recording, notes=(*recording.notes, *notes))
-    stand = standstill_to_align_on(recording)
-    left_s = recording.imu.time_s[-1] - (recording.start.time_s if stand is None else stand.end_s)
-    if left_s < SHORTEST_NAVIGATION_S:
-        raise DataRefused(
-            f"{recording.name}: the stretch to align on ends {left_s:.0f} s before the recording; expected at least "
-            f"{SHORTEST_NAVIGATION_S:.0f} s to navigate after it, record longer"
-        )
-    evaluations = {name: evaluate(arm.recording, arm.velocity, stand) for name, arm in arms.items()}
+    begins = {name: beginning(arm.recording, arm.velocity) for name, arm in arms.items()}
+    evaluations = {}
+    for name, arm in arms.items():
+        begin = begins[name]
+        end_s = recording.start.time_s
+        if begin is not None:
+            end_s = begin.end_s if isinstance(begin, Stretch) else begin.start.time_s
+        left_s = recording.imu.time_s[-1] - end_s
+        if left_s < SHORTEST_NAVIGATION_S:
+            raise DataRefused(
+                f"{recording.name}: the stretch to align on ends {left_s:.0f} s before the recording; expected at "
+                f"least {SHORTEST_NAVIGATION_S:.0f} s to navigate after it, record longer"
+            )
+        evaluations[name] = evaluate(arm.recording, arm.velocity, begin)
     pieces = {}
     if restart_every_s is not None:
-        pieces = {name: restarts(arm.recording, arm.velocity, restart_every_s) for name, arm in arms.items()}
+        pieces = {
+            name: restarts(arm.recording, arm.velocity, restart_every_s, evaluations[name].initialization)
+            for name, arm in arms.items()
+        }
+    stand = next((begin for begin in begins.values() if isinstance(begin, Stretch)), None)
     return RecordingEvaluation(recording, stand, evaluations, pieces)
 
 
@@ -258,6 +277,16 @@ def _of_increments(recording: Recording) -> dict[str, _Arm]:
     return arms
 
 
+def _intervals(piece: Restarts) -> dict[str, list[list[float]]]:
+    """95 % intervals, where there are pieces enough for them."""
+    if not np.isfinite(piece.position_interval_m).all():
+        return {}
+    return {
+        "position_interval95_m": piece.position_interval_m.T.tolist(),
+        "velocity_interval95_mps": piece.velocity_interval_mps.T.tolist(),
+    }
+
+
 def _final_m(evaluation: Evaluation) -> float:
     errors = evaluation.errors
     last = np.flatnonzero(errors.valid)[-1]
@@ -265,7 +294,9 @@ def _final_m(evaluation: Evaluation) -> float:
 
 
 def _alignment(recording: Recording, stand: Stretch | None, evaluation: Evaluation) -> dict[str, Any]:
-    begin = recording.start if evaluation.alignment is None else evaluation.alignment.start
+    found_start = evaluation.initialization
+    begin = recording.start if found_start is None else found_start.start
+    begin = begin if evaluation.alignment is None else evaluation.alignment.start
     roll, pitch, heading = (float(a / DEG) for a in begin.attitude_rad)
     found = {"roll_deg": roll, "pitch_deg": pitch, "heading_deg": heading % 360.0}
     if evaluation.alignment is not None:
@@ -273,7 +304,28 @@ def _alignment(recording: Recording, stand: Stretch | None, evaluation: Evaluati
         found["heading_sigma_deg"] = evaluation.alignment.heading_sigma_rad / DEG
         if recording.start.attitude_rad is not None:
             found["documented_heading_deg"] = float(recording.start.attitude_rad[2] / DEG) % 360.0
+    if found_start is not None:
+        found |= _initialization(found_start)
     return found
+
+
+def _initialization(found: Initialization) -> dict[str, Any]:
+    """How a start was found that nobody stated, with one sigma of everything."""
+    sigma = found.sigmas
+    return {
+        "window_s": [found.window.start_s, found.window.end_s],
+        "roll_pitch_sigma_deg": float(np.hypot(*sigma[ATTITUDE][:2]) / np.sqrt(2.0) / DEG),
+        "heading_sigma_deg": found.heading_sigma_rad / DEG,
+        "heading_known": found.heading_known,
+        "rival_headings_deg": [one / DEG % 360.0 for one in found.rival_headings_rad],
+        "velocity_sigma_mps": sigma[VELOCITY].tolist(),
+        "position_sigma_m": sigma[POSITION].tolist(),
+        "gyro_bias_deg_per_h": (found.gyro_bias_radps / DEG_PER_H).tolist(),
+        "gyro_bias_sigma_deg_per_h": (sigma[GYRO_BIAS] / DEG_PER_H).tolist(),
+        "accelerometer_bias_ug": (found.accelerometer_bias_mps2 / UG).tolist(),
+        "accelerometer_bias_sigma_ug": (sigma[ACCELEROMETER_BIAS] / UG).tolist(),
+        "fix_scale": list(found.fix_scale),
+    }
 
 
 def _vertical(recording: Recording) -> str:

@@ -15,6 +15,7 @@ SPOKEN_ONE_BY_ONE = 2  # compensations; of more, the first line names the best a
 SPOKEN_TIMES_S = (10.0,)
 HOPELESS_MPS = 100.0  # horizontal velocity RMS beyond which a pure-inertial solution means nothing
 RESTART_TIMES_S = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
+SCATTER = 1.5  # of the fixes beyond their sigmas that is worth a word
 SIGMAS = 3.0  # a heading farther than this from the documented one, in its own sigma, is worth a word
 REFERENCE_WORDS = {
     "standstill": "the known standstill: velocity zero, position that of the start",
@@ -119,7 +120,12 @@ def _heading(metrics: Mapping) -> str:
         return ""
     if pick(metrics, "alignment", "stretch_s") is None and sigma is None:
         return f"Heading at the start, as the recording gives it: {fixed(found)}°."
-    text = f"Heading from self-alignment: {fixed(found)}°"
+    if (known := pick(metrics, "alignment", "heading_known")) is False:
+        return (
+            "The heading is unknown: these gyros do not find north, and no motion shows it. It is taken as "
+            f"{fixed(found)}°, so that north and east of this page are directions of the box."
+        )
+    text = f"Heading from {'self-alignment' if known is None else 'motion and rest'}: {fixed(found)}°"
     if sigma is not None:
         text += f" ± {fixed(sigma)}° (1 σ)"
     documented = pick(metrics, "alignment", "documented_heading_deg")
@@ -168,6 +174,15 @@ def _by_compensation(
     return table(title, ("compensation", *(measures[k][0] for k in kept)), rows, note) if kept else []
 
 
+def _with_interval(piece: Mapping, key: str, interval: str, k: int, digits: int) -> str:
+    """A value with its 95 % interval, where there is one."""
+    text = fixed(piece[key][k], digits)
+    if interval in piece:
+        low, high = piece[interval][k]
+        text += f" ({fixed(low, digits)} to {fixed(high, digits)})"
+    return text
+
+
 def _restarts(metrics: Mapping) -> list[Block]:
     """How far the instrument can be trusted by itself: errors against the time since a start afresh."""
     arms = in_order(metrics.get("restarts") or {})
@@ -185,7 +200,10 @@ def _restarts(metrics: Mapping) -> list[Block]:
             *(
                 cell
                 for piece in pieces
-                for cell in (fixed(piece["position_rms_m"][k], 1), fixed(piece["velocity_rms_mps"][k], 2))
+                for cell in (
+                    _with_interval(piece, "position_rms_m", "position_interval95_m", k, 1),
+                    _with_interval(piece, "velocity_rms_mps", "velocity_interval95_mps", k, 2),
+                )
             ),
         )
         for k in shown
@@ -193,7 +211,8 @@ def _restarts(metrics: Mapping) -> list[Block]:
     return [
         *paragraphs(
             f"Navigated afresh {pieces[0]['count']} times, each time from a fix and the attitude that the reference "
-            "has then. This is how far the instrument can be trusted by itself."
+            "has then, or, without one, from the state that all fixes before give. This is how far the instrument can "
+            "be trusted by itself."
         ),
         *table(
             "Growth of the horizontal error",
@@ -224,7 +243,7 @@ def _alignment(metrics: Mapping) -> list[Block]:
     where = (
         f"Aligned on {stretch[0]:.0f} to {stretch[1]:.0f} s of the recording, the quiet stretch that the rule found."
         if stretch
-        else ""
+        else _found_start(alignment)
     )
     names = (
         ("heading_deg", "heading [°]"),
@@ -250,6 +269,34 @@ def _alignment(metrics: Mapping) -> list[Block]:
         if where or rows
         else []
     )
+
+
+def _found_start(alignment: Mapping) -> str:
+    """How a start was found that the recording does not state."""
+    if (window := alignment.get("window_s")) is None:
+        return ""
+
+    def triad(key: str) -> str:
+        pairs = zip(alignment[key], alignment[key.replace("bias_", "bias_sigma_")], strict=True)
+        return ", ".join(f"{fixed(value, 0)} ± {sigma:.2g}" for value, sigma in pairs)
+
+    tilt, heading = alignment["roll_pitch_sigma_deg"], alignment["heading_sigma_deg"]
+    text = (
+        f"The recording states no attitude. It was found from {window[0]:.0f} to {window[1]:.0f} s by least squares, "
+        f"from rest, motion and the fixes: roll and pitch to {fixed(tilt)}°, heading to {fixed(heading)}°, velocity to "
+        f"{fixed(max(alignment['velocity_sigma_mps']))} m/s (1 σ). Taken off are gyro biases of "
+        f"{triad('gyro_bias_deg_per_h')} deg/h and accelerometer biases of {triad('accelerometer_bias_ug')} ug (x, y, "
+        "z, with 1 σ)."
+    )
+    if rivals := alignment.get("rival_headings_deg"):
+        text += f" As likely are headings of {', '.join(fixed(one, 0) for one in rivals)}°."
+    position, velocity = alignment["fix_scale"]
+    if max(position, velocity) > SCATTER:
+        text += (
+            f" The fixes scatter {fixed(position, 1)} (position) and {fixed(velocity, 1)} (velocity) times as much as "
+            "their stated sigmas: a clock offset, a lever arm or the receiver; the sigmas above allow for it."
+        )
+    return text
 
 
 def _recording(metrics: Mapping) -> list[Block]:

@@ -1,0 +1,156 @@
+"""A start from what is there, in recordings of an independent world whose truth is known, and in real ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import beta, chi2
+
+from benchmark.worlds.earth import from_euler, radii
+from benchmark.worlds.grades import RANGES, a_recording
+from ins_eval.errors import DataRefused
+from ins_eval.initialization import ATTITUDE, GYRO_BIAS, Initialization, find
+from ins_eval.navigation import beginning, evaluate, restarts
+from ins_eval.recording import Imu, Recording, form
+from ins_eval.recording.readers import apm_mat, apm_text
+from ins_eval.recording.stillness import Stretch
+from ins_eval.units import DEG, DEG_PER_H
+
+RATE_HZ = 20.0
+PATHS = ("drive", "climb, cruise, landing", "drive", "box")
+STATES = 9  # position, velocity, attitude
+ONBOARD_RAD = 10.0 * DEG  # an autopilot's own attitude: heading by a magnetometer that is believed to 20 degrees
+CONSUMER_HEADING_RAD = 3.0 * DEG  # found after a minute of motion
+ENOUGH = 3.0  # sigmas
+
+
+def errors_of(seed: int, folder: Path) -> tuple[np.ndarray, Initialization]:
+    """True less found position (m), velocity (m/s) and attitude (rad) of one recording, and what was found."""
+    grade, path = list(RANGES)[seed % 3], PATHS[seed % 4]
+    made = a_recording(np.random.default_rng(seed), grade, path, RATE_HZ)
+    made.save(folder)
+    recording = form.read(folder)
+    found = find(recording, recording.imu.gyro, recording.imu.accelerometer)
+    start = found.start
+    lla, velocity, euler, _ = made.felt.truth.state([start.time_s])
+    m, n = radii(lla[0, 0])
+    metres = np.array([m + lla[0, 2], (n + lla[0, 2]) * np.cos(lla[0, 0]), -1.0])
+    position = (lla[0] - [start.latitude_rad, start.longitude_rad, start.height_m]) * metres
+    seen = Rotation.from_euler("ZYX", start.attitude_rad[::-1]).as_matrix()
+    turned = Rotation.from_matrix(from_euler(*euler[0]) @ seen.T).as_rotvec()
+    return np.concatenate([position, velocity[0] - start.velocity_n, turned]), found
+
+
+def squared(errors: np.ndarray, found: Initialization, part: slice = slice(0, STATES)) -> float:
+    """Normalised error squared."""
+    return float(errors[part] @ np.linalg.solve(found.covariance[part, part], errors[part]))
+
+
+def test_stated_sigmas_are_those_of_the_errors(tmp_path: Path) -> None:
+    """A consumer unit that drives, an industrial one that flies, a tactical one that drives."""
+    runs = [errors_of(seed, tmp_path / str(seed)) for seed in (0, 1, 2)]
+    total = sum(squared(*run) for run in runs)
+    low, high = chi2.interval(0.998, STATES * len(runs))
+    assert low < total < high
+    assert all(not found.rival_headings_rad for _, found in runs)
+    assert runs[0][1].heading_sigma_rad < CONSUMER_HEADING_RAD
+
+
+@pytest.mark.slow
+def test_stated_sigmas_of_200_drives_and_flights(tmp_path: Path) -> None:
+    """The mean normalised error squared lies in its 95 % band, and 95 % regions hold as often as they say."""
+    runs = [errors_of(seed, tmp_path / str(seed)) for seed in range(1000, 1200)]
+    of = {"all": slice(0, 9), "velocity": slice(3, 6), "attitude": ATTITUDE}
+    for name, part in of.items():
+        values = np.array([squared(errors, found, part) for errors, found in runs])
+        states = part.stop - part.start
+        low, high = chi2.interval(0.95, states * len(values))
+        inside = int((values < chi2.ppf(0.95, states)).sum())
+        least = beta.ppf(0.025, inside, len(values) - inside + 1)
+        most = beta.ppf(0.975, inside + 1, len(values) - inside)
+        print(f"{name}: mean {values.mean():.2f} of {states} [{low / len(values):.2f}, {high / len(values):.2f}], "
+              f"{inside} of {len(values)} inside 95 % [{least:.3f}, {most:.3f}]")  # fmt: skip
+        assert low < values.sum() < high
+        assert least < 0.95 < most
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """An industrial unit in a car that states no attitude."""
+    folder = tmp_path_factory.mktemp("drive") / "r"
+    a_recording(np.random.default_rng(7), "industrial", "drive", RATE_HZ).save(folder)
+    return form.read(folder)
+
+
+def test_a_mems_drive_is_navigated_and_restarted_without_a_reference(drive: Recording) -> None:
+    begin = beginning(drive, drive.imu.accelerometer)
+    assert isinstance(begin, Initialization)
+    found = evaluate(drive, drive.imu.accelerometer, begin, until_s=begin.start.time_s + 60.0)
+    assert found.initialization is begin
+    pieces = restarts(drive, drive.imu.accelerometer, 10.0, begin)
+    assert pieces.count > 100
+    assert (pieces.position_interval_m[0] < pieces.position_rms_m).all()
+    assert (pieces.position_rms_m < pieces.position_interval_m[1]).all()
+    assert pieces.position_rms_m[-1] < 15.0  # ten seconds of an industrial unit, beside the noise of two fixes
+    few = restarts(drive, drive.imu.accelerometer, 1000.0, begin)
+    assert np.isnan(few.position_interval_m).all()
+
+
+def test_an_unknown_heading_is_stated_as_unknown(drive: Recording) -> None:
+    """Without fixes the standstill levels the unit and gives its gyro offsets, and says nothing of the heading."""
+    parked = replace(drive, gps=None, kind="static")
+    begin = beginning(parked, parked.imu.accelerometer)
+    assert isinstance(begin, Initialization)
+    assert not begin.heading_known
+    assert begin.sigmas[GYRO_BIAS].max() < 30.0 * DEG_PER_H  # the Earth turns, and nobody knows along which axis
+
+
+def test_a_stated_heading_is_kept_at_rest(drive: Recording) -> None:
+    start = replace(drive.start, attitude_rad=(0.0, 0.0, 1.0), attitude_sigma_rad=(np.pi, np.pi, 0.02))
+    parked = replace(drive, gps=None, kind="static", start=start)
+    begin = find(parked, parked.imu.gyro, parked.imu.accelerometer)
+    assert abs(begin.start.attitude_rad[2] - 1.0) < ENOUGH * 0.02
+    assert begin.heading_sigma_rad < 0.03
+
+
+def test_an_attitude_sigma_of_any_size_is_a_start(drive: Recording) -> None:
+    """A sigma of 180 degrees states that the attitude is unknown."""
+    start = replace(drive.start, attitude_rad=(0.0, 0.0, 0.0), attitude_sigma_rad=(np.pi,) * 3)
+    said = beginning(replace(drive, start=start), drive.imu.accelerometer)
+    unsaid = beginning(drive, drive.imu.accelerometer)
+    assert said.start == unsaid.start
+
+
+def test_without_rest_and_fixes_there_is_no_start(drive: Recording) -> None:
+    rows = slice(0, round(3.0 * RATE_HZ))
+    columns = {name: getattr(drive.imu, name)[rows] for name in ("time_s", "gyro", "accelerometer")}
+    short = replace(drive, gps=None, imu=Imu(**columns, accelerometer_form="increment"))
+    with pytest.raises(DataRefused, match=r"give attitude_deg in \[start\]"):
+        beginning(short, short.imu.accelerometer)
+
+
+@pytest.mark.parametrize(
+    ("reader", "parts"),
+    [
+        (apm_mat, ("plane_flight_gps_latency", "TestLog2.mat")),
+        (apm_text, ("quad_flight_gps_latency", "quad106.zip")),
+    ],
+)
+def test_real_mems_flights_begin_where_their_autopilot_was(reader, parts: tuple[str, str]) -> None:
+    """Within a few degrees of the autopilot's own attitude, which the search does not see."""
+    file = Path(__file__).resolve().parents[2].joinpath("shared", "recordings", *parts)
+    if not file.exists():
+        pytest.skip(f"the real recording ../shared/recordings/{'/'.join(parts)} is absent here")
+    whole = reader.read(file, {"gps.time_offset_s": "0.2"})
+    blind = replace(whole, reference=None, start=replace(whole.start, attitude_rad=None, attitude_sigma_rad=None))
+    begin = beginning(blind, blind.imu.accelerometer)
+    assert isinstance(begin, Initialization) and not isinstance(begin, Stretch)
+    reference = whole.reference
+    at = int(np.argmin(np.abs(reference.time_s - begin.start.time_s)))
+    theirs = Rotation.from_euler("ZYX", reference.attitude_rad[at][::-1])
+    off = Rotation.from_euler("ZYX", begin.start.attitude_rad[::-1]) * theirs.inv()
+    assert off.magnitude() < ONBOARD_RAD
