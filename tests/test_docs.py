@@ -450,12 +450,13 @@ def _present(tree: Any, steps: list[str]) -> bool:
 
 def test_a_figure_that_is_not_there_is_missed() -> None:
     whole = {"velocity_rms_mps": {}, "radial_error_rate_nmi_per_h": {}, "final_radial_error_m": 1.0}
-    pieces = {"position_rms_m": [], "velocity_rms_mps": []}
+    figures = ("position_rms_m", "velocity_rms_mps", "position_interval95_m", "velocity_interval95_mps")
+    pieces = dict.fromkeys(figures, [])
     assert missing_figures("evaluate", {"compensations": {"none": whole}, "restarts": {"none": pieces}}) == []
     assert missing_figures("evaluate", {"compensations": {"none": whole}}) == [
-        "restarts.NAME.position_rms_m", "restarts.NAME.velocity_rms_mps"
-    ]  # fmt: skip
-    assert len(missing_figures("evaluate", {})) == 5
+        f"restarts.NAME.{figure}" for figure in figures
+    ]
+    assert len(missing_figures("evaluate", {})) == 3 + len(figures)
 
 
 # ------------------------------------------------------------------------------------------------ the index

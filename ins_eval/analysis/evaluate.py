@@ -149,7 +149,8 @@ class RecordingEvaluation:
                     "after_s": [float(t) for t in piece.after_s],
                     "position_rms_m": [float(p) for p in piece.position_rms_m],
                     "velocity_rms_mps": [float(v) for v in piece.velocity_rms_mps],
-                    **_intervals(piece),
+                    "position_interval95_m": _listed(piece.position_interval_m),
+                    "velocity_interval95_mps": _listed(piece.velocity_interval_mps),
                 }
                 for name, piece in self.restarts.items()
             }
@@ -277,14 +278,9 @@ def _of_increments(recording: Recording) -> dict[str, _Arm]:
     return arms
 
 
-def _intervals(piece: Restarts) -> dict[str, list[list[float]]]:
-    """95 % intervals, where there are pieces enough for them."""
-    if not np.isfinite(piece.position_interval_m).all():
-        return {}
-    return {
-        "position_interval95_m": piece.position_interval_m.T.tolist(),
-        "velocity_interval95_mps": piece.velocity_interval_mps.T.tolist(),
-    }
+def _listed(interval: np.ndarray) -> list[list[float]] | None:
+    """Pairs of low and high; None where there are too few pieces for an interval."""
+    return interval.T.tolist() if np.isfinite(interval).all() else None
 
 
 def _final_m(evaluation: Evaluation) -> float:

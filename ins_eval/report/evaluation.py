@@ -177,7 +177,7 @@ def _by_compensation(
 def _with_interval(piece: Mapping, key: str, interval: str, k: int, digits: int) -> str:
     """A value with its 95 % interval, where there is one."""
     text = fixed(piece[key][k], digits)
-    if interval in piece:
+    if piece.get(interval):
         low, high = piece[interval][k]
         text += f" ({fixed(low, digits)} to {fixed(high, digits)})"
     return text
