@@ -121,6 +121,7 @@ class RecordingEvaluation:
                 "kind": recording.kind,
                 "rate_hz": self.rate_hz,
                 "duration_s": float(recording.imu.time_s[-1] - recording.start.time_s),
+                "filled_samples": 0 if recording.imu.filled is None else int(recording.imu.filled.sum()),
                 "notes": list(recording.notes),
             },
             "alignment": _alignment(recording, self.standstill, first),

@@ -8,18 +8,24 @@ from pathlib import Path
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.recording.readers import doctor, find, read
+from ins_eval.recording.readers.stretches import stretches
 from ins_eval.recording.validation import validate
 
 
 def run(format_name: str, file: Path, output: Path, assume: Sequence[str] = ()) -> int:
-    """Read, examine, validate, write into `output`, print the notes; `assume` holds KEY=VALUE each."""
+    """Read, examine, validate, write into `output`, print the notes; `assume` holds KEY=VALUE each.
+
+    Where gaps cut the recording, each stretch is written into a folder of its own, `output`-1 and on.
+    """
     assumed = _assumed(assume)
     keys = find(format_name).keys
-    recording = validate(doctor.examine(read(format_name, file, assumed), assumed, keys))
-    form.write(recording, output)
-    for note in recording.notes:
-        print(note)
-    print(f"recording: {output}")
+    parts = [validate(doctor.examine(part, assumed, keys)) for part in stretches(read(format_name, file, assumed))]
+    for k, recording in enumerate(parts, start=1):
+        folder = output if len(parts) == 1 else output.with_name(f"{output.name}-{k}")
+        form.write(recording, folder)
+        for note in recording.notes:
+            print(note)
+        print(f"recording: {folder}")
     return 0
 
 

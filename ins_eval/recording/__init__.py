@@ -54,6 +54,14 @@ class Imu:
     temperature_c: np.ndarray | None = None
     height_baro_m: np.ndarray | None = None
     further: Mapping[str, np.ndarray] = field(default_factory=dict)  # columns of any other sensor, by name
+    filled: np.ndarray | None = None  # (n,) bool: the sample was not recorded, a straight line stands in for it
+
+    def rows(self, chosen: slice) -> Imu:
+        """Some of the samples."""
+        columns = {
+            name: values[chosen] if isinstance(values, np.ndarray) else values for name, values in vars(self).items()
+        }
+        return Imu(**columns | {"further": {name: values[chosen] for name, values in self.further.items()}})
 
 
 @dataclass(frozen=True)

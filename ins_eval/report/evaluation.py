@@ -306,6 +306,8 @@ def _recording(metrics: Mapping) -> list[Block]:
         for key, name, unit in (("kind", "kind", ""), ("rate_hz", "rate", " Hz"), ("duration_s", "length", " s"))
         if recording.get(key) is not None
     ]
+    if filled := recording.get("filled_samples"):
+        facts.append(f"{filled} samples that were not recorded and lie on straight lines")
     words = paragraphs(
         sentence(", ".join(facts)) if facts else "", *(sentence(note) for note in recording.get("notes") or ())
     )

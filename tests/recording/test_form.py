@@ -132,6 +132,7 @@ def flight_of(
             temperature_c=rng.normal(20.0, 1.0, (samples, 3) if triad_temperatures else samples),
             height_baro_m=400.0 + rng.standard_normal(samples),
             further={"supply_v": 28.0 + rng.standard_normal(samples), "state": np.arange(samples, dtype=np.int32)},
+            filled=np.arange(samples) == 7,
         ),
         gps=Fixes(
             time_s=fix_s,

@@ -9,6 +9,7 @@ ACCELEROMETER = ("accel_x", "accel_y", "accel_z")
 TEMPERATURE = "temperature_c"
 TEMPERATURES = ("temperature_x_c", "temperature_y_c", "temperature_z_c")
 BARO = "height_baro_m"
+FILLED = "filled"
 POSITION = ("latitude_deg", "longitude_deg", "height_m")
 VELOCITY = ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps")
 ATTITUDE = ("roll_deg", "pitch_deg", "heading_deg")

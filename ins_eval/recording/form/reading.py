@@ -16,6 +16,7 @@ from ins_eval.recording.form.names import (
     ACCELEROMETER,
     ATTITUDE,
     BARO,
+    FILLED,
     GYRO,
     LIMITS,
     POSITION,
@@ -176,7 +177,8 @@ def _imu(table: Columns, meaning: ImuTable, time_s: np.ndarray, start_s: float) 
         table.require([name for name in TEMPERATURES if name not in some])
     temperature_c = np.column_stack(temperature) if temperature else (optional((TEMPERATURE,)) or [None])[0]
     height_baro_m = (optional((BARO,)) or [None])[0]
-    slips = table.slips((*known, TEMPERATURE, *TEMPERATURES, BARO))
+    filled = (optional((FILLED,)) or [None])[0]
+    slips = table.slips((*known, TEMPERATURE, *TEMPERATURES, BARO, FILLED))
     return (
         Imu(
             time_s=time_s,
@@ -186,6 +188,7 @@ def _imu(table: Columns, meaning: ImuTable, time_s: np.ndarray, start_s: float) 
             temperature_c=temperature_c,
             height_baro_m=height_baro_m,
             further=table.others(known),
+            filled=None if filled is None else filled != 0.0,
         ),
         notes + slips,
     )

@@ -19,6 +19,7 @@ from ins_eval.recording.form.names import (
     ACCELEROMETER,
     ATTITUDE,
     BARO,
+    FILLED,
     GYRO,
     POSITION,
     READINGS,
@@ -193,6 +194,8 @@ def _imu(imu: Imu) -> Table:
         columns[TEMPERATURE] = imu.temperature_c
     if imu.height_baro_m is not None:
         columns[BARO] = imu.height_baro_m
+    if imu.filled is not None and imu.filled.any():
+        columns[FILLED] = imu.filled.astype(np.int64)
     return columns | {name: values for name, values in imu.further.items() if name not in columns}
 
 

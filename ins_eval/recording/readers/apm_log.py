@@ -25,7 +25,7 @@ from ins_eval.recording.readers.sampling import Readings, sampled
 from ins_eval.units import DEG
 
 KEYS = (*Layout.KEYS, "gps.time_offset_s")
-LAYOUT = Layout("rad/s", "m/s^2", "FRD", short_gap_s=0.5, short_gap_rows=50)
+LAYOUT = Layout("rad/s", "m/s^2", "FRD")
 MS = 1e-3
 GOOD_FIX = 3  # the receiver's status: three-dimensional
 AUTHORS_DELAY_S = 0.23  # of velocity, the default of the authors' filter, the same for every log

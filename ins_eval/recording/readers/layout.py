@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ins_eval.errors import UsageError, did_you_mean
+from ins_eval.recording.readers.options import number
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
 
 # name: (rate or increment, what one of it is in SI)
@@ -40,7 +41,7 @@ DIRECTIONS = {
     "D": (0.0, 0.0, 1.0),
     "U": (0.0, 0.0, -1.0),
 }
-GAPS = ("refuse", "longest", "bridge")
+GAPS = ("cut", "longest", "bridge", "refuse")
 STAMPS = ("refuse", "drop")
 EQUATION = re.compile(r"\s*([xyz])\s*=\s*([+-]?)\s*([xyz])\s*")
 
@@ -49,29 +50,32 @@ EQUATION = re.compile(r"\s*([xyz])\s*=\s*([+-]?)\s*([xyz])\s*")
 class Layout:
     """How a file holds its samples; `gaps` and `stamps` say what to do with lost rows and with time going back.
 
-    A gap is short, and bridged by a straight line, that has no more lost rows and time than here.
+    A gap of one row, or of up to `fill_s` seconds, is filled with samples on a straight line. Longer ones cut the
+    recording into stretches, unless `gaps` says otherwise.
     """
 
     gyro_unit: str
     accelerometer_unit: str
     axes: str = "FRD"
-    gaps: str = "refuse"
+    gaps: str = "cut"
     stamps: str = "refuse"
-    short_gap_s: float = 0.1
-    short_gap_rows: int = 3
+    fill_s: float = 0.5
 
-    KEYS = ("gyro.unit", "accelerometer.unit", "axes", "gaps", "stamps")
+    KEYS = ("gyro.unit", "accelerometer.unit", "axes", "gaps", "stamps", "fill_s")
 
     def __post_init__(self) -> None:
         choose("gyro.unit", self.gyro_unit, GYRO_UNITS)
         choose("accelerometer.unit", self.accelerometer_unit, ACCELEROMETER_UNITS)
         choose("gaps", self.gaps, GAPS)
         choose("stamps", self.stamps, STAMPS)
+        if not 0.0 <= self.fill_s < np.inf:
+            raise UsageError(f"fill_s: {self.fill_s:g}, expected seconds, 0 or more")
         frd_from(self.axes)
 
     def overridden(self, assumed: Mapping[str, str]) -> Layout:
         """This layout with what the user assumes instead."""
-        return replace(self, **{key.replace(".", "_"): assumed[key] for key in self.KEYS if key in assumed})
+        words = {key.replace(".", "_"): assumed[key] for key in self.KEYS if key in assumed}
+        return replace(self, **words | ({"fill_s": number(assumed, "fill_s", 0.0)} if "fill_s" in words else {}))
 
     def notes(self, assumed: Mapping[str, str], source: str) -> list[str]:
         """What the values are taken for, and on whose word."""

@@ -4,7 +4,9 @@ Row k of a file in rates holds the rate at its stamp; the increment over a step 
 
     increment_k = (rate_k-1 + rate_k) / 2 (t_k - t_k-1),
 
-and the first row is the start. Row k of a file in increments covers the step that ends at its stamp.
+and the first row is the start. Row k of a file in increments covers the step that ends at its stamp. A row that is
+missing, or in which gyro or accelerometer holds no number, is filled with a straight line between its neighbours where
+the gap is short, and marked.
 """
 
 from __future__ import annotations
@@ -44,14 +46,16 @@ class Sampled:
 
 
 def sampled(readings: Readings, layout: Layout, where: str) -> Sampled:
-    """Check the stamps, mend or cut at gaps, convert to SI increments in forward-right-down.
+    """Check the stamps, fill short gaps, convert to SI increments in forward-right-down.
 
-    Raises `DataRefused` for stamps or values that are not finite, for time that stands still or goes back and for
-    gaps, unless `layout` says what to do with these.
+    Long gaps stay in the times where `layout` has them cut: `stretches.stretches` then makes a recording of each part.
+    Raises `DataRefused` for stamps that are no numbers, values that no sensor has, and time that stands still or goes
+    back, unless `layout` says what to do with it.
     """
     if len(readings.time_s) < FEWEST_ROWS:
         raise DataRefused(f"{where}: {len(readings.time_s)} rows, expected at least three; check that it is complete")
-    _check_finite(readings, where)
+    notes: list[str] = []
+    readings = _with_numbers(readings, where, notes)
     gyro_form, gyro_scale = GYRO_UNITS[layout.gyro_unit]
     accelerometer_form, accelerometer_scale = ACCELEROMETER_UNITS[layout.accelerometer_unit]
     turn = frd_from(layout.axes)
@@ -61,7 +65,6 @@ def sampled(readings: Readings, layout: Layout, where: str) -> Sampled:
         **readings.scalars,
     }
     time_s = readings.time_s
-    notes: list[str] = []
     time_s, columns = _increasing(time_s, columns, layout, where, readings.first_row, notes)
     if len(time_s) < FEWEST_ROWS:
         raise DataRefused(f"{where}: {len(time_s)} usable rows, expected at least three; check that it is complete")
@@ -69,7 +72,7 @@ def sampled(readings: Readings, layout: Layout, where: str) -> Sampled:
     time_s, columns = _without_long_gaps(time_s, columns, layout, step_s, where, notes)
     increments = {"gyro"} if gyro_form == "increment" else set()
     increments |= {"accelerometer"} if accelerometer_form == "increment" else set()
-    time_s, columns = _bridged(time_s, columns, increments, step_s, where, notes)
+    time_s, columns, filled = _bridged(time_s, columns, increments, layout, step_s, where, notes)
 
     # The first row of rates is only a beginning; a row of increments has covered a step of its own.
     both = len(increments) == 2
@@ -78,6 +81,7 @@ def sampled(readings: Readings, layout: Layout, where: str) -> Sampled:
         columns[name] = 0.5 * (before + columns[name][1:]) * np.diff(time_s)[:, None]
     if not both:
         columns = {k: v if k in {"gyro", "accelerometer"} - increments else v[1:] for k, v in columns.items()}
+        filled = filled[1:] | filled[:-1] if len(increments) == 0 else filled[1:]
         notes.append("The rates at the stamps were integrated to increments by the trapezoidal rule.")
     known = {name: columns.pop(name) for name in ("temperature_c", "height_baro_m") if name in columns}
     imu = Imu(
@@ -86,26 +90,54 @@ def sampled(readings: Readings, layout: Layout, where: str) -> Sampled:
         accelerometer=columns.pop("accelerometer"),
         accelerometer_form="increment",
         further=columns,
+        filled=filled if filled.any() else None,
         **known,
     )
     return Sampled(float(time_s[0] - step_s if both else time_s[0]), imu, tuple(notes))
 
 
-def _check_finite(readings: Readings, where: str) -> None:
-    values = {"time": readings.time_s, "gyro": readings.gyro, "accelerometer": readings.accelerometer}
+def _with_numbers(readings: Readings, where: str, notes: list[str]) -> Readings:
+    """The rows in which gyro and accelerometer hold numbers; other columns are straight lines where they do not."""
+    time_s = readings.time_s
+    values = {"time": time_s, "gyro": readings.gyro, "accelerometer": readings.accelerometer}
     for name, column in (values | readings.scalars).items():
-        sound = (np.abs(column.reshape(len(column), -1)) < LARGEST_VALUE).all(axis=1)  # False also for NaN
-        if not sound.all():
+        wild = ~(np.abs(column.reshape(len(column), -1)) < LARGEST_VALUE)  # true also of NaN
+        if name != "time":
+            wild &= ~np.isnan(column.reshape(len(column), -1))
+        if wild.any():
+            row = int(np.argmax(wild.any(axis=1)))
             raise DataRefused(
-                f"{where}: {name} is no finite sensor value in {(~sound).sum()} rows, first in row "
-                f"{np.argmin(sound) + readings.first_row}; remove or repair them, a missing IMU sample cannot be "
-                "navigated over"
+                f"{where}: {name} is no finite sensor value in {wild.any(axis=1).sum()} rows, first in row "
+                f"{row + readings.first_row}; remove them or write NaN there, which counts as a missing sample"
             )
-    if np.abs(readings.time_s).max() > LARGEST_TIME_S:
+    if np.abs(time_s).max() > LARGEST_TIME_S:
         raise DataRefused(
-            f"{where}: a time of {np.abs(readings.time_s).max():.3g} s, expected the seconds of a clock; "
+            f"{where}: a time of {np.abs(time_s).max():.3g} s, expected the seconds of a clock; "
             "check the unit of the time column"
         )
+    keep = np.isfinite(np.column_stack([readings.gyro, readings.accelerometer])).all(axis=1)
+    if not keep.all():
+        lost = np.flatnonzero(~keep)
+        notes.append(
+            f"{lost.size} rows hold no number for gyro or accelerometer, first row {lost[0] + readings.first_row}: "
+            "they count as missing."
+        )
+    if keep.sum() < FEWEST_ROWS:
+        raise DataRefused(f"{where}: {keep.sum()} rows hold numbers, expected at least three; check the columns")
+    scalars = {}
+    for name, column in readings.scalars.items():
+        known = np.isfinite(column.reshape(len(column), -1)).all(axis=1)
+        if not known.all():
+            if known.sum() < FEWEST_ROWS:
+                notes.append(f"The column {name} holds {known.sum()} numbers; it was left out.")
+                continue
+            rows = np.flatnonzero(known)
+            flat = column.reshape(len(column), -1)
+            lines = [np.interp(np.arange(len(column)), rows, line[known]) for line in flat.T]
+            column = np.column_stack(lines).reshape(column.shape)
+            notes.append(f"{(~known).sum()} values of {name} were no number and lie on straight lines now.")
+        scalars[name] = column[keep]
+    return Readings(time_s[keep], readings.gyro[keep], readings.accelerometer[keep], scalars, readings.first_row)
 
 
 def _increasing(time_s, columns, layout: Layout, where: str, first_row: int, notes: list[str]):
@@ -127,13 +159,16 @@ def _increasing(time_s, columns, layout: Layout, where: str, first_row: int, not
     return time_s[keep], {name: values[keep] for name, values in columns.items()}
 
 
+def _beyond(steps: np.ndarray, step_s: float, layout: Layout) -> np.ndarray:
+    """Which steps lack more than a row and more time than is filled."""
+    return (steps > LONGEST_STEP * step_s) & (steps - step_s > layout.fill_s) & (np.rint(steps / step_s) > 2.0)
+
+
 def _without_long_gaps(time_s, columns, layout: Layout, step_s: float, where: str, notes: list[str]):
-    """The longest part without a long gap, or all of it where long gaps are to be bridged."""
+    """The longest part without a long gap, or all of it where long gaps are to be cut later or bridged."""
     steps = np.diff(time_s)
-    lost = np.rint(steps / step_s) - 1.0
-    beyond = (steps - step_s > layout.short_gap_s) | (lost > layout.short_gap_rows)
-    long = np.flatnonzero((steps > LONGEST_STEP * step_s) & beyond)
-    if not long.size or layout.gaps == "bridge":
+    long = np.flatnonzero(_beyond(steps, step_s, layout))
+    if not long.size or layout.gaps in ("cut", "bridge"):
         return time_s, columns
     edges = np.concatenate([[0], long + 1, [len(time_s)]])
     k = int(np.argmax(np.diff(edges)))
@@ -146,8 +181,8 @@ def _without_long_gaps(time_s, columns, layout: Layout, step_s: float, where: st
     kept = f"the longest part without, {time_s[part][0]:.10g} to {time_s[part][-1]:.10g} s"
     if layout.gaps == "refuse":
         raise DataRefused(
-            f"{where}: {found}, expected steps of {step_s:.4g} s; --assume gaps=longest keeps {kept}, "
-            "--assume gaps=bridge draws a straight line over them"
+            f"{where}: {found}, expected steps of {step_s:.4g} s; --assume gaps=cut makes a recording of each part, "
+            f"--assume gaps=longest keeps {kept}, --assume gaps=bridge draws a straight line over them"
         )
     notes.append(f"Found {found}: kept was {kept}; {len(time_s) - (edges[k + 1] - edges[k])} rows were left out.")
     if edges[k + 1] - edges[k] < FEWEST_ROWS:
@@ -155,12 +190,13 @@ def _without_long_gaps(time_s, columns, layout: Layout, step_s: float, where: st
     return time_s[part], {name: values[part] for name, values in columns.items()}
 
 
-def _bridged(time_s, columns, increments: set[str], step_s: float, where: str, notes: list[str]):
-    """With rows on a straight line between their neighbours where some are missing."""
+def _bridged(time_s, columns, increments: set[str], layout: Layout, step_s: float, where: str, notes: list[str]):
+    """With rows on a straight line between their neighbours where some are missing, and which rows these are."""
     steps = np.diff(time_s)
-    gaps = np.flatnonzero(steps > LONGEST_STEP * step_s)
+    long = _beyond(steps, step_s, layout) & (layout.gaps == "cut")
+    gaps = np.flatnonzero((steps > LONGEST_STEP * step_s) & ~long)
     if not gaps.size:
-        return time_s, columns
+        return time_s, columns, np.zeros(len(time_s), dtype=bool)
     pieces = np.maximum(np.rint(np.minimum(steps[gaps] / step_s, 1e9)).astype(int), 2)
     if pieces.sum() > len(time_s):
         raise DataRefused(
@@ -182,6 +218,6 @@ def _bridged(time_s, columns, increments: set[str], step_s: float, where: str, n
     notes.append(
         f"{gaps.size} steps exceed {LONGEST_STEP} times the median step of {step_s:.4g} s, {steps[gaps].sum():.3g} s "
         f"in all, the longest {steps[gaps].max():.4g} s after {time_s[gaps[np.argmax(steps[gaps])]]:.10g} s: "
-        f"{len(added)} samples on straight lines were put in, not measured ones."
+        f"{len(added)} samples on straight lines were put in, not measured ones (column filled)."
     )
-    return merged, mended
+    return merged, mended, np.isin(merged, added)

@@ -80,7 +80,7 @@ def test_bad_text_is_refused(tmp_path, made):
         "holds no GPS.txt": {name: content for name, content in sound.items() if name != "GPS.txt"},
         "IMU.txt, line 1, column 3: 'x1'": member(sound, "IMU.txt", first, b"x1"),
         "IMU.txt, line 1: 7 columns, expected 8": member(sound, "IMU.txt", first, b""),
-        "gyro is no finite sensor value in 1 rows, first in row 1": member(sound, "IMU.txt", first, b"nan"),
+        "gyro is no finite sensor value in 1 rows, first in row 1": member(sound, "IMU.txt", first, b"inf"),
         "none of 26 epochs is valid": sound
         | {"GPS.txt": sound["GPS.txt"].replace(b" 3.000000000e+00", b" 1.000000000e+00")},
         "ATT: holds no attitude": sound | {"ATT.txt": b""},

@@ -241,7 +241,7 @@ def test_bad_tables_are_refused(tmp_path, motion):
             sound, 5, '0.06,0,0,0,0,0,"-9,8"'
         ),
         "row 2, column t: 's', expected a number": sound.replace("\n", "\ns,rad/s,rad/s,rad/s,m/s2,m/s2,m/s2\n", 1),
-        "accelerometer is no finite sensor value in 1 rows, first in row 5": line(sound, 5, "0.06,0,0,0,0,0,"),
+        "accelerometer is no finite sensor value in 1 rows, first in row 5": line(sound, 5, "0.06,0,0,0,0,0,-inf"),
         "gyro is no finite sensor value in 1 rows, first in row 5": line(sound, 5, "0.06,inf,0,0,0,0,-9.8"),
         "row 5: time repeats from 0.04 to 0.04 s": line(sound, 5, "0.04,0,0,0,0,0,-9.8"),
         "cannot be read as a table": line(sound, 5, row + ",1,2"),

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused
+from ins_eval.recording import Fixes, Imu, Recording, Start
 from ins_eval.recording.readers.layout import Layout
 from ins_eval.recording.readers.sampling import Readings, sampled
+from ins_eval.recording.readers.stretches import stretches
 
 RATES, INCREMENTS = Layout("rad/s", "m/s^2"), Layout("rad", "m/s")
 STEP_S = 0.01
@@ -77,23 +81,93 @@ def test_bridged_increments_lie_on_a_straight_line():
     np.testing.assert_allclose(found.imu.gyro[:, 0], even(100), rtol=1e-9)
 
 
-def test_a_long_gap_is_refused_with_both_ways_out():
+LOST = 80  # rows: more than is filled
+
+
+def test_a_long_gap_is_refused_where_that_is_assumed_with_every_way_out():
     with pytest.raises(DataRefused) as refused:
-        sampled(rows(without(100, 30, 20)), RATES, "FILE")
+        sampled(rows(without(200, 30, LOST)), RATES.overridden({"gaps": "refuse"}), "FILE")
     message = str(refused.value)
-    for said in ("FILE: 1 gap in time, the longest 0.21 s after 5.29 s", "expected steps of 0.01 s"):
+    for said in ("FILE: 1 gap in time, the longest 0.81 s after 5.29 s", "expected steps of 0.01 s"):
         assert said in message
-    assert "--assume gaps=longest keeps the longest part without, 5.5 to 5.99 s" in message
-    assert "--assume gaps=bridge" in message
+    assert "--assume gaps=longest keeps the longest part without, 6.1 to 6.99 s" in message
+    assert "--assume gaps=bridge" in message and "--assume gaps=cut" in message
 
 
-def test_a_long_gap_cut_or_bridged_as_assumed():
-    time_s = without(100, 30, 20)
+def test_a_long_gap_stays_or_is_left_out_or_bridged_as_assumed():
+    time_s = without(200, 30, LOST)
+    cut = sampled(rows(time_s), RATES, "file")
+    np.testing.assert_array_equal(cut.imu.time_s, time_s[1:])
+    assert cut.imu.filled is None
     longest = sampled(rows(time_s), RATES.overridden({"gaps": "longest"}), "file")
-    assert longest.start_s == pytest.approx(5.5)
+    assert longest.start_s == pytest.approx(6.1)
     assert "30 rows were left out" in longest.notes[0]
     bridged = sampled(rows(time_s), RATES.overridden({"gaps": "bridge"}), "file")
-    assert (bridged.start_s, len(bridged.imu.time_s)) == (5.0, 99)
+    assert (bridged.start_s, len(bridged.imu.time_s)) == (5.0, 199)
+    filled = sampled(rows(time_s), RATES.overridden({"fill_s": "1.0"}), "file")
+    np.testing.assert_array_equal(filled.imu.time_s, bridged.imu.time_s)
+
+
+def test_filled_samples_are_marked():
+    """A rate at a filled stamp enters the samples on both of its sides."""
+    found = sampled(rows(without(100, 50, 2)), RATES, "file")
+    np.testing.assert_array_equal(np.flatnonzero(found.imu.filled), [49, 50, 51])
+    found = sampled(rows(without(100, 50, 2)), INCREMENTS, "file")
+    np.testing.assert_array_equal(np.flatnonzero(found.imu.filled), [50, 51])
+    assert sampled(rows(even(100)), RATES, "file").imu.filled is None
+
+
+@pytest.mark.parametrize("column", ["gyro", "accelerometer"])
+def test_a_row_without_a_number_counts_as_missing(column):
+    readings = rows(even(100))
+    getattr(readings, column)[50, 1] = np.nan
+    found = sampled(readings, RATES, "FILE")
+    assert found.imu.filled.sum() == 2
+    np.testing.assert_allclose(found.imu.gyro[:, 0], 0.5 * np.diff(even(100) ** 2), rtol=1e-9)
+    assert "1 rows hold no number for gyro or accelerometer, first row 51" in found.notes[0]
+
+
+def test_a_temperature_without_a_number_lies_on_a_line():
+    readings = rows(even(100), temperature_c=even(100))
+    readings.scalars["temperature_c"][40:50] = np.nan
+    found = sampled(readings, RATES, "FILE")
+    np.testing.assert_allclose(found.imu.temperature_c, even(100)[1:], rtol=1e-12)
+    assert found.imu.filled is None
+    assert "10 values of temperature_c were no number and lie on straight lines now." in found.notes
+
+
+def recorded(lost: int, kind: str = "drive") -> Recording:
+    """Ten minutes at 10 Hz, a gap after five, and fixes that go north."""
+    time_s = np.delete(0.1 * np.arange(1, 6001), range(3000, 3000 + lost))
+    n, at_s = len(time_s), np.arange(0.0, 600.0)
+    imu = Imu(time_s, np.zeros((n, 3)), np.tile([0.0, 0.0, -0.98], (n, 1)), "increment", further={"supply_v": time_s})
+    fixes = Fixes(at_s, 0.5 + 1e-6 * at_s, 0.0 * at_s, 0.0 * at_s, np.tile([6.4, 0.0, 0.0], (600, 1)), at_s >= 0.0)
+    start = Start(0.0, 0.5, 0.0, 0.0, attitude_rad=(0.0, 0.0, 1.0))
+    return Recording("log", kind, start, imu, gps=fixes)
+
+
+def test_a_long_gap_cuts_a_recording_into_stretches():
+    one, two = stretches(recorded(200))
+    assert (one.name, two.name) == ("log-1", "log-2")
+    assert (one.start.time_s, one.imu.time_s[-1]) == (0.0, pytest.approx(300.0))
+    assert two.start.time_s == pytest.approx(320.1)
+    assert two.imu.time_s[0] == pytest.approx(320.2)
+    np.testing.assert_array_equal(two.imu.further["supply_v"], two.imu.time_s)
+    assert two.start.latitude_rad == pytest.approx(0.5 + 320e-6)
+    assert two.start.attitude_rad is None and one.start.attitude_rad is not None
+    assert two.gps.time_s[0] >= 319.0 and one.gps.time_s[-1] <= 301.0
+    assert "this is stretch 2 of 2" in two.notes[-1]
+    parked = stretches(recorded(200, "static"))[1]
+    assert parked.start.attitude_rad == (0.0, 0.0, 1.0)
+
+
+def test_a_recording_without_gaps_or_of_crumbs():
+    whole = recorded(0)
+    assert stretches(whole) == [whole]
+    time_s = np.concatenate([100.0 * k + 0.1 * np.arange(50) for k in range(5)])
+    imu = Imu(time_s, np.zeros((250, 3)), np.zeros((250, 3)), "increment")
+    with pytest.raises(DataRefused, match="no stretch lasts 10 s; --assume gaps=bridge"):
+        stretches(replace(whole, imu=imu))
 
 
 def test_no_more_is_made_up_than_was_recorded():
@@ -114,8 +188,8 @@ def test_time_that_does_not_go_on_is_refused_or_dropped(shift_s, how):
 
 
 @pytest.mark.parametrize("column", ["time_s", "gyro", "accelerometer", "temperature_c"])
-@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e300])
-def test_a_value_that_is_not_finite_is_refused_with_its_row(column, bad):
+@pytest.mark.parametrize("bad", [-np.inf, np.inf, 1e300])
+def test_a_value_that_no_sensor_has_is_refused_with_its_row(column, bad):
     readings = rows(even(20), temperature_c=np.zeros(20))
     values = readings.scalars[column] if column == "temperature_c" else getattr(readings, column)
     values[7] = bad
