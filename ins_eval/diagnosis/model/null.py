@@ -15,7 +15,8 @@ from ins_eval.diagnosis.model.geometry import moved, turned
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
-from ins_eval.navigation import PARKED, compensate, height_aid, samples, standstill_to_align_on
+from ins_eval.initialization import ATTITUDE, Initialization
+from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
 
@@ -54,6 +55,8 @@ class Believed:
 def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     """Compensate a recording as it believes, take off the effects it believes in, align where it gives no attitude.
 
+    Where the gyros do not find north either, the attitude is found from rest, motion and fixes (`initialization`).
+
     Where the table [earth] leaves the rotation out, a standstill gives the level alone, also with `earth.rotation`
     among the effects: both are to be compared from one start, and north found on these gyros would be of the one.
 
@@ -65,8 +68,10 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     imu, belief = recording.imu, recording.belief
     gyro = imu.gyro - np.asarray(belief.gyro.bias_radps) * interval_s
     start, sigma_n = recording.start, None
-    stand = standstill_to_align_on(recording)
-    if stand is not None:
+    stand = beginning(recording, velocity, folder) if finds_north else standstill_to_align_on(recording)
+    if isinstance(stand, Initialization):  # what it found of the biases stays in: it is what a diagnosis looks for
+        start, sigma_n, stand = stand.start, stand.sigmas[ATTITUDE], None
+    elif stand is not None:
         rows = slice(*np.searchsorted(imu.time_s, [stand.start_s + 1e-6, stand.end_s + 1e-6]))
         at = replace(start, time_s=float(imu.time_s[rows.start - 1]) if rows.start else start.time_s)
         if finds_north:
