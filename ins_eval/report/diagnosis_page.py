@@ -203,8 +203,7 @@ def _drives(entries: list[dict[str, Any]], seen: list[tuple[Mapping | None, Loca
             sigma=one.sigma,
             effect=one.effect,
             drive=one.drive,
-            channel=name,
-            unit=one.unit,
+            quantity=f"{name} [{one.unit}]",
             drive_name=drive_name,
             title=title,
         )

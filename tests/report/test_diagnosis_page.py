@@ -302,7 +302,7 @@ def test_effect_against_drive_draws_the_effect_where_there_is_one(explained: boo
     effect = 4.8 * drive if explained else np.full(64, np.nan)
     figure = drawn.effect_against_drive(
         time_s=time_s, mean=4.8 * drive + 0.1, sigma=np.full(64, 0.3), effect=effect, drive=drive,
-        channel="accelerometer z", unit="ug", drive_name="drive [degC^2]",
+        quantity="accelerometer z [ug]", drive_name="drive [degC^2]",
     )  # fmt: skip
     assert len(figure.axes) == 2
     assert figure.axes[0].get_ylabel() == "accelerometer z [µg]"
@@ -310,7 +310,7 @@ def test_effect_against_drive_draws_the_effect_where_there_is_one(explained: boo
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert ("the effect" in labels) == explained
     alone = drawn.effect_against_drive(
-        time_s=time_s, mean=drive, sigma=drive**2, effect=effect, drive=None, channel="c", unit="ug", drive_name=""
+        time_s=time_s, mean=drive, sigma=drive**2, effect=effect, drive=None, quantity="c [ug]", drive_name=""
     )
     assert len(alone.axes) == 1
     check(figure, "time in the recording [s]")

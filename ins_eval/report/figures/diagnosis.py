@@ -116,14 +116,13 @@ def effect_against_drive(
     sigma: np.ndarray,
     effect: np.ndarray,
     drive: np.ndarray | None,
-    channel: str,
-    unit: str,
+    quantity: str,
     drive_name: str,
     title: str = "The effect against its drive",
 ) -> Figure:
     """What is wrong in one channel, (windows,) with its `sigma`, over time and over the `drive`; `effect` drawn in.
 
-    An `effect` of NaN is not drawn; without a `drive` there is no second panel.
+    `quantity` and `drive_name` are the labels of the axes, "channel [unit]". An `effect` of NaN is not drawn; without a `drive` there is no second panel.
     """
     explained = bool(np.isfinite(effect).any())
     note = (
@@ -137,7 +136,7 @@ def effect_against_drive(
     )
     both = drive is not None
     figure, panels = sheet(5.9 if both else 3.4, title, note, rows=1 + both, squeeze=False)
-    label = _axis(f"{channel} [{unit}]")
+    label = _axis(quantity)
     top = panels[0, 0]
     top.fill_between(time_s, mean - BAND * sigma, mean + BAND * sigma, color="#dce6ee", linewidth=0, label="95 %")
     top.plot(time_s, mean, "o", color=FOUND, markersize=3.2, label="found without a form")

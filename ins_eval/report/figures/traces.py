@@ -140,7 +140,6 @@ def velocity_error(
     raw_mps: Series | None = None,
     rms_mps: Mapping[str, float] | None = None,
     reference: str = "GPS",
-    title: str = "",
 ) -> Figure:
     """One component of velocity, INS minus `reference`, for each compensation.
 
@@ -154,7 +153,7 @@ def velocity_error(
     if len(outages):
         note += " Dotted: bridged by regression over a GPS outage."
     suffix = {name: f", RMS {value:.2f} m/s" for name, value in (rms_mps or {}).items()}
-    title = title or f"{component.capitalize()} velocity error"
+    title = f"{component.capitalize()} velocity error"
     if raw_mps:
         figure, (main, small) = sheet(4.6, title, note, rows=2, sharex=True, height_ratios=[3, 1.2])
         _traces(small, time_s, raw_mps, None, {})
