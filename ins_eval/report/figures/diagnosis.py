@@ -122,7 +122,8 @@ def effect_against_drive(
 ) -> Figure:
     """What is wrong in one channel, (windows,) with its `sigma`, over time and over the `drive`; `effect` drawn in.
 
-    `quantity` and `drive_name` are the labels of the axes, "channel [unit]". An `effect` of NaN is not drawn; without a `drive` there is no second panel.
+    `quantity` and `drive_name` are labels of axes, "channel [unit]". An `effect` of NaN is not drawn; without a `drive`
+    there is no second panel.
     """
     explained = bool(np.isfinite(effect).any())
     note = (
