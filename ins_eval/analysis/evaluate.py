@@ -13,6 +13,7 @@ import pandas as pd
 
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import SINGLE, believed_model, read_model
+from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.effects import without_effects
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.imu import Mission
@@ -30,10 +31,11 @@ from ins_eval.navigation import (
     since_start,
     standstill_to_align_on,
 )
-from ins_eval.profile import Place, Profile, Thermal, load
-from ins_eval.recording import Recording
+from ins_eval.profile import load
+from ins_eval.recording import Imu, Recording, Start
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.stillness import Stretch
+from ins_eval.strapdown import SAMPLES_PER_STEP
 from ins_eval.tables import read_toml
 from ins_eval.trajectory import MAX_RATE_HZ, MIN_RATE_HZ
 from ins_eval.units import DEG
@@ -286,21 +288,26 @@ def _vertical(recording: Recording) -> str:
     return "damped by the known height" if recording.kind in PARKED else "free: no height was recorded to steady it"
 
 
-def _floor(recording: Recording, duration_s: float, rate_hz: float) -> dict[str, float]:
+def _floor(recording: Recording, duration_s: float, rate_hz: float) -> dict[str, Any]:
     """The same navigation of an IMU without errors: at the same place for as long, or on the shipped flight."""
     if recording.kind in PARKED:
-        start = recording.start
-        place = Place(
-            latitude_deg=start.latitude_rad / DEG,
-            longitude_deg=start.longitude_rad / DEG,
-            height_m=start.height_m,
-            heading_deg=0.0,
-            stand_s=0.0,
-        )
-        still = Thermal(self_heating_c=0.0)
-        profile = Profile(name="standstill", kind="static", duration_s=duration_s, start=place, thermal=still)
+        name, ideal = "standstill", _at_rest(recording, duration_s, rate_hz)
     else:
+        rate_hz = float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ))
         profile = load("climb-cruise-landing")
-    rate_hz = float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ))
-    _, horizontal_m, velocity_mps = numeric_floor(Mission(profile, rate_hz).ideal())
-    return {"rate_hz": rate_hz, "profile": profile.name, "horizontal_m": horizontal_m, "velocity_mps": velocity_mps}
+        name, ideal = profile.name, Mission(profile, rate_hz).ideal()
+    _, horizontal_m, velocity_mps = numeric_floor(ideal)
+    return {"rate_hz": rate_hz, "profile": name, "horizontal_m": horizontal_m, "velocity_mps": velocity_mps}
+
+
+def _at_rest(recording: Recording, duration_s: float, rate_hz: float) -> Recording:
+    """What an IMU without any error feels level, heading north and at rest at the start: w_ie dt and -g dt."""
+    place, steps = recording.start, max(SAMPLES_PER_STEP, round(duration_s * rate_hz))
+    latitude = place.latitude_rad
+    rate = EARTH_RATE * np.array([np.cos(latitude), 0.0, -np.sin(latitude)])
+    force = np.array([0.0, 0.0, -gravity(latitude, place.height_m)])
+    start = Start(0.0, latitude, place.longitude_rad, place.height_m, attitude_rad=(0.0, 0.0, 0.0))
+    gyro, accelerometer = (np.tile(mean / rate_hz, (steps, 1)) for mean in (rate, force))
+    return Recording(
+        "standstill", "static", start, Imu(np.arange(1, steps + 1) / rate_hz, gyro, accelerometer, "increment")
+    )
