@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
+from ins_eval.analysis.solution import SolutionEvaluation, evaluate_solution
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import SINGLE, believed_model, read_model
 from ins_eval.earth import EARTH_RATE, gravity
@@ -50,12 +51,14 @@ class RecordingEvaluation:
 
     `standstill` is the stretch it was aligned on (None: the attitude of its start was taken), `navigated` and
     `restarts` are by compensation; `restarts` is empty where none were asked for.
+    `solution` is what the INS put out itself, where that was recorded, too.
     """
 
     recording: Recording
     standstill: Stretch | None
     navigated: Mapping[str, Evaluation]
     restarts: Mapping[str, Restarts]
+    solution: SolutionEvaluation | None = None
 
     @property
     def first(self) -> Evaluation:
@@ -85,9 +88,9 @@ class RecordingEvaluation:
         """One row a compensation: velocity RMS in m/s, radial error rates in nmi/h, last radial error in m."""
         rows = {
             name: {
-                **{f"velocity_rms_{axis}_mps": value for axis, value in found["velocity_rms_mps"].items()},
-                **{f"{rate}_nmi_per_h": value for rate, value in found["radial_error_rate_nmi_per_h"].items()},
-                "final_radial_error_m": found["final_radial_error_m"],
+                **{f"velocity_rms_{axis}_mps": value for axis, value in found.get("velocity_rms_mps", {}).items()},
+                **{f"{rate}_nmi_per_h": v for rate, v in found.get("radial_error_rate_nmi_per_h", {}).items()},
+                "final_radial_error_m": found.get("final_radial_error_m"),
             }
             for name, found in self.tree["compensations"].items()
         }
@@ -123,9 +126,7 @@ class RecordingEvaluation:
                 "end_s": float(first.solution.time_s[-1]),
                 "vertical": _vertical(recording),
             },
-            "compensations": {
-                name: {**measures(e), "final_radial_error_m": _final_m(e)} for name, e in self.navigated.items()
-            },
+            "compensations": {name: {**measures(e), **_final(e)} for name, e in self.navigated.items()},
             "floor": self.floor,
             "reference": {
                 "kind": self.reference,
@@ -136,6 +137,8 @@ class RecordingEvaluation:
                 "last_s": float(time_s[-1]),
             },
         }
+        if self.solution is not None:
+            result["solution"] = self.solution.numbers
         if self.restarts:
             result["restarts"] = {
                 name: {
@@ -181,7 +184,8 @@ def evaluate_recording(
     pieces = {}
     if restart_every_s is not None:
         pieces = {name: restarts(arm.recording, arm.velocity, restart_every_s) for name, arm in arms.items()}
-    return RecordingEvaluation(recording, stand, evaluations, pieces)
+    solution = None if recording.solution is None else evaluate_solution(recording)
+    return RecordingEvaluation(recording, stand, evaluations, pieces, solution)
 
 
 @dataclass(frozen=True)
@@ -260,10 +264,13 @@ def _of_increments(recording: Recording) -> dict[str, _Arm]:
     return arms
 
 
-def _final_m(evaluation: Evaluation) -> float:
+def _final(evaluation: Evaluation) -> dict[str, float]:
+    """The radial error at the last epoch that has a position, where one has."""
     errors = evaluation.errors
-    last = np.flatnonzero(errors.valid)[-1]
-    return float(np.hypot(errors.north_m[last], errors.east_m[last]))
+    placed = np.flatnonzero(errors.valid & np.isfinite(errors.north_m))
+    if not placed.size:
+        return {}
+    return {"final_radial_error_m": float(np.hypot(errors.north_m[placed[-1]], errors.east_m[placed[-1]]))}
 
 
 def _alignment(recording: Recording, stand: Stretch | None, evaluation: Evaluation) -> dict[str, Any]:

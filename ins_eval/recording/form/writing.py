@@ -82,7 +82,9 @@ def write_chamber(
     columns = {column: np.concatenate([table[column] for table in tables]) for column in tables[0]}
     alone = several[0] if len(several) == 1 else replace(several[0], unit_id="", axis="")
     description = Description(format=FORMAT, kind=CHAMBER, name=name or alone.unit_id or None, notes=notes)
-    table = table_of(description, belief or Belief(), unused=("gps", "reference", "solution", "height", "earth", "gyro"))
+    table = table_of(
+        description, belief or Belief(), unused=("gps", "reference", "solution", "height", "earth", "gyro")
+    )
     of_axis = table["accelerometer"].get(alone.axis, {})
     table["accelerometer"] = {key: value for key, value in table["accelerometer"].items() if key not in tuple("xyz")}
     if alone.axis:
