@@ -289,19 +289,25 @@ def since_start(evaluation: Evaluation) -> tuple[Errors, np.ndarray]:
 
 
 def measures(evaluation: Evaluation) -> dict[str, dict[str, float]]:
-    """Velocity RMS and radial error rates of one navigated recording, by the names that the metrics have."""
+    """Velocity RMS and radial error rates of one navigated recording, by the names that the metrics have.
+
+    A group that the comparison lacks, velocity or position, is left out.
+    """
     errors, time_s = since_start(evaluation)
-    later = errors.valid & (time_s > 0.0)
-    rates = metrics.radial_error_rates(np.column_stack([errors.north_m, errors.east_m])[later], time_s[later])
-    rms = metrics.velocity_rms(errors.velocity_n, errors.valid)
-    return {
-        "velocity_rms_mps": {axis: float(value) for axis, value in rms._asdict().items()},
-        "radial_error_rate_nmi_per_h": {
+    later = errors.valid & (time_s > 0.0) & np.isfinite(errors.north_m)
+    moving = errors.valid & np.isfinite(errors.velocity_n[:, :2]).all(axis=1)
+    found: dict[str, dict[str, float]] = {}
+    if moving.any():
+        rms = metrics.velocity_rms(errors.velocity_n, moving)
+        found["velocity_rms_mps"] = {a: float(value) for a, value in rms._asdict().items() if np.isfinite(value)}
+    if later.any():
+        rates = metrics.radial_error_rates(np.column_stack([errors.north_m, errors.east_m])[later], time_s[later])
+        found["radial_error_rate_nmi_per_h"] = {
             "final": float(rates.final),
             "least_squares": float(rates.least_squares),
             "radial_error_rate_rms": float(rates.rms),
-        },
-    }
+        }
+    return found
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 
 from ins_eval import earth
 from ins_eval.errors import DataRefused
-from ins_eval.recording import Fixes, Start
+from ins_eval.recording import Fixes, Start, whole_rows
 from ins_eval.strapdown import Solution
 
 MISSING_ROW_FACTOR = 1.5  # a spacing above this many medians means that rows are missing
@@ -183,9 +183,7 @@ def _rows(fixes: Fixes) -> _Rows:
 def _with_missing_rows(rows: _Rows) -> _Rows:
     """The same reference on an unbroken series of epochs; `valid` tells which epochs it really delivers."""
     time_s, columns = rows.time_s, rows.columns
-    finite = np.isfinite(columns)
-    delivered = finite.any(axis=0)  # a quantity that is never there is not an outage
-    valid = rows.valid & finite[:, delivered].all(axis=1) & delivered.any()
+    valid = rows.valid & whole_rows(columns) & np.isfinite(columns).any(axis=1)
     spacing = np.diff(time_s)
     intervals = spacing / np.median(spacing) if spacing.size else spacing
     if not (intervals > MISSING_ROW_FACTOR).any():

@@ -11,8 +11,10 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
+from ins_eval.analysis.solution import SolutionEvaluation, evaluate_solution
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import SINGLE, believed_model, read_model
+from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.effects import without_effects
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.imu import Mission
@@ -38,10 +40,11 @@ from ins_eval.navigation import (
     samples,
     since_start,
 )
-from ins_eval.profile import Place, Profile, Thermal, load
-from ins_eval.recording import Recording
+from ins_eval.profile import load
+from ins_eval.recording import Imu, Recording, Start
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.stillness import Stretch
+from ins_eval.strapdown import SAMPLES_PER_STEP
 from ins_eval.tables import read_toml
 from ins_eval.trajectory import MAX_RATE_HZ, MIN_RATE_HZ
 from ins_eval.units import DEG, DEG_PER_H, UG
@@ -56,12 +59,14 @@ class RecordingEvaluation:
 
     `standstill` is the stretch it was aligned on (None: the attitude of its start was taken or found), `navigated` and
     `restarts` are by compensation; `restarts` is empty where none were asked for.
+    `solution` is what the INS put out itself, where that was recorded, too.
     """
 
     recording: Recording
     standstill: Stretch | None
     navigated: Mapping[str, Evaluation]
     restarts: Mapping[str, Restarts]
+    solution: SolutionEvaluation | None = None
 
     @property
     def first(self) -> Evaluation:
@@ -91,9 +96,9 @@ class RecordingEvaluation:
         """One row a compensation: velocity RMS in m/s, radial error rates in nmi/h, last radial error in m."""
         rows = {
             name: {
-                **{f"velocity_rms_{axis}_mps": value for axis, value in found["velocity_rms_mps"].items()},
-                **{f"{rate}_nmi_per_h": value for rate, value in found["radial_error_rate_nmi_per_h"].items()},
-                "final_radial_error_m": found["final_radial_error_m"],
+                **{f"velocity_rms_{axis}_mps": value for axis, value in found.get("velocity_rms_mps", {}).items()},
+                **{f"{rate}_nmi_per_h": v for rate, v in found.get("radial_error_rate_nmi_per_h", {}).items()},
+                "final_radial_error_m": found.get("final_radial_error_m"),
             }
             for name, found in self.tree["compensations"].items()
         }
@@ -130,9 +135,7 @@ class RecordingEvaluation:
                 "end_s": float(first.solution.time_s[-1]),
                 "vertical": _vertical(recording),
             },
-            "compensations": {
-                name: {**measures(e), "final_radial_error_m": _final_m(e)} for name, e in self.navigated.items()
-            },
+            "compensations": {name: {**measures(e), **_final(e)} for name, e in self.navigated.items()},
             "floor": self.floor,
             "reference": {
                 "kind": self.reference,
@@ -143,6 +146,8 @@ class RecordingEvaluation:
                 "last_s": float(time_s[-1]),
             },
         }
+        if self.solution is not None:
+            result["solution"] = self.solution.numbers
         if self.restarts:
             result["restarts"] = {
                 name: {
@@ -200,7 +205,8 @@ def evaluate_recording(
             for name, arm in arms.items()
         }
     stand = next((begin for begin in begins.values() if isinstance(begin, Stretch)), None)
-    return RecordingEvaluation(recording, stand, evaluations, pieces)
+    solution = None if recording.solution is None else evaluate_solution(recording)
+    return RecordingEvaluation(recording, stand, evaluations, pieces, solution)
 
 
 @dataclass(frozen=True)
@@ -284,10 +290,13 @@ def _listed(interval: np.ndarray) -> list[list[float]] | None:
     return interval.T.tolist() if np.isfinite(interval).all() else None
 
 
-def _final_m(evaluation: Evaluation) -> float:
+def _final(evaluation: Evaluation) -> dict[str, float]:
+    """The radial error at the last epoch that has a position, where one has."""
     errors = evaluation.errors
-    last = np.flatnonzero(errors.valid)[-1]
-    return float(np.hypot(errors.north_m[last], errors.east_m[last]))
+    placed = np.flatnonzero(errors.valid & np.isfinite(errors.north_m))
+    if not placed.size:
+        return {}
+    return {"final_radial_error_m": float(np.hypot(errors.north_m[placed[-1]], errors.east_m[placed[-1]]))}
 
 
 def _alignment(recording: Recording, stand: Stretch | None, evaluation: Evaluation) -> dict[str, Any]:
@@ -335,21 +344,26 @@ def _vertical(recording: Recording) -> str:
     return "damped by the known height" if recording.kind in PARKED else "free: no height was recorded to steady it"
 
 
-def _floor(recording: Recording, duration_s: float, rate_hz: float) -> dict[str, float]:
+def _floor(recording: Recording, duration_s: float, rate_hz: float) -> dict[str, Any]:
     """The same navigation of an IMU without errors: at the same place for as long, or on the shipped flight."""
     if recording.kind in PARKED:
-        start = recording.start
-        place = Place(
-            latitude_deg=start.latitude_rad / DEG,
-            longitude_deg=start.longitude_rad / DEG,
-            height_m=start.height_m,
-            heading_deg=0.0,
-            stand_s=0.0,
-        )
-        still = Thermal(self_heating_c=0.0)
-        profile = Profile(name="standstill", kind="static", duration_s=duration_s, start=place, thermal=still)
+        name, ideal = "standstill", _at_rest(recording, duration_s, rate_hz)
     else:
+        rate_hz = float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ))
         profile = load("climb-cruise-landing")
-    rate_hz = float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ))
-    _, horizontal_m, velocity_mps = numeric_floor(Mission(profile, rate_hz).ideal())
-    return {"rate_hz": rate_hz, "profile": profile.name, "horizontal_m": horizontal_m, "velocity_mps": velocity_mps}
+        name, ideal = profile.name, Mission(profile, rate_hz).ideal()
+    _, horizontal_m, velocity_mps = numeric_floor(ideal)
+    return {"rate_hz": rate_hz, "profile": name, "horizontal_m": horizontal_m, "velocity_mps": velocity_mps}
+
+
+def _at_rest(recording: Recording, duration_s: float, rate_hz: float) -> Recording:
+    """What an IMU without any error feels level, heading north and at rest at the start: w_ie dt and -g dt."""
+    place, steps = recording.start, max(SAMPLES_PER_STEP, round(duration_s * rate_hz))
+    latitude = place.latitude_rad
+    rate = EARTH_RATE * np.array([np.cos(latitude), 0.0, -np.sin(latitude)])
+    force = np.array([0.0, 0.0, -gravity(latitude, place.height_m)])
+    start = Start(0.0, latitude, place.longitude_rad, place.height_m, attitude_rad=(0.0, 0.0, 0.0))
+    gyro, accelerometer = (np.tile(mean / rate_hz, (steps, 1)) for mean in (rate, force))
+    return Recording(
+        "standstill", "static", start, Imu(np.arange(1, steps + 1) / rate_hz, gyro, accelerometer, "increment")
+    )

@@ -66,7 +66,10 @@ class Imu:
 
 @dataclass(frozen=True)
 class Fixes:
-    """Positions and velocities of another navigator: GPS, or a better INS (then with attitude)."""
+    """Positions and velocities of a navigator: GPS, a better INS (then with attitude), or the INS itself.
+
+    A group that is missing (position, velocity, attitude) is NaN; groups may have rows of their own.
+    """
 
     time_s: np.ndarray  # (m,)
     latitude_rad: np.ndarray
@@ -79,19 +82,36 @@ class Fixes:
     velocity_sigma_mps: np.ndarray | None = None
 
 
+def whole_rows(motion: np.ndarray) -> np.ndarray:
+    """Which rows of latitude, longitude, height and velocity (m, 6) hold what the table delivers, (m,) bool.
+
+    A column that is never there is not asked for, of attitude alone nothing. Where no row has position and velocity both, since each has rows of
+    its own, a row that has one of them is whole.
+    """
+    there = np.isfinite(motion)
+    delivered = there.any(axis=0)
+    groups = [there[:, columns][:, delivered[columns]] for columns in (slice(0, 3), slice(3, 6))]
+    whole = [group.all(axis=1) for group in groups if group.size]
+    if not whole:
+        return np.ones(len(motion), dtype=bool)
+    both = np.logical_and.reduce(whole)
+    return both if both.any() else np.logical_or.reduce(whole)
+
+
 @dataclass(frozen=True)
 class Recording:
-    """One uninterrupted recording of one instrument."""
+    """One uninterrupted recording of one instrument: its `imu`, its own `solution`, or both."""
 
     name: str
     kind: Literal["flight", "drive", "oven", "static"]
     start: Start
-    imu: Imu
+    imu: Imu | None  # None: only what the INS put out itself was recorded
     gps: Fixes | None = None
     reference: Fixes | None = None
     belief: Belief = field(default_factory=Belief)
     notes: tuple[str, ...] = field(default=())  # what a reader found and what it assumed, one sentence each
     folder: Path = field(default=Path("."), compare=False)  # to which files that the belief names are relative
+    solution: Fixes | None = None  # what the INS put out itself
 
     @cached_property
     def interval_s(self) -> np.ndarray:

@@ -40,6 +40,13 @@ class ReferenceBelief(GpsBelief):
     velocity_sigma_mps: NotNegative = 0.0
 
 
+class SolutionBelief(FormTable):
+    """What an INS put out itself."""
+
+    time_offset_s: float = 0.0  # stamp minus the IMU's (without IMU: GPS and reference's) time of the same instant
+    name: str | None = None  # of the INS
+
+
 class HeightBelief(FormTable):
     """What steadies the vertical channel; `sigma_m` is its slow error."""
 
@@ -142,6 +149,7 @@ class Belief(FormTable):
 
     gps: GpsBelief = GpsBelief()
     reference: ReferenceBelief = ReferenceBelief()
+    solution: SolutionBelief = SolutionBelief()
     height: HeightBelief = HeightBelief()
     earth: EarthBelief = EarthBelief()
     gyro: GyroBelief = GyroBelief()

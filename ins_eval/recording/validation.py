@@ -38,14 +38,16 @@ def validate(recording: Recording) -> Recording:
     Raises `DataRefused`.
     """
     where = f"recording '{recording.name}'"
+    for table, fixes in (("gps", recording.gps), ("reference", recording.reference), ("solution", recording.solution)):
+        if fixes is not None:
+            _check_fixes(fixes, f"{where}, {table}")
+    if recording.imu is None:
+        return recording
     _check_start(recording, where)
     _check_shapes(recording.imu, where)
     _check_finite(recording.imu, where)
     step_s = _check_time(recording, where)
     _check_range(recording.imu, step_s, where)
-    for table, fixes in (("gps", recording.gps), ("reference", recording.reference)):
-        if fixes is not None:
-            _check_fixes(fixes, f"{where}, {table}")
     if recording.kind in ("oven", "static"):
         _check_rest(recording, where)
     suspicions = _suspicions(recording.imu, step_s)
@@ -151,8 +153,11 @@ def _check_fixes(fixes: Fixes, where: str) -> None:
         )
     valid = fixes.valid.astype(bool)
     position = np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m])[valid]
-    delivered = np.isfinite(position).any(axis=0)  # a reference may lack any of them throughout
-    if not np.isfinite(position[:, delivered]).all():
+    delivered = np.isfinite(position).any(axis=0)  # any of them may be missing throughout
+    there = np.isfinite(position[:, delivered])
+    # groups may have rows of their own
+    apart = ~there.any(axis=1) & np.isfinite(fixes.velocity_n[valid, :2]).all(axis=1)
+    if not (there.all(axis=1) | apart).all():
         raise DataRefused(f"{where}: a fix marked valid has no position; mark it valid = 0 or leave the row out")
     if (np.abs(position[:, 0]) > np.pi / 2).any():  # NaN compares false
         raise DataRefused(

@@ -28,6 +28,7 @@ from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S, Solution
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.model.null import Believed
+    from ins_eval.recording.belief import EarthBelief
 
 STATES = 9
 POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
@@ -68,7 +69,7 @@ def build(believed: Believed, solution: Solution, nodes_s: np.ndarray) -> ErrorM
     if believed.recording.kind in PARKED:  # an attitude error turns whatever was felt, noise included
         felt = drives.integrate(believed, solution, nodes_s, calm=False)
     force_n = sum(felt[:, drives.source("accelerometer", axis, "f")] for axis in range(3)) / dt
-    matrices, missing = _dynamics(believed, states, force_n)
+    matrices, missing = dynamics(believed.recording.belief.earth, states, force_n)
     full, half = matrices * dt[:, None], matrices * (0.5 * dt[:, None])
     eye = np.eye(STATES)
     return ErrorModel(
@@ -82,9 +83,11 @@ def build(believed: Believed, solution: Solution, nodes_s: np.ndarray) -> ErrorM
     )
 
 
-def _dynamics(believed: Believed, states: States, force_n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """F (k, 9, 9), and the rates (k, 5, 6) by which each term of `EarthBelief` would be missing."""
-    earth = believed.recording.belief.earth
+def dynamics(earth: EarthBelief, states: States, force_n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """F (k, 9, 9), and the rates (k, 5, 6) by which each term of `EarthBelief` would be missing.
+
+    Parameters: `states` at k + 1 nodes, and the mean specific force `force_n` (k, 3) in m/s^2 between them.
+    """
     rotation, coriolis, transport = float(earth.rotation), float(earth.coriolis), float(earth.transport_rate)
 
     def middle(values: np.ndarray) -> np.ndarray:

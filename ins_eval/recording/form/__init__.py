@@ -4,6 +4,7 @@
     NAME/imu.parquet           or .csv, one row a sample
     NAME/gps.parquet           or .csv, one row a fix, optional
     NAME/reference.parquet     or .csv, a better navigator, optional
+    NAME/solution.parquet      or .csv, what the INS put out itself, optional beside imu, or instead of it
     NAME/chamber.parquet       or .csv, one row a reading, of kind "chamber" only
     NAME/truth.parquet         optional; nothing here ever opens it
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
-from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording
+from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start, whole_rows
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.form.columns import Columns, open_table
 from ins_eval.recording.form.description import CHAMBER, ImuTable, Opened, one_line, open_folder, shown
@@ -36,8 +36,8 @@ CLOCK_TOLERANCE = 0.1  # of the step that rate_hz states; milliseconds for secon
 POSITION_TOLERANCE_G = 0.1  # an index head stands within a few degrees, and local gravity within 0.5 %
 
 
-def read(folder: str | Path) -> Recording:
-    """Read a recording of kind flight, drive, oven or static.
+def read(folder: str | Path, solution_alone: bool = False) -> Recording:
+    """Read a recording of kind flight, drive, oven or static; with `solution_alone` also one without ``imu``.
 
     Rates (at their times) become increments over the sample, by the trapezoid with the sample before:
 
@@ -53,6 +53,38 @@ def read(folder: str | Path) -> Recording:
         raise UsageError(
             f"{opened.file}: is of kind '{CHAMBER}', expected a flight, drive, oven or static; calibrate on it"
         )
+    gps, of_gps = _fixes(opened, "gps")
+    reference, of_reference = _fixes(opened, "reference")
+    solution, of_solution = _fixes(opened, "solution")
+    table = open_table(opened.folder, "imu")
+    if table is None and solution is not None:
+        if not solution_alone:
+            raise DataRefused(
+                f"{opened.folder}: holds no imu, only the solution that an INS put out; expected imu.parquet or "
+                "imu.csv; add it, or take `ins-eval evaluate`, which needs none"
+            )
+        start, imu, assumed = _start_of_solution(opened, solution), None, []
+    else:
+        start, imu, assumed = _start_and_imu(opened)
+    notes = (*opened.notes, *assumed, *of_gps, *of_reference, *of_solution)
+    recording = Recording(
+        name=opened.name,
+        kind=description.kind,
+        start=start,
+        imu=imu,
+        gps=gps,
+        reference=reference,
+        belief=opened.belief,
+        notes=tuple(dict.fromkeys(notes)),
+        folder=Path(folder),
+        solution=solution,
+    )
+    return _validated(recording, opened)
+
+
+def _start_and_imu(opened: Opened) -> tuple[Start, Imu, list[str]]:
+    """The start, the table ``imu`` and notes on both."""
+    description = opened.description
     for key in ("imu", "start"):
         if getattr(description, key) is None:
             raise DataRefused(f"{opened.file}: '[{key}]' is missing; add that table")
@@ -67,21 +99,23 @@ def read(folder: str | Path) -> Recording:
     imu, assumed = _imu(table, description.imu, time_s, start.time_s)
     if description.start.time_s is None:
         assumed.append("The start has no time_s: it was taken one step before the first sample.")
-    gps, of_gps = _fixes(opened, "gps")
-    reference, of_reference = _fixes(opened, "reference")
-    notes = dict.fromkeys((*opened.notes, *table.notes, *assumed, *of_gps, *of_reference))
-    recording = Recording(
-        name=opened.name,
-        kind=description.kind,
-        start=start,
-        imu=imu,
-        gps=gps,
-        reference=reference,
-        belief=opened.belief,
-        notes=tuple(notes),
-        folder=Path(folder),
+    return start, imu, [*table.notes, *assumed]
+
+
+def _start_of_solution(opened: Opened, solution: Fixes) -> Start:
+    """The start that is stated, or the first row of the solution with a position; without one its place is NaN."""
+    stamp_s = solution.time_s - opened.belief.solution.time_offset_s
+    if opened.description.start is not None:
+        return opened.description.start.state(one_step_before_s=float(stamp_s[0]))
+    placed = np.flatnonzero(np.isfinite(solution.latitude_rad) & np.isfinite(solution.longitude_rad))
+    row = int(placed[0]) if placed.size else 0
+    return Start(
+        time_s=float(stamp_s[row]),
+        latitude_rad=float(solution.latitude_rad[row]),
+        longitude_rad=float(solution.longitude_rad[row]),
+        height_m=float(np.nan_to_num(solution.height_m[row])),
+        velocity_n=tuple(np.nan_to_num(solution.velocity_n[row]).tolist()),
     )
-    return _validated(recording, opened)
 
 
 def read_chamber(folder: str | Path, unit: str | None = None) -> ChamberReadings:
@@ -195,11 +229,18 @@ def _imu(table: Columns, meaning: ImuTable, time_s: np.ndarray, start_s: float) 
 
 
 def _fixes(opened: Opened, name: str) -> tuple[Fixes | None, list[str]]:
-    """The table ``gps``, or ``reference`` of which any column but the time may be missing, and notes on it."""
+    """The table ``gps``, ``reference`` or ``solution``, and notes on it; of its groups of columns any may be missing.
+
+    A row is valid where it has all groups that the table ever has; where no row has, since groups have rows of their
+    own, a row that has one of them.
+    """
     table = open_table(opened.folder, name)
     if table is None:
         return None, []
-    table.require(("time_s",) if name == "reference" else ("time_s", *POSITION, *VELOCITY))
+    table.require(("time_s",))
+    attitudes = ATTITUDE if name != "gps" else ()
+    if name == "gps":
+        _check_groups(table)
     time_s = table.increasing_time()
     missing = np.full(time_s.size, np.nan)
 
@@ -211,12 +252,11 @@ def _fixes(opened: Opened, name: str) -> tuple[Fixes | None, list[str]]:
 
     latitude, longitude, height_m, *velocity = (filled(of) for of in (*POSITION, *VELOCITY))
     motion = np.column_stack([latitude, longitude, height_m, *velocity])
-    delivered = motion[:, ~np.isnan(motion).all(axis=0)]  # a quantity that is never there is not an outage
-    valid = ~np.isnan(delivered).any(axis=1)
+    valid = whole_rows(motion)
     if (flag := column(VALID)) is not None:
         valid &= np.nan_to_num(flag, nan=0.0) != 0.0
-    attitude = [filled(of) * DEG for of in ATTITUDE] if name == "reference" else []
-    known = ("time_s", *POSITION, *VELOCITY, VALID, *SIGMAS, *(ATTITUDE if name == "reference" else ()))
+    attitude = [filled(of) * DEG for of in attitudes]
+    known = ("time_s", *POSITION, *VELOCITY, VALID, *SIGMAS, *attitudes)
     position_sigma_m, velocity_sigma_mps = (column(of) for of in SIGMAS)
     fixes = Fixes(
         time_s=time_s,
@@ -230,6 +270,16 @@ def _fixes(opened: Opened, name: str) -> tuple[Fixes | None, list[str]]:
         velocity_sigma_mps=velocity_sigma_mps,
     )
     return fixes, [*table.notes, *table.slips(known)]
+
+
+def _check_groups(table: Columns) -> None:
+    """A receiver gives a position or a velocity, and of neither only one half."""
+    halves = (POSITION[:2], VELOCITY[:2])
+    for one, other in (*halves, *(half[::-1] for half in halves)):
+        if one in table.names and other not in table.names:
+            table.require(("time_s", one, other))
+    if not any(half[0] in table.names for half in halves):
+        table.require(("time_s", *POSITION, *VELOCITY))
 
 
 def _validated(recording: Recording, opened: Opened) -> Recording:

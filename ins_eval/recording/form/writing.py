@@ -34,7 +34,7 @@ from ins_eval.recording.form.toml import dumps
 from ins_eval.tables import parse
 from ins_eval.units import to_degrees_exactly
 
-TABLES = ("imu", "gps", "reference", "chamber", "truth")
+TABLES = ("imu", "gps", "reference", "solution", "chamber", "truth")
 HEAD = f"A recording in the form {FORMAT}. The unit of a value is in its name."
 BELIEF_HEAD = """What is believed of an instrument: the tables of recording.toml that are not data.
 The unit of a value is in its name; that of an effect stands beside it."""
@@ -51,23 +51,18 @@ def write(recording: Recording, folder: str | Path, truth: Fixes | None = None) 
     an earlier recording in the folder is replaced with all its tables.
     Raises UsageError for a folder with tables of another origin, which would mix with these, and StorageError.
     """
-    tables = {"imu": _imu(recording.imu)}
-    if recording.gps is not None:
-        tables["gps"] = _fixes(recording.gps, all_columns=True)
-    if recording.reference is not None:
-        tables["reference"] = _fixes(recording.reference, all_columns=False)
-    if truth is not None:
-        tables["truth"] = _fixes(truth, all_columns=False)
-    rate_hz = 1.0 / float(np.median(np.diff(recording.imu.time_s)))
+    of_fixes = {"gps": recording.gps, "reference": recording.reference, "solution": recording.solution, "truth": truth}
+    tables = {} if recording.imu is None else {"imu": _imu(recording.imu)}
+    tables |= {name: _fixes(fixes) for name, fixes in of_fixes.items() if fixes is not None}
     description = Description(
         format=FORMAT,
         kind=recording.kind,
         name=recording.name,
         notes=recording.notes,
-        imu=ImuTable(rate_hz=float(f"{rate_hz:.9g}"), gyro="increment", accelerometer=recording.imu.accelerometer_form),
-        start=_start(recording),
+        imu=None if recording.imu is None else _imu_table(recording.imu),
+        start=_start(recording) if np.isfinite(recording.start.latitude_rad) else None,
     )
-    unused = tuple(name for name in ("gps", "reference") if name not in tables)
+    unused = tuple(name for name in ("gps", "reference", "solution") if name not in tables)
     return _write_folder(Path(folder), table_of(description, recording.belief, unused), tables)
 
 
@@ -88,7 +83,9 @@ def write_chamber(
     columns = {column: np.concatenate([table[column] for table in tables]) for column in tables[0]}
     alone = several[0] if len(several) == 1 else replace(several[0], unit_id="", axis="")
     description = Description(format=FORMAT, kind=CHAMBER, name=name or alone.unit_id or None, notes=notes)
-    table = table_of(description, belief or Belief(), unused=("gps", "reference", "height", "earth", "gyro"))
+    table = table_of(
+        description, belief or Belief(), unused=("gps", "reference", "solution", "height", "earth", "gyro")
+    )
     of_axis = table["accelerometer"].get(alone.axis, {})
     table["accelerometer"] = {key: value for key, value in table["accelerometer"].items() if key not in tuple("xyz")}
     if alone.axis:
@@ -185,6 +182,11 @@ def _degrees(rad: tuple[float, float, float] | None) -> tuple[float, ...] | None
     return None if rad is None else tuple(to_degrees_exactly(rad).tolist())
 
 
+def _imu_table(imu: Imu) -> ImuTable:
+    rate_hz = 1.0 / float(np.median(np.diff(imu.time_s)))
+    return ImuTable(rate_hz=float(f"{rate_hz:.9g}"), gyro="increment", accelerometer=imu.accelerometer_form)
+
+
 def _imu(imu: Imu) -> Table:
     columns = {"time_s": imu.time_s}
     columns |= dict(zip((*GYRO, *ACCELEROMETER), (*imu.gyro.T, *imu.accelerometer.T), strict=True))
@@ -199,14 +201,15 @@ def _imu(imu: Imu) -> Table:
     return columns | {name: values for name, values in imu.further.items() if name not in columns}
 
 
-def _fixes(fixes: Fixes, all_columns: bool) -> Table:
-    """Columns of a table of fixes; those that hold nothing are left out unless `all_columns` are wanted."""
+def _fixes(fixes: Fixes) -> Table:
+    """Columns of a table of fixes; those that hold nothing are left out, unless all do."""
     latitude, longitude = to_degrees_exactly(fixes.latitude_rad), to_degrees_exactly(fixes.longitude_rad)
     motion = dict(zip((*POSITION, *VELOCITY), (latitude, longitude, fixes.height_m, *fixes.velocity_n.T), strict=True))
     if fixes.attitude_rad is not None:
         motion |= dict(zip(ATTITUDE, to_degrees_exactly(fixes.attitude_rad).T, strict=True))
     columns = {"time_s": fixes.time_s}
-    columns |= {name: values for name, values in motion.items() if all_columns or not np.isnan(values).all()}
+    delivered = {name: values for name, values in motion.items() if not np.isnan(values).all()}
+    columns |= delivered or motion
     columns[VALID] = np.asarray(fixes.valid).astype(np.int8)
     columns |= {name: getattr(fixes, name) for name in SIGMAS if getattr(fixes, name) is not None}
     return columns

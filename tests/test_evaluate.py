@@ -1,0 +1,59 @@
+"""`evaluate` of a standstill anywhere and for any time: its numeric floor needs no limit of the simulator."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from ins_eval.analysis.evaluate import evaluate_recording
+from ins_eval.cli import main
+from ins_eval.recording import Imu, Recording, Start, form
+from ins_eval.units import DEG
+
+EARTH_RATE = 7.292115e-5  # rad/s, WGS-84
+LOCAL_GRAVITY = {34.0: 9.7965, 86.0: 9.8319}  # m/s^2 at height 0, Somigliana, rounded
+FLOOR_M, FLOOR_MPS = 0.2, 1e-4  # steps of 4 s over 30 h; a wrong term of the equations makes kilometres
+TILT_DEG = 0.003
+
+
+def standstill(latitude_deg: float, longitude_deg: float, height_m: float, hours: float, rate_hz: float) -> Recording:
+    """A level unit that heads north and whose gyros and accelerometers have only the error of the rounded gravity."""
+    n = round(3600.0 * hours * rate_hz)
+    rate = EARTH_RATE * np.array([np.cos(latitude_deg * DEG), 0.0, -np.sin(latitude_deg * DEG)])
+    force = np.array([0.0, 0.0, -LOCAL_GRAVITY[latitude_deg]])
+    start = Start(
+        0.0, latitude_deg * DEG, longitude_deg * DEG, height_m,
+        attitude_rad=(0.0, 0.0, 0.0), attitude_sigma_rad=(TILT_DEG * DEG,) * 3,
+    )  # fmt: skip
+    imu = Imu(
+        np.arange(1, n + 1) / rate_hz, np.tile(rate / rate_hz, (n, 1)), np.tile(force / rate_hz, (n, 1)), "increment"
+    )
+    return Recording("parked", "static", start, imu)
+
+
+@pytest.mark.parametrize(
+    "place",
+    [(34.0, 200.0, 400.0), (86.0, 20.0, 0.0), (34.0, 20.0, -600.0), (86.0, -200.0, -600.0)],
+    ids=["longitude 200", "latitude 86", "below the sea", "all"],
+)
+def test_a_standstill_is_evaluated_anywhere(place, tmp_path):
+    folder = form.write(standstill(*place, hours=0.2, rate_hz=10.0), tmp_path / "parked")
+    assert main(["evaluate", str(folder), "--output", str(tmp_path / "page"), "--quiet"]) == 0
+    tree = json.loads((tmp_path / "page" / "metrics.json").read_text())
+    assert tree["floor"]["horizontal_m"] < FLOOR_M and tree["floor"]["velocity_mps"] < FLOOR_MPS
+
+
+def test_a_standstill_of_thirty_hours_is_evaluated():
+    found = evaluate_recording(standstill(34.0, 108.0, 400.0, hours=30.0, rate_hz=1.0))
+    assert found.floor["horizontal_m"] < FLOOR_M and found.floor["velocity_mps"] < FLOOR_MPS
+    assert found.tree["navigation"]["end_s"] == 30.0 * 3600.0
+
+
+def test_a_longitude_beyond_a_full_turn_is_refused_with_the_range(tmp_path, capsys):
+    folder = form.write(standstill(34.0, 20.0, 0.0, hours=0.1, rate_hz=10.0), tmp_path / "parked")
+    text = (folder / "recording.toml").read_text().replace("longitude_deg = 20.0", "longitude_deg = 420.0")
+    (folder / "recording.toml").write_text(text)
+    assert main(["evaluate", str(folder), "--quiet"]) == 3
+    assert "360" in capsys.readouterr().err
