@@ -84,6 +84,7 @@ class Recording:
     belief: Belief = field(default_factory=Belief)
     notes: tuple[str, ...] = field(default=())  # what a reader found and what it assumed, one sentence each
     folder: Path = field(default=Path("."), compare=False)  # to which files that the belief names are relative
+    solution: Fixes | None = None  # what an INS put out itself
 
     @cached_property
     def interval_s(self) -> np.ndarray:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 
 import numpy as np
-import pandas as pd
 
+from ins_eval.errors import InsEvalError
+from ins_eval.recording.readers.columns import Columns
 from ins_eval.units import STANDARD_GRAVITY
 
 UNKNOWN = "?"
@@ -57,9 +58,9 @@ height_m = 0.0
 """
 
 
-def template(table: pd.DataFrame) -> str:
+def template(table: Columns) -> str:
     """The text of a mapping file; what cannot be guessed from the names stands as "?"."""
-    names = [str(name) for name in table.columns]
+    names = table.names()
     numbered = all(_is_number(name) for name in names)
     time = next((name for name in names if TIME.fullmatch(_plain(name))), UNKNOWN)
     gyro = [_of_axis(names, GYRO, SHORT["gyro"], axis) for axis in "xyz"]
@@ -95,11 +96,11 @@ def _of_axis(names: list[str], long: str, short: tuple[str, ...], axis: str) -> 
     return next((name for name in names if pattern.fullmatch(_plain(name))), UNKNOWN)
 
 
-def _values(table: pd.DataFrame, name: str) -> np.ndarray:
-    if name not in table.columns or isinstance(table[name], pd.DataFrame):
+def _values(table: Columns, name: str) -> np.ndarray:
+    try:
+        return table.numbers(name, "the template")[:100_000]
+    except InsEvalError:  # no such column, or one that is no number: nothing can be guessed from it
         return np.zeros(0)
-    values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
-    return values[:100_000]
 
 
 def _unit(name: str) -> str:
@@ -107,7 +108,7 @@ def _unit(name: str) -> str:
     return f'unit = "{name}"'.ljust(27)
 
 
-def _up_note(table: pd.DataFrame, columns: list[str]) -> str:
+def _up_note(table: Columns, columns: list[str]) -> str:
     """Which of x, y, z points up: at rest the specific force does."""
     parts = [_values(table, name) for name in columns]
     if not all(part.size and np.isfinite(part).any() for part in parts):
@@ -119,7 +120,7 @@ def _up_note(table: pd.DataFrame, columns: list[str]) -> str:
     return f"; here {'xyz'[axis]} points {'up' if means[axis] > 0.0 else 'down'}, if this is mostly level"
 
 
-def _force_unit(table: pd.DataFrame, columns: list[str]) -> tuple[str, str]:
+def _force_unit(table: Columns, columns: list[str]) -> tuple[str, str]:
     parts = [_values(table, name) for name in columns]
     if not all(part.size for part in parts):
         return "m/s^2", ""
@@ -132,7 +133,7 @@ def _force_unit(table: pd.DataFrame, columns: list[str]) -> tuple[str, str]:
     return "m/s^2", f"; gravity reads {size:.4g}, which looks like none of the rates"
 
 
-def _time_unit(table: pd.DataFrame, name: str) -> str:
+def _time_unit(table: Columns, name: str) -> str:
     steps = np.diff(_values(table, name))
     steps = steps[np.isfinite(steps)]
     step = float(np.median(steps)) if steps.size else 0.0
