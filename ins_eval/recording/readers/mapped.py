@@ -13,7 +13,7 @@ import numpy as np
 
 from ins_eval.errors import UsageError
 from ins_eval.recording import Recording
-from ins_eval.recording.readers import assembly, fix_columns, mapping_template
+from ins_eval.recording.readers import assembly, fix_columns, mapping_template, receivers
 from ins_eval.recording.readers.columns import Columns, same_length, vectors
 from ins_eval.recording.readers.fix_columns import SPEED_UNITS, stamps
 from ins_eval.recording.readers.layout import Layout, choose
@@ -45,6 +45,10 @@ def read(path: Path, assumed: Mapping[str, str], opened: Opened) -> Recording:
         described = getattr(mapping, name)
         if described is not None:
             others[name] = _others(path, source, described, (file, name), origin_s, assumed, opened)
+    if mapping.gps is None and "gps.file" in assumed:
+        span_s = (float(np.nanmin(readings.time_s)), float(np.nanmax(readings.time_s)))
+        others["gps"], found = receivers.read(Path(assumed["gps.file"]), span_s, origin_s)
+        other_notes += found
     return assembly.recording(
         assembly.Tables(
             name=mapping.name or path.stem,

@@ -11,6 +11,8 @@ from ins_eval.recording.readers.columns import Columns
 from ins_eval.units import STANDARD_GRAVITY
 
 UNKNOWN = "?"
+MOST_LISTED = 200
+COLUMN = re.compile(r"[^\[]+\[\d+\]")
 TIME = re.compile(r"(t|ts|time|times|timestamp|stamp|sec|secs|seconds|timems|timeus|timens|timestampn?s|timestampms)")
 GYRO = r"(imu)?(gyro(scope)?|gyr|omega|ang(ular)?(vel(ocity)?|rate)|rotationrate|rate)"
 ACCELEROMETER = r"(imu)?(acc(el)?(eration|erometer)?|lin(ear)?acc(el)?(eration)?|specificforce|force)"
@@ -28,7 +30,7 @@ axes = "FRD"               # where x, y, z point: Forward Backward Right Left Do
 {header}
 [time]
 column = {time}
-{time_unit}# s, ms, us, ns
+{time_unit}# s, ms, us, ns, date; week = "w" where it counts from a GPS week
 
 [gyro]
 columns = [{gyro}]
@@ -47,12 +49,18 @@ longitude_deg = 0.0
 height_m = 0.0
 # attitude_deg = [0.0, 0.0, 90.0]      roll, pitch, heading, if known; otherwise it is aligned at rest
 
-# [gps]                    # likewise [reference], a better navigator
+# speed = {{ column = "v", unit = "km/h" }}      above [time]: a speedometer; m/s, km/h, knots
+
+# [gps]                    # likewise [reference], a better navigator; leave out the groups that it does not have
 # file = "gps.csv"         # leave out where the fixes are in the same table
 # time = {{ column = "t", unit = "s" }}
 # position = {{ columns = ["lat", "lon", "height"], unit = "deg" }}       # deg, rad, 1e-7 deg; height in m
-# velocity = {{ columns = ["vn", "ve", "vd"], axes = "NED" }}             # m/s; NED, ENU, "speed course down"
-# attitude = {{ columns = ["roll", "pitch", "heading"], unit = "deg" }}   # of a reference
+#            {{ columns = ["n", "e", "d"], frame = "NED", origin = {{ latitude_deg = 0.0, longitude_deg = 0.0 }} }}
+#            frame: NED, ENU, ECEF in m
+# velocity = {{ columns = ["vn", "ve", "vd"], axes = "NED" }}             # or NEU, ENU, ECEF, NE, "speed course",
+#            "speed course down"; unit = "m/s", "km/h", "knots"; course_unit = "deg", "rad"
+# attitude = {{ columns = ["roll", "pitch", "heading"], unit = "deg" }}
+#            {{ columns = ["qw", "qx", "qy", "qz"], form = "w x y z", frame = "NED", axes = "FRD" }}
 
 # [belief.gyro]            # what is believed of the instrument, as in recording.toml: bias_radps, ...
 """
@@ -68,7 +76,7 @@ def template(table: Columns) -> str:
     temperature = next((name for name in names if TEMPERATURE.fullmatch(_plain(name))), None)
     force_unit, force_note = _force_unit(table, accelerometer)
     return TEXT.format(
-        found=", ".join(_ascii(name) for name in names[:40]) + (", ..." if len(names) > 40 else ""),
+        found=", ".join(_listed(names)),
         header="header = false             # the first line holds numbers: name columns by their number, from 1\n"
         if numbered
         else "",
@@ -83,6 +91,15 @@ def template(table: Columns) -> str:
         temperature="" if temperature else "# ",
         temperature_column=_quoted(temperature or "temp"),
     )
+
+
+def _listed(names: list[str]) -> list[str]:
+    """The names, ``m[1]`` to ``m[9]`` of a matrix as one, at most `MOST_LISTED`."""
+    matrices: dict[str, list[str]] = {}
+    for name in names:
+        matrices.setdefault(name.partition("[")[0] if COLUMN.fullmatch(name) else name, []).append(name)
+    listed = [_ascii(one[0] if len(one) == 1 else f"{one[0]} to {one[-1]}") for one in matrices.values()]
+    return listed[:MOST_LISTED] + ["..."] * (len(listed) > MOST_LISTED)
 
 
 def _plain(name: str) -> str:
