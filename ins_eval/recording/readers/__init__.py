@@ -17,11 +17,16 @@ from ins_eval.recording.readers import (
     apm_text,
     cats,
     csv_table,
+    dataflash,
     doctor,
     ins_recording,
+    kf_gins,
+    mat,
     mems_chamber,
+    netcdf,
     psins_mat,
     psins_text,
+    ulog,
 )
 
 
@@ -44,6 +49,11 @@ FORMATS = {
     "apm-mat": _format(apm_mat, "ArduPilot log converted to .mat: IMU, GPS, ATT and their labels"),
     "apm-text": _format(apm_text, "ArduPilot log as a .zip of text tables: IMU.txt, GPS.txt, ATT.txt"),
     "csv": _format(csv_table, "any table; FILE.toml says what its columns are (without it, one is printed to fill in)"),
+    "mat": _format(mat, "any MATLAB file, versions 4 to 7.3; FILE.toml says what its variables and fields are"),
+    "netcdf": _format(netcdf, "any netCDF file; FILE.toml says what its variables are"),
+    "ulog": _format(ulog, "PX4 log .ulg, also .gz: sensor_combined, GPS, attitude or local position"),
+    "dataflash": _format(dataflash, "ArduPilot log .bin: IMU, GPS, ATT"),
+    "kf-gins": _format(kf_gins, "KF-GINS text of an IMU in increments; GPS and reference in files of their own"),
     "cats": _format(cats, "CATS rocket flight computer, imu.csv: examined and refused with the reason"),
     "mems-chamber": _format(mems_chamber, "MEMS chamber rows without times: examined and refused with the reason"),
     "ins-recording": _format(ins_recording, "our own form, a folder: checked and written again"),

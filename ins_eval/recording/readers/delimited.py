@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import io
 import warnings
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.recording.readers.columns import Column
 from ins_eval.recording.readers.files import content, shown
 
 EXPECTED = "a table in CSV with one line of names and one row a sample"
 SEPARATORS = (",", ";", "\t")
 CUT_NOTE = "{} does not end with a line break, so its last row may be cut and was left out."
-
-Column = str | int
 
 
 class DelimitedTable:
@@ -29,6 +27,7 @@ class DelimitedTable:
         first = raw.lstrip(b"\xef\xbb\xbf").split(b"\n", 1)[0]
         separator = max(SEPARATORS, key=lambda mark: first.count(mark.encode()))
         self.cut = not raw.endswith((b"\n", b"\r"))
+        self.notes = (CUT_NOTE.format(path.name),) if self.cut else ()
         self.first_row = 2 if header else 1
         try:
             with warnings.catch_warnings():
@@ -80,6 +79,26 @@ class DelimitedTable:
             f"number; correct it, {hint}"
         )
 
-    def vectors(self, columns: Iterable[Column], where: str) -> np.ndarray:
-        """Three columns side by side, (n, 3)."""
-        return np.column_stack([self.numbers(column, where) for column in columns])
+    def dates_s(self, column: Column, where: str) -> np.ndarray:
+        """Dates in text as seconds since 1970, UTC unless they say otherwise; an empty field is NaN."""
+        name = str(column)
+        if self.names().count(name) != 1:
+            return self.numbers(column, where)  # refuses it with the reason
+        values = self.data[name]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a format that is guessed row by row
+            try:
+                dates = pd.to_datetime(
+                    values.astype(str).where(values.notna()), utc=True, errors="coerce", format="mixed"
+                )
+            except Exception:  # dates beyond all calendars fail in many ways
+                dates = pd.Series(pd.NaT, index=values.index, dtype="datetime64[ns, UTC]")
+        bad = (dates.isna() & values.notna()).to_numpy()
+        if bad.any() or values.dtype.kind in "iuf":
+            row = int(np.argmax(bad))
+            raise DataRefused(
+                f"{self.path}, row {row + self.first_row}, column {name}: {shown(str(values.iloc[row]))}, expected a "
+                "date such as 2024-05-01T10:20:30.5; correct it, or name the unit of the numbers"
+            )
+        since = (dates - pd.Timestamp(0, tz="UTC")).to_numpy()
+        return np.where(dates.isna(), np.nan, since / np.timedelta64(1, "s"))

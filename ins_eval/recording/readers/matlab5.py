@@ -1,4 +1,4 @@
-"""Variables of a MATLAB version 5 file: real numeric arrays, and cells of text.
+"""Variables of a MATLAB version 5 file: real numeric arrays, cells of text, and fields of structures.
 
     file      header (128 bytes, the last four: version and byte order), then elements
     element   type and size (8 bytes, or 2 + 2 with up to 4 bytes of data behind), data, padded to 8 bytes
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -24,9 +24,11 @@ HEADER_BYTES = 128
 MATRIX, COMPRESSED = 14, 15
 NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}  # by type
 TEXT = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16"}
-CELL, CHARACTERS, NUMERIC = 1, 4, range(6, 16)  # classes of a matrix
+CELL, STRUCTURE, CHARACTERS, NUMERIC = 1, 2, 4, range(6, 16)  # classes of a matrix
 COMPLEX = 0x800
 DEEPEST = 3  # cells within cells
+DEEPEST_STRUCTURE = 8
+MOST_FIELDS = 10_000
 
 
 def variables(path: Path, names: Collection[str], expected: str) -> dict[str, np.ndarray]:
@@ -35,26 +37,80 @@ def variables(path: Path, names: Collection[str], expected: str) -> dict[str, np
     Raises `UsageError`, `StorageError` and `DataRefused` as `files.content`, and `DataRefused` for what is damaged or
     no file of this format.
     """
+    found: dict[str, np.ndarray] = {}
+    _visit(path, expected, lambda data, order: _add_matrix(found, data, order, names))
+    return found
+
+
+def all_variables(path: Path, expected: str) -> dict[str, np.ndarray]:
+    """Every array of numbers by its name, a field of a structure as ``structure.field``.
+
+    Element k of an array of structures is ``structure(k)``. Raises as `variables`.
+    """
+    found: dict[str, np.ndarray] = {}
+    _visit(path, expected, lambda data, order: _add_fields(found, "", data, order, 0))
+    return found
+
+
+def _visit(path: Path, expected: str, take: Callable[[memoryview, str], None]) -> None:
+    """Give each matrix of a file to `take`."""
     raw = content(path, expected)
     if raw.startswith(b"MATLAB 7.3"):
         raise DataRefused(f"{path}: is a MATLAB 7.3 file, expected version 5; save it in MATLAB with save(..., '-v7')")
     order = {b"IM": "<", b"MI": ">"}.get(raw[HEADER_BYTES - 2 : HEADER_BYTES])
-    found: dict[str, np.ndarray] = {}
+    unpacked = 0
     try:
         if order is None:
             raise ValueError("no mark of the byte order")
         for kind, data in _elements(memoryview(raw)[HEADER_BYTES:], order):
             if kind == COMPRESSED:
-                kind, data = next(_elements(_unpacked(data), order))
+                data = _unpacked(data, LARGEST_BYTES - unpacked)
+                unpacked += len(data)
+                kind, data = next(_elements(data, order))
             if kind == MATRIX:
-                name, value = _matrix(data, order, names)
-                if value is not None:
-                    found[name] = value
+                take(data, order)
     except (ValueError, struct.error, zlib.error, StopIteration):  # ValueError: also text that cannot be decoded
         raise DataRefused(
             f"{path}: cannot be read as a MATLAB version 5 file, expected {expected}; copy the file again"
         ) from None
-    return found
+
+
+def _add_matrix(found: dict[str, np.ndarray], data: memoryview, order: str, names: Collection[str]) -> None:
+    name, value = _matrix(data, order, names)
+    if value is not None:
+        found[name] = value
+
+
+def _add_fields(found: dict[str, np.ndarray], prefix: str, data: memoryview, order: str, depth: int) -> None:
+    """Add a matrix of numbers, or the fields of a structure; `prefix` is its name, if it has none of its own."""
+    parts = _elements(data, order)
+    matrix_class = int(_numbers(*next(parts), order)[0]) & 0xFF
+    if matrix_class in NUMERIC:
+        name, value = _matrix(data, order, None)
+        if value is not None and (prefix or name):
+            found[prefix or name] = value
+        if len(found) > MOST_FIELDS:
+            raise ValueError("too many variables")
+    if matrix_class != STRUCTURE or depth == DEEPEST_STRUCTURE:
+        return
+    shape = _numbers(*next(parts), order)
+    name = prefix or bytes(next(parts)[1]).decode("latin-1")
+    if prefix:
+        next(parts)  # a field has no name of its own
+    longest = int(_numbers(*next(parts), order)[0])
+    text = bytes(next(parts)[1])
+    if not 0 < longest <= 256 or shape.min() < 0:
+        raise ValueError("names of fields without length")
+    fields = [text[k : k + longest].split(b"\0")[0].decode("latin-1") for k in range(0, len(text), longest)]
+    count = int(np.prod(shape, dtype=float))
+    if count * len(fields) > len(data):
+        raise ValueError("more fields than data")
+    for k in range(count):
+        element = name if count == 1 else f"{name}({k + 1})"
+        for field in fields:
+            kind, inner = next(parts)
+            if kind == MATRIX and len(inner):
+                _add_fields(found, f"{element}.{field}", inner, order, depth + 1)
 
 
 def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
@@ -75,9 +131,9 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
         at += step
 
 
-def _unpacked(data: memoryview) -> memoryview:
+def _unpacked(data: memoryview, most: int) -> memoryview:
     unpacker = zlib.decompressobj()
-    raw = unpacker.decompress(data, LARGEST_BYTES)
+    raw = unpacker.decompress(data, max(most, 1))
     if not unpacker.eof:
         raise ValueError("cut short or too large")
     return memoryview(raw)

@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 
 import numpy as np
-import pandas as pd
 
+from ins_eval.errors import InsEvalError
+from ins_eval.recording.readers.columns import Columns
 from ins_eval.units import STANDARD_GRAVITY
 
 UNKNOWN = "?"
+MOST_LISTED = 200
+COLUMN = re.compile(r"[^\[]+\[\d+\]")
 TIME = re.compile(r"(t|ts|time|times|timestamp|stamp|sec|secs|seconds|timems|timeus|timens|timestampn?s|timestampms)")
 GYRO = r"(imu)?(gyro(scope)?|gyr|omega|ang(ular)?(vel(ocity)?|rate)|rotationrate|rate)"
 ACCELEROMETER = r"(imu)?(acc(el)?(eration|erometer)?|lin(ear)?acc(el)?(eration)?|specificforce|force)"
@@ -27,7 +30,7 @@ axes = "FRD"               # where x, y, z point: Forward Backward Right Left Do
 {header}
 [time]
 column = {time}
-{time_unit}# s, ms, us, ns
+{time_unit}# s, ms, us, ns, date; week = "w" where it counts from a GPS week
 
 [gyro]
 columns = [{gyro}]
@@ -46,20 +49,26 @@ longitude_deg = 0.0
 height_m = 0.0
 # attitude_deg = [0.0, 0.0, 90.0]      roll, pitch, heading, if known; otherwise it is aligned at rest
 
-# [gps]                    # likewise [reference], a better navigator
+# speed = {{ column = "v", unit = "km/h" }}      above [time]: a speedometer; m/s, km/h, knots
+
+# [gps]                    # likewise [reference], a better navigator; leave out the groups that it does not have
 # file = "gps.csv"         # leave out where the fixes are in the same table
 # time = {{ column = "t", unit = "s" }}
 # position = {{ columns = ["lat", "lon", "height"], unit = "deg" }}       # deg, rad, 1e-7 deg; height in m
-# velocity = {{ columns = ["vn", "ve", "vd"], axes = "NED" }}             # m/s; NED, ENU, "speed course down"
-# attitude = {{ columns = ["roll", "pitch", "heading"], unit = "deg" }}   # of a reference
+#            {{ columns = ["n", "e", "d"], frame = "NED", origin = {{ latitude_deg = 0.0, longitude_deg = 0.0 }} }}
+#            frame: NED, ENU, ECEF in m
+# velocity = {{ columns = ["vn", "ve", "vd"], axes = "NED" }}             # or NEU, ENU, ECEF, NE, "speed course",
+#            "speed course down"; unit = "m/s", "km/h", "knots"; course_unit = "deg", "rad"
+# attitude = {{ columns = ["roll", "pitch", "heading"], unit = "deg" }}
+#            {{ columns = ["qw", "qx", "qy", "qz"], form = "w x y z", frame = "NED", axes = "FRD" }}
 
 # [belief.gyro]            # what is believed of the instrument, as in recording.toml: bias_radps, ...
 """
 
 
-def template(table: pd.DataFrame) -> str:
+def template(table: Columns) -> str:
     """The text of a mapping file; what cannot be guessed from the names stands as "?"."""
-    names = [str(name) for name in table.columns]
+    names = table.names()
     numbered = all(_is_number(name) for name in names)
     time = next((name for name in names if TIME.fullmatch(_plain(name))), UNKNOWN)
     gyro = [_of_axis(names, GYRO, SHORT["gyro"], axis) for axis in "xyz"]
@@ -67,7 +76,7 @@ def template(table: pd.DataFrame) -> str:
     temperature = next((name for name in names if TEMPERATURE.fullmatch(_plain(name))), None)
     force_unit, force_note = _force_unit(table, accelerometer)
     return TEXT.format(
-        found=", ".join(_ascii(name) for name in names[:40]) + (", ..." if len(names) > 40 else ""),
+        found=", ".join(_listed(names)),
         header="header = false             # the first line holds numbers: name columns by their number, from 1\n"
         if numbered
         else "",
@@ -84,6 +93,15 @@ def template(table: pd.DataFrame) -> str:
     )
 
 
+def _listed(names: list[str]) -> list[str]:
+    """The names, ``m[1]`` to ``m[9]`` of a matrix as one, at most `MOST_LISTED`."""
+    matrices: dict[str, list[str]] = {}
+    for name in names:
+        matrices.setdefault(name.partition("[")[0] if COLUMN.fullmatch(name) else name, []).append(name)
+    listed = [_ascii(one[0] if len(one) == 1 else f"{one[0]} to {one[-1]}") for one in matrices.values()]
+    return listed[:MOST_LISTED] + ["..."] * (len(listed) > MOST_LISTED)
+
+
 def _plain(name: str) -> str:
     """A name without unit in brackets, case and signs."""
     return re.sub(r"[^a-z0-9]", "", re.sub(r"[\[(].*", "", name.lower()))
@@ -95,11 +113,11 @@ def _of_axis(names: list[str], long: str, short: tuple[str, ...], axis: str) -> 
     return next((name for name in names if pattern.fullmatch(_plain(name))), UNKNOWN)
 
 
-def _values(table: pd.DataFrame, name: str) -> np.ndarray:
-    if name not in table.columns or isinstance(table[name], pd.DataFrame):
+def _values(table: Columns, name: str) -> np.ndarray:
+    try:
+        return table.numbers(name, "the template")[:100_000]
+    except InsEvalError:  # no such column, or one that is no number: nothing can be guessed from it
         return np.zeros(0)
-    values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
-    return values[:100_000]
 
 
 def _unit(name: str) -> str:
@@ -107,7 +125,7 @@ def _unit(name: str) -> str:
     return f'unit = "{name}"'.ljust(27)
 
 
-def _up_note(table: pd.DataFrame, columns: list[str]) -> str:
+def _up_note(table: Columns, columns: list[str]) -> str:
     """Which of x, y, z points up: at rest the specific force does."""
     parts = [_values(table, name) for name in columns]
     if not all(part.size and np.isfinite(part).any() for part in parts):
@@ -119,7 +137,7 @@ def _up_note(table: pd.DataFrame, columns: list[str]) -> str:
     return f"; here {'xyz'[axis]} points {'up' if means[axis] > 0.0 else 'down'}, if this is mostly level"
 
 
-def _force_unit(table: pd.DataFrame, columns: list[str]) -> tuple[str, str]:
+def _force_unit(table: Columns, columns: list[str]) -> tuple[str, str]:
     parts = [_values(table, name) for name in columns]
     if not all(part.size for part in parts):
         return "m/s^2", ""
@@ -132,7 +150,7 @@ def _force_unit(table: pd.DataFrame, columns: list[str]) -> tuple[str, str]:
     return "m/s^2", f"; gravity reads {size:.4g}, which looks like none of the rates"
 
 
-def _time_unit(table: pd.DataFrame, name: str) -> str:
+def _time_unit(table: Columns, name: str) -> str:
     steps = np.diff(_values(table, name))
     steps = steps[np.isfinite(steps)]
     step = float(np.median(steps)) if steps.size else 0.0
