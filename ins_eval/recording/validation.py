@@ -11,7 +11,7 @@ import numpy as np
 
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.errors import DataRefused
-from ins_eval.recording import Fixes, Imu, Recording
+from ins_eval.recording import Fixes, Imu, Recording, consistency
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
 
 LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing
@@ -35,7 +35,7 @@ def validate(recording: Recording) -> Recording:
     Checked are shapes, finite values, time (strictly increasing, no step beyond 1.5 times the median) and
     plausible magnitudes; of a recording at rest also that the specific force is gravity, on the axis and with
     the sign that the start's attitude gives it (level if there is none), and that the gyros show about Earth rate.
-    Raises `DataRefused`.
+    Then the list of `consistency`, the same for the form and for every importer. Raises `DataRefused`.
     """
     where = f"recording '{recording.name}'"
     for table, fixes in (("gps", recording.gps), ("reference", recording.reference), ("solution", recording.solution)):
@@ -50,7 +50,10 @@ def validate(recording: Recording) -> Recording:
     _check_range(recording.imu, step_s, where)
     if recording.kind in ("oven", "static"):
         _check_rest(recording, where)
-    suspicions = _suspicions(recording.imu, step_s)
+    suspicions = [
+        *consistency.report(recording, consistency.findings(recording), where),
+        *_suspicions(recording.imu, step_s),
+    ]
     return replace(recording, notes=(*recording.notes, *(note for note in suspicions if note not in recording.notes)))
 
 

@@ -10,7 +10,7 @@ from pymap3d.haversine import anglesep_meeus
 
 from ins_eval.earth import radii
 from ins_eval.errors import DataRefused
-from ins_eval.recording import Fixes, Recording
+from ins_eval.recording import Fixes, Recording, consistency
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
 APART_M = 50e3  # the first fix from the start, beside what is travelled meanwhile: an airport, not a country
@@ -24,7 +24,11 @@ ENOUGH_FIXES = 10
 
 
 def check_plausible(recording: Recording) -> None:
-    """Refuse a recording whose parts contradict each other; raises DataRefused."""
+    """Refuse a recording whose parts contradict each other; raises DataRefused.
+
+    The list of `consistency` belongs to `validate`; a reference without positions, which that does not see, is held
+    against it here.
+    """
     where = f"recording '{recording.name}'"
     for name, fixes, believed in (
         ("gps", recording.gps, recording.belief.gps),
@@ -38,8 +42,12 @@ def check_plausible(recording: Recording) -> None:
             if np.isfinite(recording.start.latitude_rad):
                 _check_place(recording, fixes, stamps_s, f"{where}, {name}")
             _check_heading(fixes, f"{where}, {name}")
-    if recording.imu is not None:
-        _check_force(recording, where)
+    if recording.imu is None:
+        return
+    _check_force(recording, where)
+    reference = recording.reference
+    if reference is not None and not np.isfinite(reference.latitude_rad).any():
+        consistency.report(recording, consistency.findings(recording), where)
 
 
 def _check_clock(recording: Recording, stamps_s: np.ndarray, where: str, name: str) -> None:

@@ -8,7 +8,8 @@ reader took a value for g because a mapping, a format or the user said so.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import re
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,13 +17,14 @@ from pymap3d import geodetic2enu
 
 from ins_eval.earth import gravity
 from ins_eval.errors import DataRefused
-from ins_eval.recording import Fixes, Imu, Recording
-from ins_eval.recording.readers.clocks import Offset, clock_offset
-from ins_eval.recording.readers.layout import choose
+from ins_eval.recording import Fixes, Imu, Recording, consistency
+from ins_eval.recording.consistency.alternatives import equations
+from ins_eval.recording.consistency.clocks import Offset, clock_offset
+from ins_eval.recording.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, choose, frd_from
 from ins_eval.recording.readers.options import NAMES
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
-KEYS = ("overlap", "position.unit")  # beside those of a format's layout
+KEYS = ("overlap", "position.unit", consistency.KEY)  # beside those of a format's layout
 
 FEWEST_SAMPLES = 3
 WINDOW_S = 1.0
@@ -36,6 +38,11 @@ STAMP_NOTE = 0.05  # of the step, spread of the stamps worth a word
 MOVED_M = 50.0
 POSITION_FACTOR = 10.0
 GYRO_FACTOR = 1.5
+
+# what the readers say they took, in the words of `Layout.notes`
+TAKEN_AXES = re.compile(r"The axes x, y, z are taken as (\S+?)(?: and were turned to forward-right-down)?, because")
+TAKEN_GYRO = re.compile(r"The gyro values are taken as \w+ in (.+?), because")
+TAKEN_ACCELEROMETER = re.compile(r"The accelerometer values are taken as \w+ in (.+?), because")
 
 AXES = ("forward", "right", "down")
 OPPOSITE = {"forward": "backward", "right": "left", "down": "up"}
@@ -59,6 +66,8 @@ def examine(recording: Recording, assumed: Mapping[str, str], keys: Collection[s
         return recording  # nothing to be found; validation refuses it
     if "overlap" in assumed:
         choose("overlap", assumed["overlap"], ("short",))
+    if consistency.KEY in assumed:
+        choose(consistency.KEY, assumed[consistency.KEY], ("warn",))
     with np.errstate(all="ignore"):  # damaged values overflow, and are refused by the size of what comes of them
         notes = _findings(recording, assumed, keys)
     return replace(recording, notes=(*recording.notes, *(note for note in notes if note not in recording.notes)))
@@ -67,14 +76,24 @@ def examine(recording: Recording, assumed: Mapping[str, str], keys: Collection[s
 def _findings(recording: Recording, assumed: Mapping[str, str], keys: Collection[str]) -> list[str]:
     where = f"recording '{recording.name}'"
     imu = recording.imu
-    notes = [_rate(recording)]
+    found = consistency.findings(recording)
+    remedy = _remedy(recording, keys)
+    of_motion = {"axes", "gyro.unit", "accelerometer.unit", "attitude.unit"}
+    mending = next((f"; {remedy(one)}" for one in found if one.key in of_motion), "")
+    others = [one for one in found if one.key not in of_motion]
+    notes = [_rate(recording), *consistency.report(recording, others, where, assumed, remedy)]
     if _all_finite(imu):
         quietest = _quietest(imu)
-        notes += _force(recording, quietest, assumed, keys, where) + _turning(recording, quietest, assumed, keys, where)
+        notes += _force(recording, quietest, assumed, keys, where, mending)
+        notes += _turning(recording, quietest, assumed, keys, where, mending)
         for table, fixes in (("gps", recording.gps), ("reference", recording.reference)):
             if fixes is not None and fixes.valid.any():
                 notes += _overlap(recording, table, fixes, assumed, where)
                 _check_position_unit(table, fixes, assumed, keys, where)
+        motion = [one for one in found if one not in others]
+        notes += consistency.report(recording, motion, where, assumed, remedy)
+        for table, fixes in (("gps", recording.gps), ("reference", recording.reference)):
+            if fixes is not None and fixes.valid.any():
                 notes.append(_clock(recording, table, fixes, assumed, keys, where))
     if recording.gps is None and recording.reference is None:
         notes.append("Found one clock: there is no GPS and no reference.")
@@ -88,6 +107,38 @@ def _all_finite(imu: Imu) -> bool:
 def _insist(key: str, value: str, keys: Collection[str]) -> str:
     """How to insist on a finding, where the format lets one."""
     return f"; --assume {key}={value} takes it all the same" if key in keys else ""
+
+
+def _remedy(recording: Recording, keys: Collection[str]) -> Callable[[consistency.Finding], str]:
+    """How to mend a finding: with --assume where the format knows the key, else in words; and how to insist."""
+    insist = f"; --assume {consistency.KEY}=warn takes it all the same" if consistency.KEY in keys else ""
+
+    def remedy(found: consistency.Finding) -> str:
+        value = _value(found, recording.notes) if found.key in keys else None
+        return f"--assume {found.key}={value} mends it{insist}" if value is not None else f"{found.mend}{insist}"
+
+    return remedy
+
+
+def _value(found: consistency.Finding, notes: Collection[str]) -> str | None:
+    """What to assume for the key of a finding, from what its reader's notes say that it took; None if unknown."""
+    if found.value is not None:
+        return found.value
+    taken = "\n".join(notes)
+    if found.key == "axes" and found.matrix is not None and (said := TAKEN_AXES.search(taken)):
+        turn = found.matrix @ frd_from(said[1])
+        return equations(turn) if np.linalg.det(turn) > 0.0 else None
+    for key, units, pattern in (
+        ("gyro.unit", GYRO_UNITS, TAKEN_GYRO),
+        ("accelerometer.unit", ACCELEROMETER_UNITS, TAKEN_ACCELEROMETER),
+    ):
+        if found.key == key and (said := pattern.search(taken)) and said[1] in units:
+            form, scale = units[said[1]]
+            fitting = (
+                u for u, (f, one) in units.items() if f == form and np.isclose(one, scale * found.factor, rtol=1e-3)
+            )
+            return next(fitting, None)
+    return None
 
 
 def _rate(recording: Recording) -> str:
@@ -117,7 +168,7 @@ def _quietest(imu: Imu) -> Quietest:
     return Quietest(float(imu.time_s[(k + 1) * samples - 1]), force_b, means[0][k])
 
 
-def _force(recording: Recording, quietest: Quietest, assumed, keys, where: str) -> list[str]:
+def _force(recording: Recording, quietest: Quietest, assumed, keys, where: str, mending: str) -> list[str]:
     """Size against gravity, direction against up."""
     if quietest.force_b is None:
         return ["The accelerometers are in pulses: their unit is a matter of what is believed of them."]
@@ -129,7 +180,7 @@ def _force(recording: Recording, quietest: Quietest, assumed, keys, where: str) 
         raise DataRefused(
             f"{where}: in the quietest second, up to {quietest.time_s:.6g} s, the specific force is {size:.4g} m/s^2 "
             f"as read, expected about {expected:.3g}; {_unit_guess(size / expected, recording)}, so correct the unit "
-            f"of the accelerometer{_insist('accelerometer.unit', 'UNIT', keys)}"
+            f"of the accelerometer{mending}{_insist('accelerometer.unit', 'UNIT', keys)}"
         )
     found = (
         f"Found in the quietest second, up to {quietest.time_s:.6g} s, a specific force of {size:.4g} m/s^2, "
@@ -144,7 +195,7 @@ def _force(recording: Recording, quietest: Quietest, assumed, keys, where: str) 
         raise DataRefused(
             f"{where}: in the quietest second, up to {quietest.time_s:.6g} s, gravity makes the specific force point "
             f"{_along(quietest.force_b)}, expected {_along(_up_b(start.attitude_rad))}; it looks as if {seen}, so "
-            f"correct the axes{_insist('axes', 'AXES', keys)}"
+            f"correct the axes{mending}{_insist('axes', 'AXES', keys)}"
         )
     right = sized and cosine >= SMALLEST_COSINE
     return [f"{found}, {'as it should be' if right else 'which you assume to be right'}."]
@@ -184,7 +235,7 @@ def _up_b(attitude_rad: tuple[float, float, float] | None) -> np.ndarray:
     return np.array([np.sin(pitch), -np.sin(roll) * np.cos(pitch), -np.cos(roll) * np.cos(pitch)])
 
 
-def _turning(recording: Recording, quietest: Quietest, assumed, keys, where: str) -> list[str]:
+def _turning(recording: Recording, quietest: Quietest, assumed, keys, where: str, mending: str) -> list[str]:
     step_s = float(np.median(np.diff(recording.imu.time_s)))
     quiet = float(np.linalg.norm(quietest.rate_b))
     fast = float(np.quantile(np.linalg.norm(recording.imu.gyro, axis=1), 0.99)) / step_s
@@ -193,7 +244,7 @@ def _turning(recording: Recording, quietest: Quietest, assumed, keys, where: str
             f"{where}: the gyros turn at {quiet / DEG:.4g} deg/s in the quietest second and at {fast / DEG:.4g} deg/s "
             f"at the fastest, expected below {QUIET_RATE_RADPS / DEG:.0f} and {LARGEST_RATE_RADPS / DEG:.0f}; it looks "
             "like degrees read as radians or rates read as increments, so correct the unit of the gyro"
-            f"{_insist('gyro.unit', 'UNIT', keys)}"
+            f"{mending}{_insist('gyro.unit', 'UNIT', keys)}"
         )
     insisted = quiet > QUIET_RATE_RADPS or fast > LARGEST_RATE_RADPS
     return [

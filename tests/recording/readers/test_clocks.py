@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ins_eval.recording import Fixes, Imu
-from ins_eval.recording.readers.clocks import clock_offset
+from ins_eval.recording.consistency.clocks import clock_offset
 
 SIGMAS = 4.0
 SAMPLING_S = 0.002  # what sampling and the finite search leave without any noise

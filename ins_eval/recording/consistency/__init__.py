@@ -1,0 +1,69 @@
+"""Do the parts of a recording fit each other? One list of checks, for the importers and for the form.
+
+`findings` gives what contradicts itself, with the alternative that holds and its odds; `report` refuses what is beyond
+doubt, warns of what is likely, and mends nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+
+import numpy as np
+
+from ins_eval.errors import DataRefused
+from ins_eval.recording import Imu, Recording
+from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
+from ins_eval.recording.consistency.limits import check_limits, check_outliers
+from ins_eval.recording.consistency.track import check_baro, check_track
+from ins_eval.recording.consistency.triads import check_triads
+
+__all__ = ["ACCEPTED", "KEY", "Finding", "findings", "report"]
+
+KEY = "consistency"  # `--assume consistency=warn` turns every refusal of this list to a warning
+ACCEPTED = "What contradicts {} is accepted, because you assume so."  # the note that says so, also to a later reading
+
+
+def findings(recording: Recording) -> list[Finding]:
+    """Every contradiction, the coarsest first: limits, single values, position and velocity, height, the IMU."""
+    with np.errstate(all="ignore"):  # damaged values overflow, and are refused by what comes of them
+        return [*check_limits(recording), *check_outliers(recording), *_of_motion(recording)]
+
+
+def _of_motion(recording: Recording) -> Iterator[Finding]:
+    for table in ("gps", "reference"):
+        fixes = getattr(recording, table)
+        if fixes is not None and fixes.valid.any():
+            found = (check_track(fixes, table), check_baro(recording.imu, fixes, recording.start.height_m, table))
+            yield from (one for one in found if one is not None)
+    if _finite(recording.imu) and (found := check_triads(recording)) is not None:
+        yield found
+
+
+def report(
+    recording: Recording,
+    found: Sequence[Finding],
+    where: str,
+    accepted: Collection[str] = (),
+    remedy: Callable[[Finding], str] = lambda one: one.mend,
+) -> list[str]:
+    """A warning for each contradiction in `found` that is likely; `remedy` says how to mend one.
+
+    Raises `DataRefused` for the first that is beyond doubt and whose key is not `accepted`, here or in the notes.
+    """
+    notes = []
+    for one in found:
+        odds = f", odds {one.odds}" if np.isfinite(one.log_odds) else ""
+        if (warning := f"Warning: {one.seen}{odds}.") in recording.notes:
+            continue
+        keys = (one.key, KEY)
+        said = [ACCEPTED.format(key) for key in keys if key in accepted]
+        if not said and not any(ACCEPTED.format(key) in recording.notes for key in keys):
+            if one.log_odds > BEYOND_DOUBT:
+                raise DataRefused(f"{where}, {one.seen}{odds}; {remedy(one)}")
+            said = [f"Nothing was mended: {remedy(one)}."]
+        notes += [warning, *said]
+    return notes
+
+
+def _finite(imu: Imu) -> bool:
+    return bool(np.isfinite(imu.time_s).all() and np.isfinite(imu.gyro).all() and np.isfinite(imu.accelerometer).all())

@@ -1,0 +1,138 @@
+"""What no vehicle and no instrument shows: values beyond limits, and single values far from their neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ins_eval.earth import radii
+from ins_eval.recording import Fixes, Recording
+from ins_eval.recording.consistency.alternatives import Finding
+from ins_eval.units import DEG
+
+# quantity: lowest, highest, unit. One list for the form, the importers and `evaluate`.
+LIMITS = {
+    "temperature": (-150.0, 500.0, "degC"),
+    "baro height": (-5e3, 1e6, "m"),
+    "height": (-2e4, 1e6, "m"),
+    "speed": (0.0, 2e4, "m/s"),
+    "lever arm": (0.0, 200.0, "m"),
+}
+# quantity: the smallest distance from the neighbours that nothing but a fault makes in one sample and takes back
+JUMPS = {"temperature": 20.0, "baro height": 300.0, "height": 500.0, "velocity": 60.0, "position": 1000.0}
+SPREADS = 30.0  # of the column itself, that a fault exceeds besides
+DOUBTFUL = 0.1  # of a jump: enough for a warning
+MOST_FAULTS = 0.01  # of the rows; more are not single ones
+WARNED = float(np.log(1e3))  # log odds of a doubtful jump
+
+
+def check_limits(recording: Recording) -> Iterator[Finding]:
+    """A finding for each quantity beyond its limits."""
+    imu = recording.imu
+    if imu.temperature_c is not None:
+        warmest = imu.temperature_c.reshape(len(imu.time_s), -1)
+        yield from _beyond("temperature", warmest, imu.time_s, "imu", "temperature_c")
+    if imu.height_baro_m is not None:
+        yield from _beyond("baro height", imu.height_baro_m[:, None], imu.time_s, "imu", "height_baro_m")
+    for table in ("gps", "reference"):
+        fixes = getattr(recording, table)
+        if fixes is None:
+            continue
+        valid = fixes.valid.astype(bool)
+        yield from _beyond("height", fixes.height_m[:, None], fixes.time_s, table, "height_m", valid)
+        speed = np.linalg.norm(np.nan_to_num(fixes.velocity_n), axis=1)[:, None]
+        yield from _beyond("speed", speed, fixes.time_s, table, "velocity", valid)
+        lever_m = float(np.linalg.norm(getattr(recording.belief, table).lever_arm_m))
+        if lever_m > LIMITS["lever arm"][1]:
+            seen = f"[{table}] lever_arm_m is {lever_m:.4g} m long, expected at most {LIMITS['lever arm'][1]:g} m"
+            yield Finding(f"{table}.lever_arm_m", seen, "give it in metres, in body axes")
+
+
+def _beyond(quantity, values, time_s, table: str, column: str, use=None) -> Iterator[Finding]:
+    low, high, unit = LIMITS[quantity]
+    outside = ((values < low) | (values > high)).any(axis=1)  # NaN compares false
+    outside &= True if use is None else use
+    if outside.any():
+        k = int(np.argmax(outside))
+        value = values[k][(values[k] < low) | (values[k] > high)][0]
+        more = f" and {outside.sum() - 1} more" if outside.sum() > 1 else ""
+        seen = (
+            f"{table}, row {k + 1} at {time_s[k]:.6g} s, column {column}: {value:.6g} {unit}{more}, expected "
+            f"{low:g} to {high:g}"
+        )
+        yield Finding(f"{table}.outlier", seen, _mend(table))
+
+
+def _mend(table: str) -> str:
+    return "correct that value, or leave the column out" if table == "imu" else "remove that row, or mark it valid = 0"
+
+
+def check_outliers(recording: Recording) -> Iterator[Finding]:
+    """A finding for each column with single values that its neighbours contradict."""
+    imu = recording.imu
+    if imu.temperature_c is not None:
+        several = imu.temperature_c.reshape(len(imu.time_s), -1)
+        names = ["temperature_c"] if several.shape[1] == 1 else [f"temperature_{axis}_c" for axis in "xyz"]
+        for name, values in zip(names, several.T, strict=True):
+            yield from _single("temperature", values, imu.time_s, ("imu", name, 1.0, "degC"))
+    if imu.height_baro_m is not None:
+        yield from _single("baro height", imu.height_baro_m, imu.time_s, ("imu", "height_baro_m", 1.0, "m"))
+    for table in ("gps", "reference"):
+        if (fixes := getattr(recording, table)) is not None:
+            yield from _of_fixes(fixes, table)
+
+
+def _of_fixes(fixes: Fixes, table: str) -> Iterator[Finding]:
+    rows = np.flatnonzero(fixes.valid)
+    known = fixes.latitude_rad[rows]
+    middle = float(np.nanmedian(known)) if np.isfinite(known).any() else 0.0
+    along = [float(one) for one in radii(middle)]
+    columns = [
+        ("position", fixes.latitude_rad, "latitude_deg", along[0], 1.0 / DEG, "deg"),
+        ("position", fixes.longitude_rad, "longitude_deg", along[1] * max(np.cos(middle), 0.01), 1.0 / DEG, "deg"),
+        ("height", fixes.height_m, "height_m", 1.0, 1.0, "m"),
+    ]
+    columns += [
+        ("velocity", v, f"velocity_{axis}_mps", 1.0, 1.0, "m/s")
+        for v, axis in zip(fixes.velocity_n.T, "ned", strict=True)
+    ]
+    speed = np.linalg.norm(np.nan_to_num(fixes.velocity_n[rows]), axis=1)
+    usual_mps = float(np.quantile(speed, 0.9)) if len(rows) else 0.0
+    for quantity, values, name, metres, shown, unit in columns:
+        chosen = rows[np.isfinite(values[rows])]
+        if quantity == "position" and name.startswith("longitude"):
+            values = np.unwrap(np.where(np.isfinite(values), values, 0.0))
+        extra = 5.0 * usual_mps * float(np.median(np.diff(fixes.time_s))) if quantity == "position" else 0.0
+        yield from _single(
+            quantity, metres * values[chosen], fixes.time_s[chosen], (table, name, shown / metres, unit), extra, chosen
+        )
+
+
+def _single(quantity, values, time_s, named, extra: float = 0.0, rows=None) -> Iterator[Finding]:
+    """Values far from the median of the two before and the two after them; `named`: table, column, scale and unit."""
+    n = len(values)
+    if n < 6:
+        return
+    around = np.clip(np.arange(n)[:, None], 2, n - 3) + np.array([-2, -1, 0, 1, 2])
+    own = around == np.arange(n)[:, None]
+    others = around[~own].reshape(n, 4)
+    expected = np.median(values[others], axis=1)
+    away = np.abs(values - expected)
+    whole = time_s[around[:, -1]] - time_s[around[:, 0]] <= 6.0 * float(np.median(np.diff(time_s)))
+    spread = 1.4826 * float(np.median(away))
+    jump = JUMPS[quantity] + extra
+    for share, log_odds in ((1.0, np.inf), (DOUBTFUL, WARNED)):
+        found = np.flatnonzero(whole & (away > max(share * jump, SPREADS * spread)))
+        if not found.size or found.size > max(3, MOST_FAULTS * n):
+            continue
+        table, column, scale, unit = named
+        k = int(found[np.argmax(away[found])])
+        more = f" (and {found.size - 1} more such values)" if found.size > 1 else ""
+        row = (k if rows is None else int(rows[k])) + 1
+        seen = (
+            f"{table}, row {row} at {time_s[k]:.6g} s, column {column}: {values[k] * scale:.6g} {unit}{more}, expected "
+            f"about {expected[k] * scale:.6g} {unit} as its neighbours; it looks like a single outlier"
+        )
+        yield Finding(f"{table}.outlier", seen, _mend(table), log_odds)
+        return

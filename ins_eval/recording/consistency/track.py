@@ -1,0 +1,201 @@
+"""Positions of another navigator against its velocities, and heights of the barometer against its heights."""
+
+from __future__ import annotations
+
+import numpy as np
+from pymap3d import geodetic2ned
+
+from ins_eval.recording import Fixes, Imu
+from ins_eval.recording.consistency.alternatives import (
+    FEWEST,
+    LIKELY,
+    MATRICES,
+    UNIT_PRIOR,
+    Finding,
+    channel_scores,
+    order_scores,
+    prior,
+)
+from ins_eval.units import DEG
+
+INTERVAL_S = 2.0  # over which positions are differenced and velocities integrated
+MOST_ROWS = 2000
+POSITION_FLOOR_M = 0.3
+SPEED_UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "knots": 1852.0 / 3600.0, "m/s read as km/h": 3.6,
+               "m/s read as knots": 3600.0 / 1852.0}  # fmt: skip
+WAY = 0.05  # of the way, that scale errors and filters of a receiver may take from the agreement
+HEIGHT_UNITS = {"m": 1.0, "feet": 0.3048, "km": 1e3, "cm": 1e-2, "mm": 1e-3}
+HEIGHT_FLOOR_M = 2.0
+LARGEST_BARO_OFFSET_M = 1500.0  # weather, geoid and a setting on the ground; the form asks for agreement at the start
+VELOCITY = ("north", "east", "down")
+LARGEST_NARROW_RAD = 2.0 * np.pi * DEG * 1.01  # 360 degrees in radians, read as degrees
+
+
+def places(fixes: Fixes) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Latitude and longitude in rad under every alternative that is possible on the Earth."""
+    latitude, longitude = fixes.latitude_rad, fixes.longitude_rad
+    ways = {
+        "as read": (latitude, longitude),
+        "latitude and longitude exchanged": (longitude, latitude),
+        "radians read as degrees": (latitude / DEG, longitude / DEG),
+        "degrees read as radians": (latitude * DEG, longitude * DEG),
+        "the sign of the latitude": (-latitude, longitude),
+        "the sign of the longitude": (latitude, -longitude),
+    }
+    possible = {"as read": ways["as read"]}
+    for words, (lat, lon) in ways.items():
+        at, far = np.nanmax(np.abs(lat)), np.nanmax(np.abs(lon))
+        if at <= np.pi / 2 and far <= 2.0 * np.pi:
+            possible[words] = (lat, lon)
+    return possible
+
+
+def check_track(fixes: Fixes, table: str) -> Finding | None:
+    """The alternative of position, order, sign and unit of velocity, or course, that the way itself prefers."""
+    use = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
+    use &= np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad)
+    if use.sum() < FEWEST + 1:
+        return None
+    time_s = fixes.time_s[use]
+    pairs = _pairs(time_s)
+    if pairs is None:
+        return None
+    velocities = _velocities(fixes.velocity_n[use])
+    named, moved, flown = [], [], []
+    for place, (latitude, longitude) in places(fixes).items():
+        for turned, velocity_n in velocities.items():
+            named.append((place, turned))
+            moved.append(_moved(latitude[use], longitude[use], fixes.height_m[use], pairs))
+            flown.append(_flown(time_s, velocity_n, pairs))
+    moved, flown = np.array(moved), np.array(flown)
+    way_m = WAY * float(np.median(np.hypot(*flown[0, :, :2].T)))
+    factors = np.array(list(SPEED_UNITS.values()))
+    log = order_scores(channel_scores(moved, flown, factors, np.hypot(POSITION_FLOOR_M, [way_m, way_m, 0.0])))
+    log += prior(factors)
+    log += UNIT_PRIOR * np.array([sum(one != "as read" for one in pair) for pair in named])[:, None, None]
+    best = np.unravel_index(np.argmax(log), log.shape)
+    log_odds = float(log[best] - log[0, 0, 0])
+    if log_odds < LIKELY:
+        return None
+    way = [np.sqrt(np.mean(one[0] ** 2, axis=0)).tolist() for one in (moved, flown)]
+    return _finding(named[best[0]], MATRICES[best[1]], list(SPEED_UNITS)[best[2]], log_odds, table, way)
+
+
+def _velocities(velocity_n: np.ndarray) -> dict[str, np.ndarray]:
+    """As read, and with the course in radians that was read as degrees, where all courses are that near to north."""
+    found = {"as read": velocity_n}
+    course = np.arctan2(velocity_n[:, 1], velocity_n[:, 0])
+    if 0.0 < np.abs(course).max() < LARGEST_NARROW_RAD:
+        speed = np.hypot(velocity_n[:, 0], velocity_n[:, 1])
+        turned = np.column_stack([speed * np.cos(course / DEG), speed * np.sin(course / DEG), velocity_n[:, 2]])
+        found["course"] = turned
+    return found
+
+
+def _finding(pair, matrix, unit: str, log_odds: float, table: str, way: list[list[float]]) -> Finding:
+    """The first thing to correct of the alternative that holds; what is left shows when it is read again."""
+    place, turned = pair
+    seen = (
+        f"{table}: positions contradict velocities: north, east, down move by {_three(way[0])} m in {INTERVAL_S:g} s "
+        f"and the velocities make {_three(way[1])} m, root mean square, expected the same; it looks as if "
+    )
+    if place in ("radians read as degrees", "degrees read as radians"):
+        value = place.split()[0][:3]
+        words, mend = f"latitude and longitude are {place}", "give them in degrees, or state their unit"
+        return Finding("position.unit", seen + words, mend, log_odds, value=value)
+    if place == "latitude and longitude exchanged":
+        return Finding(f"{table}.position", seen + f"{place.replace('exchanged', 'are exchanged')}",
+                       "exchange these two columns", log_odds)  # fmt: skip
+    if place != "as read":
+        return Finding(f"{table}.position", f"{seen}{place} is wrong", "change that sign", log_odds)
+    if turned == "course":
+        return Finding("course.unit", f"{seen}the course is in radians and was read as degrees",
+                       "convert the course to degrees, or state its unit", log_odds, value="rad")  # fmt: skip
+    if unit != "m/s":
+        words = f"the velocity is {unit}" if "read" in unit else f"the velocity is in {unit} and was read as m/s"
+        factor = SPEED_UNITS[unit]
+        mend = f"multiply the velocities by {factor:.5g}, or state their unit"
+        return Finding("velocity.unit", seen + words, mend, log_odds, unit if "read" not in unit else "m/s", factor)
+    words = f"velocity north, east, down is {_signed(matrix)} of those read"
+    return Finding("velocity.axes", f"{seen}{words}", "correct the order and signs of the velocity columns", log_odds,
+                   matrix=matrix)  # fmt: skip
+
+
+def _three(values: list[float]) -> str:
+    return ", ".join(f"{value:.4g}" for value in values)
+
+
+def _signed(matrix: np.ndarray) -> str:
+    """An order and signs of velocities: ``north, east, -down``."""
+    found = [(int(np.argmax(np.abs(row))), row.sum()) for row in matrix]
+    return ", ".join(f"{'-' if sign < 0 else ''}{VELOCITY[k]}" for k, sign in found)
+
+
+def check_baro(imu: Imu, fixes: Fixes, start_height_m: float, table: str) -> Finding | None:
+    """The unit and sign of the barometric height that the heights of the fixes, or the start, prefer."""
+    if imu.height_baro_m is None:
+        return None
+    use = np.flatnonzero(fixes.valid & np.isfinite(fixes.height_m))
+    use = use[(fixes.time_s[use] >= imu.time_s[0]) & (fixes.time_s[use] <= imu.time_s[-1])] if use.size else use
+    if use.size < FEWEST:
+        return None
+    use = use[np.unique(np.linspace(0, len(use) - 1, min(len(use), MOST_ROWS)).astype(int))]
+    baro_m = np.interp(fixes.time_s[use], imu.time_s, imu.height_baro_m)
+    height_m = fixes.height_m[use]
+    offset_m = float(np.median(baro_m - height_m))
+    wanted, shown = height_m - np.median(height_m), baro_m - np.median(baro_m)
+    factors = np.array(list(HEIGHT_UNITS.values()))
+    empty = np.full((1, len(use), 1), np.nan)
+    log = channel_scores(
+        np.concatenate([wanted[None, :, None], empty, empty], axis=2),
+        np.repeat(shown[None, :, None], 3, axis=2),
+        factors,
+        np.full(3, HEIGHT_FLOOR_M),
+    )[0, 0, 0] + UNIT_PRIOR * ((factors != 1.0)[None, :] + np.array([[0.0], [1.0]]))
+    best = np.unravel_index(np.argmax(log), log.shape)
+    log_odds = float(log[best] - log[0, 0])
+    if log_odds > LIKELY:
+        unit, sign = list(HEIGHT_UNITS)[best[1]], ", with the other sign" if best[0] else ""
+        seen = (
+            f"height_baro_m changes by {np.ptp(baro_m):.4g} m where the heights of {table} change by "
+            f"{np.ptp(height_m):.4g} m, expected about the same; it looks as if it is in {unit}{sign}"
+        )
+        return Finding("height_baro", seen, "convert it to metres, upwards positive", log_odds)
+    of_start_m = float(np.median(baro_m)) - start_height_m
+    if min(abs(offset_m), abs(of_start_m)) > LARGEST_BARO_OFFSET_M:
+        seen = (
+            f"height_baro_m is {offset_m:.4g} m above the heights of {table}, expected within "
+            f"{LARGEST_BARO_OFFSET_M:g} m"
+        )
+        return Finding("height_baro", seen, "refer it to the height of the start")
+    return None
+
+
+def _pairs(time_s: np.ndarray):
+    """Rows (first, last) about `INTERVAL_S` apart without a gap between, thinned to `MOST_ROWS`."""
+    step_s = float(np.median(np.diff(time_s)))
+    ahead = max(1, round(INTERVAL_S / step_s))
+    first = np.arange(0, len(time_s) - ahead, max(1, ahead // 4))
+    last = first + ahead
+    whole = time_s[last] - time_s[first] < 1.5 * ahead * step_s
+    first, last = first[whole], last[whole]
+    if len(first) < FEWEST:
+        return None
+    keep = np.unique(np.linspace(0, len(first) - 1, min(len(first), MOST_ROWS)).astype(int))
+    return first[keep], last[keep]
+
+
+def _moved(latitude, longitude, height_m, pairs) -> np.ndarray:
+    """Differences of position north, east, down in m, (n, 3)."""
+    first, last = pairs
+    height_m = np.nan_to_num(height_m)
+    a = (latitude[first], longitude[first], height_m[first])
+    north, east, _ = geodetic2ned(latitude[last], longitude[last], height_m[first], *a, deg=False)
+    return np.column_stack([north, east, height_m[first] - height_m[last]])
+
+
+def _flown(time_s, velocity_n, pairs) -> np.ndarray:
+    """Velocities integrated by the trapezoid, (n, 3)."""
+    steps = 0.5 * (velocity_n[1:] + velocity_n[:-1]) * np.diff(time_s)[:, None]
+    way = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
+    return way[pairs[1]] - way[pairs[0]]

@@ -1,0 +1,422 @@
+"""Order, signs and units of the gyros and accelerometers, judged by what another navigator says of the motion.
+
+With an attitude C (body to north, east, down) and velocity v of a reference, over an interval dt:
+
+    rate = rotation vector of C_1^T C_2 / dt,   specific force = C^T (dv / dt - g).
+
+Without one, a vehicle on wheels goes where it points: heading is the course, and the rate about down that of the
+course; along, across and down the specific force is dv/dt, v times the rate of the course, and -g. In the air the
+specific force is taken to point up in the body, of size |dv/dt - g|. Whatever way the vehicle points, over a window of
+8 s the specific force turned by the gyros alone, R f, is dv/dt - g but for a rotation:
+
+    min over C_w of  sum |dv - g dt - C_w sum R f dt|^2       (Wahba's problem; only singular values are needed)
+
+That tells the order of one triad against the other and whether they are right-handed, of 96 in all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from ins_eval.earth import gravity
+from ins_eval.recording import Fixes, Recording
+from ins_eval.recording.consistency.alternatives import (
+    BEYOND_DOUBT,
+    CHANGED,
+    LIKELY,
+    MATRICES,
+    NU,
+    UNIT_PRIOR,
+    Finding,
+    channel_scores,
+    equations,
+    order_scores,
+)
+from ins_eval.units import DEG, DEG_PER_H, STANDARD_GRAVITY
+
+RATE_FACTORS = np.array([1.0, DEG, 1.0 / DEG, DEG_PER_H, 1.0 / DEG_PER_H, DEG_PER_H / DEG, DEG / DEG_PER_H])
+FORCE_FACTORS = np.array([1.0, STANDARD_GRAVITY, 1.0 / STANDARD_GRAVITY, 1e-3 * STANDARD_GRAVITY,
+                          1e3 / STANDARD_GRAVITY, 1e3, 1e-3, 2.0, 0.5])  # fmt: skip
+RATE_FLOOR = np.full(3, 2e-3)  # rad/s
+FORCE_FLOOR = np.full(3, 0.1)  # m/s^2
+ATTITUDES = {"as read": 1.0, "radians read as degrees": 1.0 / DEG, "degrees read as radians": DEG}
+OFFSETS_S = np.arange(-0.6, 0.61, 0.1)  # of the clocks, tried for every relation
+MOST_ROWS = 1500
+MOVING_MPS = 3.0
+FEWEST_FIXES = 20
+TURN_INTERVAL_S, FORCE_INTERVAL_S = 0.2, 0.5
+
+WINDOW_S, STEP_S, MARGIN_S = 8.0, 0.05, 0.6
+MOST_WINDOWS, FEWEST_WINDOWS = 24, 3
+WINDOW_FLOOR_MPS = 0.05  # of a difference of two velocities
+RELATIVE_FACTORS = RATE_FACTORS[:4]
+
+
+@dataclass(frozen=True)
+class Integrals:
+    """Angle (n, 3) in rad and velocity (n, 3) in m/s summed up to each time, specific force scaled to gravity."""
+
+    time_s: np.ndarray
+    angle: np.ndarray
+    velocity: np.ndarray
+
+    def rates(self, name: str, first_s: np.ndarray, last_s: np.ndarray) -> np.ndarray:
+        """Mean rate between two times; NaN outside the recording."""
+        values = getattr(self, name)
+        at = [np.column_stack([np.interp(t, self.time_s, line) for line in values.T]) for t in (first_s, last_s)]
+        mean = (at[1] - at[0]) / (last_s - first_s)[:, None]
+        mean[(first_s < self.time_s[0]) | (last_s > self.time_s[-1])] = np.nan
+        return mean
+
+
+def check_triads(recording: Recording) -> Finding | None:
+    """The alternative of both triads that the motion prefers by more than 20 to 1, or None."""
+    integrals = integrated(recording)
+    moving, table = _velocity(recording)
+    if integrals is None:
+        return None
+    attitude = _attitude(recording)
+    if attitude is not None:
+        return _by_attitude(recording, integrals, attitude, moving, table)
+    if moving is None:
+        return None
+    return _by_course(recording, integrals, moving, table)
+
+
+def integrated(recording: Recording) -> Integrals | None:
+    """Pulses are turned to m/s by the believed scale; None where there is none."""
+    imu = recording.imu
+    per_unit = np.ones(3)
+    if imu.accelerometer_form == "pulse":
+        believed = recording.belief.accelerometer
+        scales = [axis.scale.gamma if axis and axis.scale else None for axis in (believed.x, believed.y, believed.z)]
+        if None in scales:
+            return None
+        per_unit = STANDARD_GRAVITY / np.array(scales)
+    time_s = np.append(recording.start.time_s, imu.time_s)
+    zero = np.zeros((1, 3))
+    angle = np.vstack([zero, np.cumsum(imu.gyro, axis=0)])
+    return Integrals(time_s, angle, np.vstack([zero, np.cumsum(imu.accelerometer * per_unit, axis=0)]))
+
+
+def _velocity(recording: Recording) -> tuple[Fixes | None, str]:
+    for table in ("gps", "reference"):
+        fixes = getattr(recording, table)
+        if fixes is None:
+            continue
+        use = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
+        if use.sum() > FEWEST_FIXES and _together(recording, fixes.time_s[use]):
+            return fixes, table
+    return None, ""
+
+
+def _attitude(recording: Recording) -> Fixes | None:
+    fixes = recording.reference
+    if fixes is None or fixes.attitude_rad is None:
+        return None
+    use = np.isfinite(fixes.attitude_rad).all(axis=1)
+    return fixes if use.sum() > FEWEST_FIXES and _together(recording, fixes.time_s[use]) else None
+
+
+def _together(recording: Recording, time_s: np.ndarray) -> bool:
+    """Whether the stamps cover half of the IMU's time; with less the clocks themselves are in doubt."""
+    first_s, last_s = recording.start.time_s, float(recording.imu.time_s[-1])
+    common_s = min(last_s, float(time_s[-1])) - max(first_s, float(time_s[0]))
+    return common_s > 0.5 * (last_s - first_s)
+
+
+def _by_attitude(recording, integrals: Integrals, reference: Fixes, moving: Fixes | None, table: str) -> Finding | None:
+    use = np.isfinite(reference.attitude_rad).all(axis=1)
+    time_s = reference.time_s[use] - recording.belief.reference.time_offset_s
+    attitude = reference.attitude_rad[use]
+    first, last = _thinned(time_s, TURN_INTERVAL_S)
+    rate = []
+    for factor in ATTITUDES.values():
+        turn = _rotations(factor * attitude)
+        rate.append((turn[first].inv() * turn[last]).as_rotvec() / (time_s[last] - time_s[first])[:, None])
+    rate = np.array(rate)
+    chosen = _liveliest(rate[0])
+    rate, first, last = rate[:, chosen], first[chosen], last[chosen]
+    seen = _synchronous(rate[0], lambda o: integrals.rates("angle", time_s[first] - o, time_s[last] - o))
+    by_rate = order_scores(channel_scores(rate, np.repeat(seen[None], 3, axis=0), RATE_FACTORS, RATE_FLOOR))
+    by_force = np.zeros((3, 48, len(FORCE_FACTORS)))
+    if moving is not None:
+        by_force = _force_by_attitude(recording, integrals, (time_s, attitude), moving, table)
+    return _decided(by_rate, by_force, None, "the attitude of the reference" + (f" and {table}" if table else ""), True)
+
+
+def _force_by_attitude(recording, integrals: Integrals, known, moving: Fixes, table: str) -> np.ndarray:
+    """log L (3, 48, s) of the accelerometers under each unit of the attitude."""
+    time_s, attitude = known
+    at_s, velocity_n, down = _velocities(recording, moving, table)
+    inside = (at_s >= time_s[0]) & (at_s <= time_s[-1])
+    at_s, velocity_n = at_s[inside], velocity_n[inside]
+    if len(at_s) < FEWEST_FIXES:
+        return np.zeros((3, 48, len(FORCE_FACTORS)))
+    first, last = _thinned(at_s, FORCE_INTERVAL_S)
+    dt = (at_s[last] - at_s[first])[:, None]
+    felt_n = (velocity_n[last] - velocity_n[first]) / dt - np.array([0.0, 0.0, down])
+    chosen = _liveliest(felt_n + np.array([0.0, 0.0, down]))
+    felt_n, first, last = felt_n[chosen], first[chosen], last[chosen]
+    middle_s = 0.5 * (at_s[first] + at_s[last])
+
+    def expected(offset_s: float, factor: float) -> np.ndarray:
+        turn = Slerp(time_s, _rotations(factor * attitude))
+        return turn(np.clip(middle_s - offset_s, time_s[0], time_s[-1])).inv().apply(felt_n)
+
+    # the stamps of the velocity against those of the attitude and the IMU, which here share a clock
+    best, at = -1.0, 0.0
+    for offset_s in OFFSETS_S:
+        seen = integrals.rates("velocity", at_s[first] - offset_s, at_s[last] - offset_s)
+        if (agreed := _agreement(expected(offset_s, 1.0), seen)) > best:
+            best, at = agreed, offset_s
+    seen = integrals.rates("velocity", at_s[first] - at, at_s[last] - at)
+    wanted = np.array([expected(at, factor) for factor in ATTITUDES.values()])
+    return order_scores(channel_scores(wanted, np.repeat(seen[None], 3, axis=0), FORCE_FACTORS, FORCE_FLOOR))
+
+
+def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table: str) -> Finding | None:
+    at_s, velocity_n, down = _velocities(recording, moving, table)
+    first, last = _thinned(at_s, FORCE_INTERVAL_S)
+    dt = at_s[last] - at_s[first]
+    speed = np.hypot(velocity_n[:, 0], velocity_n[:, 1])
+    course = np.unwrap(np.arctan2(velocity_n[:, 1], velocity_n[:, 0]))
+    turning = (course[last] - course[first]) / dt
+    slow = np.minimum(speed[first], speed[last]) < MOVING_MPS
+    along = (speed[last] - speed[first]) / dt
+    across = 0.5 * (speed[first] + speed[last]) * turning
+    wheels = recording.kind == "drive"
+    nothing = np.full(len(dt), np.nan)
+    rate = np.column_stack([nothing, nothing, np.where(slow, np.nan, turning)])
+    upwards = (velocity_n[last] - velocity_n[first]) / dt[:, None] - np.array([0.0, 0.0, down])
+    force = np.column_stack(
+        [np.where(slow, np.nan, along) if wheels else nothing, np.where(slow, np.nan, across) if wheels else nothing,
+         upwards[:, 2] if wheels else -np.linalg.norm(upwards, axis=1)]
+    )  # fmt: skip
+    chosen = _liveliest(np.column_stack([along, across, across]))
+    rate, force, first, last = rate[chosen], force[chosen], first[chosen], last[chosen]
+
+    def seen(name: str, expected: np.ndarray) -> np.ndarray:
+        return _synchronous(expected, lambda o: integrals.rates(name, at_s[first] - o, at_s[last] - o))
+
+    by_rate = order_scores(channel_scores(rate[None], seen("angle", rate)[None], RATE_FACTORS, RATE_FLOOR))
+    observed = seen("velocity", force)
+    by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR))
+    relative = relative_scores(integrals, at_s, velocity_n, down)
+    return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table, wheels)
+
+
+def _velocities(recording: Recording, moving: Fixes, table: str) -> tuple[np.ndarray, np.ndarray, float]:
+    use = moving.valid & np.isfinite(moving.velocity_n).all(axis=1)
+    at_s = moving.time_s[use] - getattr(recording.belief, table).time_offset_s
+    down = float(gravity(recording.start.latitude_rad, recording.start.height_m))
+    return at_s, moving.velocity_n[use], down
+
+
+def _rotations(attitude_rad: np.ndarray) -> Rotation:
+    return Rotation.from_euler("ZYX", attitude_rad[:, ::-1])
+
+
+def _thinned(time_s: np.ndarray, interval_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (first, last) at least about `interval_s` apart, one after the other, without gaps."""
+    step_s = float(np.median(np.diff(time_s)))
+    ahead = max(1, round(interval_s / step_s))
+    first = np.arange(0, len(time_s) - ahead, max(1, ahead // 2))
+    last = first + ahead
+    whole = time_s[last] - time_s[first] < 1.5 * ahead * step_s
+    return first[whole], last[whole]
+
+
+def _liveliest(values: np.ndarray) -> np.ndarray:
+    """Rows with the most motion, in order, without the largest hundredth, which may be faults."""
+    size = np.linalg.norm(np.nan_to_num(values), axis=1)
+    order = np.argsort(size)[: max(1, int(0.99 * len(size)))]
+    return np.sort(order[-MOST_ROWS:])
+
+
+def _agreement(expected: np.ndarray, seen: np.ndarray) -> float:
+    """Sum over channels of the largest correlation, of either sign, with any column."""
+    use = np.isfinite(seen).all(axis=1)
+    total = 0.0
+    for wanted in expected.T:
+        rows = use & np.isfinite(wanted)
+        if rows.sum() < 8 or np.std(wanted[rows]) == 0.0:
+            continue
+        a = wanted[rows] - wanted[rows].mean()
+        b = seen[rows] - seen[rows].mean(axis=0)
+        norm = np.linalg.norm(a) * np.linalg.norm(b, axis=0)
+        total += float(np.max(np.abs(a @ b) / np.maximum(norm, 1e-300)))
+    return total
+
+
+def _synchronous(expected: np.ndarray, seen_at) -> np.ndarray:
+    """What the IMU shows at the offset of the clocks at which it agrees best."""
+    agreed = [_agreement(expected, seen_at(offset_s)) for offset_s in OFFSETS_S]
+    plain = _agreement(expected, seen_at(0.0))
+    offset_s = float(OFFSETS_S[int(np.argmax(agreed))]) if max(agreed) > 1.02 * plain else 0.0
+    return seen_at(offset_s)
+
+
+def relative_scores(integrals: Integrals, at_s, velocity_n, down: float) -> np.ndarray | None:
+    """log L (2, 48, 4): handedness of the accelerometers, gyros against them, unit of the gyros; None if untold."""
+    windows = _windows(integrals, at_s, velocity_n)
+    if windows is None:
+        return None
+    begin_s, rows = windows
+    grid_s = begin_s[:, None] - MARGIN_S + STEP_S * np.arange(round((WINDOW_S + 2 * MARGIN_S) / STEP_S) + 1)
+    angle, speed = (
+        np.stack([np.interp(grid_s, integrals.time_s, line) for line in values.T], axis=-1)
+        for values in (integrals.angle, integrals.velocity)
+    )
+    angle, speed = np.diff(angle, axis=1), np.diff(speed, axis=1)
+    size = np.median(np.linalg.norm(speed, axis=2)) / STEP_S
+    if size == 0.0:
+        return None
+    speed = speed * (down / size) if not 0.8 < size / down < 1.25 else speed
+    turned = np.stack(
+        [_turned_force(angle @ MATRICES.transpose(0, 2, 1)[:, None] * factor, speed) for factor in RELATIVE_FACTORS]
+    )  # (4, 48, windows, steps + 1, 3)
+    first, last = rows[:, :-1], rows[:, 1:]
+    wanted = velocity_n[last] - velocity_n[first]
+    wanted[:, :, 2] -= down * (at_s[last] - at_s[first])
+    return _window_scores(turned, grid_s, at_s, rows, wanted)
+
+
+def _windows(integrals: Integrals, at_s, velocity_n):
+    """Beginnings (w,) of the liveliest windows and the rows (w, m) of the fixes in each."""
+    step_s = float(np.median(np.diff(at_s)))
+    stride = max(1, round(FORCE_INTERVAL_S / step_s))
+    count = int(WINDOW_S / (stride * step_s)) + 1
+    first = np.arange(0, len(at_s) - (count - 1) * stride, max(1, (count - 1) * stride))
+    rows = first[:, None] + stride * np.arange(count)
+    begin_s, end_s = at_s[rows[:, 0]], at_s[rows[:, -1]]
+    whole = (end_s - begin_s <= WINDOW_S + 0.5 * step_s) & (begin_s - MARGIN_S >= integrals.time_s[0])
+    whole &= end_s + MARGIN_S <= integrals.time_s[-1]
+    rows, begin_s = rows[whole], begin_s[whole]
+    if count < 4 or len(rows) < FEWEST_WINDOWS:
+        return None
+    lively = np.linalg.norm(np.std(np.diff(velocity_n[rows], axis=1), axis=1), axis=1)
+    keep = np.sort(np.argsort(lively)[-MOST_WINDOWS:])
+    return begin_s[keep], rows[keep]
+
+
+def _turned_force(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """Integral of R f, R from the gyros alone: angle (48, w, k, 3), speed (w, k, 3) to (48, w, k + 1, 3)."""
+    half = 0.5 * angle
+    size = np.linalg.norm(half, axis=-1, keepdims=True)
+    vector = half * np.sinc(size / np.pi)
+    scalar = np.cos(size)[..., 0]
+    q0, qv = np.ones(angle.shape[:2]), np.zeros((*angle.shape[:2], 3))
+    total = np.zeros((*angle.shape[:2], angle.shape[2] + 1, 3))
+    for k in range(angle.shape[2]):
+        felt = speed[:, k] + 0.5 * np.cross(angle[:, :, k], speed[:, k])
+        twice = 2.0 * np.cross(qv, felt)
+        total[:, :, k + 1] = total[:, :, k] + felt + q0[..., None] * twice + np.cross(qv, twice)
+        p0, pv = scalar[:, :, k], vector[:, :, k]
+        q0, qv = (
+            q0 * p0 - (qv * pv).sum(axis=-1),
+            q0[..., None] * pv + p0[..., None] * qv + np.cross(qv, pv),
+        )
+    return total
+
+
+def _window_scores(turned, grid_s, at_s, rows, wanted) -> np.ndarray:
+    """log L (2, 48, 4) by the residual of the best rotation of each window, at the best offset of the clocks."""
+    w, m = rows.shape
+    squares = []
+    for offset_s in OFFSETS_S[np.abs(OFFSETS_S) < MARGIN_S]:
+        index = np.rint((at_s[rows] - offset_s - grid_s[:, :1]) / STEP_S).astype(int).clip(0, turned.shape[3] - 1)
+        there = turned[:, :, np.arange(w)[:, None], index]
+        felt = np.diff(there, axis=3)  # (4, 48, w, m - 1, 3)
+        product = np.einsum("wki,fcwkj->fcwij", wanted, felt)
+        values = np.linalg.svd(product, compute_uv=False)
+        proper = np.sign(np.linalg.det(product))
+        both = (wanted**2).sum(axis=(1, 2)) + (felt**2).sum(axis=(3, 4))
+        plain = values[..., 0] + values[..., 1]
+        squares.append(np.stack([both - 2.0 * (plain + sign * proper * values[..., 2]) for sign in (1.0, -1.0)]))
+    squares = np.maximum(np.array(squares), 0.0)  # (offsets, 2, 4, 48, w)
+    freedom = 3.0 * (m - 1) - 3.0
+    k = int(np.argmin(np.median(squares, axis=-1).min(axis=(1, 2, 3))))
+    least = squares[k]
+    sigma2 = max(float(np.median(least, axis=-1).min()) / freedom, WINDOW_FLOOR_MPS**2)
+    counted = 0.5 * freedom  # velocities are smoothed, and the increments of one fix have opposite errors
+    log = -0.5 * (NU + counted) * np.log1p(least * (counted / freedom) / (NU * sigma2)).sum(axis=-1)
+    return log.transpose(0, 2, 1)
+
+
+def _class_of() -> tuple[np.ndarray, np.ndarray]:
+    """For accelerometers read with order p and gyros with g: handedness (48,) and the relative order (48, 48)."""
+    handed = np.linalg.det(MATRICES)
+    proper = MATRICES * handed[:, None, None]
+    relative = np.einsum("pji,gjk->pgik", proper, MATRICES)
+    index = {matrix.astype(int).tobytes(): k for k, matrix in enumerate(MATRICES)}
+    found = [[index[np.rint(one).astype(int).tobytes()] for one in row] for row in relative]
+    return (handed < 0.0).astype(int), np.array(found)
+
+
+HANDED, RELATIVE = _class_of()
+
+
+def _decided(by_rate, by_force, relative, by: str, certain: bool) -> Finding | None:
+    """The best of all orders and units of both triads (and units of the attitude) against what was read.
+
+    by_rate (a, 48 g, s), by_force (a, 48 p, t), relative (2, 48, 4) or None.
+    """
+    rate_unit = UNIT_PRIOR * (RATE_FACTORS != 1.0)
+    force_unit = UNIT_PRIOR * (FORCE_FACTORS != 1.0)
+    rates = by_rate + rate_unit  # (a, g, s)
+    if relative is not None:
+        far = np.full((2, 48, len(RATE_FACTORS)), relative.min())
+        far[:, :, : len(RELATIVE_FACTORS)] = relative
+        joint = far[HANDED[:, None], RELATIVE]  # (p, g, s)
+        rates = rates[:, None] + joint[None]
+    else:
+        rates = np.repeat(rates[:, None], 48, axis=1)  # (a, p, g, s)
+    s_best, t_best = rates.argmax(axis=3), (by_force + force_unit).argmax(axis=2)
+    total = rates.max(axis=3) + (by_force + force_unit).max(axis=2)[:, :, None]
+    same = np.eye(48, dtype=bool)
+    total = total + np.where(same, -CHANGED[None, :], -CHANGED[None, :] - CHANGED[:, None] - 1.0)
+    total += UNIT_PRIOR * (np.arange(len(total)) > 0)[:, None, None]
+    a, p, g = np.unravel_index(np.argmax(total), total.shape)
+    as_read = float(rates[0, 0, 0, 0] + by_force[0, 0, 0])
+    log_odds = float(total[a, p, g]) - as_read
+    s, t = int(s_best[a, p, g]), int(t_best[a, p])
+    if log_odds < LIKELY or (a, p, g, s, t) == (0, 0, 0, 0, 0):
+        return None
+    if not certain:  # how the vehicle points is not known: only the triads against each other are
+        told = 0.0 if relative is None else float(relative.max() - relative[0, 0, 0])
+        log_odds = min(log_odds, told if told > BEYOND_DOUBT else BEYOND_DOUBT - 1.0)
+    return _named(int(a), int(p), int(g), float(RATE_FACTORS[s]), float(FORCE_FACTORS[t]), log_odds, by)
+
+
+def _named(a: int, p: int, g: int, rate: float, force: float, log_odds: float, by: str) -> Finding:
+    """The first thing to correct of the alternative that holds; what is left shows when it is read again."""
+    seen = f"gyros and accelerometers contradict {by}, expected the same motion; it looks as if "
+    if a:
+        words = list(ATTITUDES)[a]
+        mend = "give roll, pitch and heading in degrees, or state their unit"
+        return Finding("attitude.unit", f"{seen}roll, pitch and heading are {words}", mend, log_odds,
+                       value=words.split()[0][:3])  # fmt: skip
+    if rate != 1.0:
+        mend = f"multiply the gyros by {rate:.6g}"
+        return Finding("gyro.unit", f"{seen}the gyros are in another unit, {rate:.6g} of the one read", mend, log_odds,
+                       factor=rate)  # fmt: skip
+    if force != 1.0:
+        mend = f"multiply the accelerometers by {force:.6g}, or correct their scale"
+        return Finding("accelerometer.unit",
+                       f"{seen}the accelerometers are in another unit, {force:.6g} of the one read", mend, log_odds,
+                       factor=force)  # fmt: skip
+    if p == g:
+        matrix = MATRICES[p]
+        handed = "" if np.linalg.det(matrix) > 0.0 else ", a left-handed set as read"
+        mend = f"turn gyros and accelerometers by {equations(matrix)}, ours from those read"
+        return Finding("axes", f"{seen}the axes are {equations(matrix)}{handed}", mend, log_odds, matrix=matrix)
+    which, order = ("accelerometer", p) if p else ("gyro", g)
+    words = equations(MATRICES[order])
+    mend = f"correct order or sign of the {which} columns: {words}, ours from those read"
+    return Finding(
+        "axes", f"{seen}the {which}s are {words}, ours from those read", mend, log_odds
+    )  # no key for one triad
