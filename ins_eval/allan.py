@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq, nnls
-from scipy.stats import pearson3
+from scipy.stats import chi2, pearson3
 
 TERMS = ("quantisation", "white", "flicker", "random_walk")  # Q, N, B, K
 CONFIDENCE = 0.95
@@ -23,6 +23,7 @@ ROUNDS = 6  # of weights by the fit itself
 FREQUENCIES = 10_000
 LARGEST_FACTOR = 1e4  # of a coefficient squared, where nothing bounds it from above
 LEAST_SAMPLES = 32
+MISFIT_CHANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +56,9 @@ class NoiseFit:
     flicker: Coefficient
     random_walk: Coefficient
 
-    def deviation(self, tau_s: np.ndarray) -> np.ndarray:
-        """That of the fit, (t,)."""
-        squared = np.array([getattr(self, term).value for term in TERMS]) ** 2
+    def deviation(self, tau_s: np.ndarray, term: str | None = None) -> np.ndarray:
+        """That of the fit, or of one term of it, (t,)."""
+        squared = np.array([getattr(self, one).value * (term in (None, one)) for one in TERMS]) ** 2
         return np.sqrt(_model(np.asarray(tau_s, dtype=float)) @ squared)
 
 
@@ -97,7 +98,7 @@ def fit_noise(seen: AllanDeviation) -> NoiseFit | None:
 
         cov(s2_i, s2_j) = (2 / count) integral |H_i|^2 |H_j|^2 S^2 df,   |H_m|^2 = 2 sin^4(pi m f) / (m sin(pi f))^2
 
-    with f in cycles a sample.
+    with f in cycles a sample. Where the four terms do not make what was seen, every interval is widened by the misfit.
     """
     octaves = _octaves(seen)
     if octaves.size <= len(TERMS) or not (seen.deviation[octaves] > 0.0).all():
@@ -112,9 +113,21 @@ def fit_noise(seen: AllanDeviation) -> NoiseFit | None:
         size = np.linalg.norm(scaled, axis=0)
         theta = nnls(scaled / size, half @ squared)[0] / size
         covariance = spectra.covariance(theta)
-    weighted = np.linalg.solve(covariance, design)
-    weights = np.linalg.solve(design.T @ weighted, weighted.T)  # (4, t): unbiased whatever the sign
-    return NoiseFit(*(_coefficient(k, theta, weights[k], squared, spectra) for k in range(len(TERMS))))
+    excess = _excess(squared - design @ theta, covariance, np.count_nonzero(theta))
+    found = []
+    for k in range(len(TERMS)):
+        used = [j for j in range(len(TERMS)) if theta[j] > 0.0 or j == k]  # unbiased beside what is seen
+        weighted = np.linalg.solve(covariance, design[:, used])
+        weights = np.linalg.solve(design[:, used].T @ weighted, weighted.T)[used.index(k)]
+        found.append(_coefficient(k, theta, weights, squared, (spectra, excess)))
+    return NoiseFit(*found)
+
+
+def _excess(residual: np.ndarray, covariance: np.ndarray, terms: int) -> float:
+    """By how much the fit misses in variance, above what chance allows; 1 where the model holds."""
+    freedom = residual.size - terms
+    squares = float(residual @ np.linalg.solve(covariance, residual))
+    return squares / freedom if chi2.sf(squares, freedom) < MISFIT_CHANCE else 1.0
 
 
 def _octaves(seen: AllanDeviation) -> np.ndarray:
@@ -158,25 +171,29 @@ class _Spectra:
         return float(second), float(third)
 
 
-def _coefficient(k: int, theta: np.ndarray, weights: np.ndarray, squared: np.ndarray, spectra: _Spectra) -> Coefficient:
+def _coefficient(
+    k: int, theta: np.ndarray, weights: np.ndarray, squared: np.ndarray, spread: tuple[_Spectra, float]
+) -> Coefficient:
     """The coefficient of term k: its interval holds every value that would make what was seen not too unlikely.
 
     The weighted sum of the variances that estimates the coefficient squared is a quadratic form in Gaussian noise; its
     distribution is taken to be that of Pearson's type III with the same first three cumulants.
     """
     seen = float(weights @ squared)
+    spectra, excess = spread
 
     def chance(true: float) -> float:
         """That the estimate comes out as low as it was seen, or lower."""
         at = theta.copy()
         at[k] = true
         second, third = spectra.cumulants(at, weights)
+        second, third = excess * second, excess**1.5 * third
         if second == 0.0:
             return float(seen > true)
         return float(pearson3.cdf(seen, third / second**1.5, true, np.sqrt(second)))
 
     tail = 0.5 * (1.0 - CONFIDENCE)
-    least = float(np.sqrt(spectra.cumulants(theta, weights)[0]))
+    least = float(np.sqrt(excess * spectra.cumulants(theta, weights)[0]))
     visible = chance(0.0) > 1.0 - tail
     low = _crossing(chance, 1.0 - tail, (0.0, seen)) if visible else 0.0
     high = max(seen, 0.0) + least

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from ins_eval.believed import believed
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.recording.readers import doctor, find, read
@@ -12,10 +13,13 @@ from ins_eval.recording.validation import validate
 
 
 def run(format_name: str, file: Path, output: Path, assume: Sequence[str] = ()) -> int:
-    """Read, examine, validate, write into `output`, print the notes; `assume` holds KEY=VALUE each."""
+    """Read, examine, validate, fill in what is believed, write into `output`, print the notes.
+
+    `assume` holds KEY=VALUE each.
+    """
     assumed = _assumed(assume)
     keys = find(format_name).keys
-    recording = validate(doctor.examine(read(format_name, file, assumed), assumed, keys))
+    recording = believed(validate(doctor.examine(read(format_name, file, assumed), assumed, keys)))
     form.write(recording, output)
     for note in recording.notes:
         print(note)

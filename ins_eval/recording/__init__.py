@@ -83,6 +83,7 @@ class Recording:
     reference: Fixes | None = None
     belief: Belief = field(default_factory=Belief)
     notes: tuple[str, ...] = field(default=())  # what a reader found and what it assumed, one sentence each
+    unit: str | None = None  # an inertial unit by the name of its data sheet
     folder: Path = field(default=Path("."), compare=False)  # to which files that the belief names are relative
 
     @cached_property

@@ -78,6 +78,7 @@ def read(folder: str | Path) -> Recording:
         reference=reference,
         belief=opened.belief,
         notes=tuple(notes),
+        unit=description.imu.unit,
         folder=Path(folder),
     )
     return _validated(recording, opened)

@@ -63,7 +63,12 @@ def write(recording: Recording, folder: str | Path, truth: Fixes | None = None) 
         kind=recording.kind,
         name=recording.name,
         notes=recording.notes,
-        imu=ImuTable(rate_hz=float(f"{rate_hz:.9g}"), gyro="increment", accelerometer=recording.imu.accelerometer_form),
+        imu=ImuTable(
+            rate_hz=float(f"{rate_hz:.9g}"),
+            gyro="increment",
+            accelerometer=recording.imu.accelerometer_form,
+            unit=recording.unit,
+        ),
         start=_start(recording),
     )
     unused = tuple(name for name in ("gps", "reference") if name not in tables)
