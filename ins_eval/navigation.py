@@ -126,7 +126,7 @@ def evaluate(
     imu, believed = recording.imu, recording.belief
     dtheta_b = (
         imu.gyro - np.asarray(believed.gyro.bias_radps) * recording.interval_s[:, None]
-        if any(believed.gyro.bias_radps)
+        if any(believed.gyro.bias_radps or ())
         else imu.gyro
     )
     begin = start or recording.start
@@ -181,12 +181,12 @@ def height_aid(recording: Recording) -> np.ndarray | None:
 
 def _alignment_noise(recording: Recording) -> AlignmentNoise:
     gyro, accelerometer = recording.belief.gyro, recording.belief.accelerometer
-    noise = AlignmentNoise(
-        gyro_bias_deg_per_h=gyro.bias_sigma_deg_per_h,
-        angle_random_walk_deg_per_sqrt_h=gyro.angle_random_walk_deg_per_sqrt_h,
-    )
-    density = accelerometer.velocity_random_walk_ug_per_sqrt_hz
-    return noise if density is None else replace(noise, velocity_random_walk_ug_per_sqrt_hz=density)
+    stated = {
+        "gyro_bias_deg_per_h": gyro.bias_sigma_deg_per_h,
+        "angle_random_walk_deg_per_sqrt_h": gyro.angle_random_walk_deg_per_sqrt_h,
+        "velocity_random_walk_ug_per_sqrt_hz": accelerometer.velocity_random_walk_ug_per_sqrt_hz,
+    }
+    return AlignmentNoise(**{name: value for name, value in stated.items() if value is not None})
 
 
 def _compared(recording: Recording, solution: Solution) -> Errors:
