@@ -167,6 +167,7 @@ def _evaluate(verbs: argparse._SubParsersAction) -> None:
         help="only these: none, believed, a name in DIR/compensation, or a model FILE.toml (default: all there are)",
     )
     parser.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
+    parser.add_argument("--unit", metavar="NAME", help="its data sheet fills what nobody stated, see ins-eval presets")
     parser.add_argument(
         "--restart-every",
         type=float,
@@ -236,6 +237,7 @@ def _compare(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME-compare)"
     )
+    parser.add_argument("--unit", metavar="NAME", help="its data sheet fills what nobody stated, see ins-eval presets")
     parser.add_argument(
         "--use-found-offset", action="store_true", help="take the clock offset found instead of the believed"
     )
@@ -246,6 +248,7 @@ def _diagnose(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser("diagnose", help="where recordings leave what is believed, and what was left out")
     parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING")
     parser.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
+    parser.add_argument("--unit", metavar="NAME", help="its data sheet fills what nobody stated, see ins-eval presets")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the answer, ins-diagnosis/1")
     parser.add_argument("--report", type=Path, metavar="DIR", help="folder of the page")
     parser.add_argument(

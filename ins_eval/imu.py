@@ -14,6 +14,7 @@ from ins_eval.gyro import GyroPopulation
 from ins_eval.profile import Profile
 from ins_eval.random_processes import gauss_markov
 from ins_eval.recording import Fixes, Imu, Recording, Start
+from ins_eval.recording.belief import NAVIGATION_GRADE
 from ins_eval.streams import Streams
 from ins_eval.thermal import Temperature, Thermometer, imu_temperature
 from ins_eval.trajectory import Increments, Trajectory
@@ -146,6 +147,7 @@ class Mission:
                 height_baro_m=self._baro(streams),
             ),
             gps=self._gps(streams),
+            belief=NAVIGATION_GRADE,
         )
 
     def ideal(self) -> Recording:
@@ -163,6 +165,7 @@ class Mission:
                 height_baro_m=self.height_m[keep],
             ),
             reference=self.truth(0.0),
+            belief=NAVIGATION_GRADE,
         )
 
     def truth(self, from_s: float, period_s: float = 1.0) -> Fixes:

@@ -1,10 +1,10 @@
 """What is asked for in a notebook or on the command line: each function gives a `Result`.
 
-    import ins_eval as ie
-    recording = ie.read("my_recording")
-    result = ie.evaluate(recording)
-    result.to_frame()
-    result.plot("position_error")
+import ins_eval as ie
+recording = ie.read("my_recording")
+result = ie.evaluate(recording)
+result.to_frame()
+result.plot("position_error")
 """
 
 from __future__ import annotations
@@ -111,13 +111,14 @@ class Result:
         )
 
 
-def read(source: PathLike, belief: PathLike | None = None) -> Recording:
+def read(source: PathLike, belief: PathLike | None = None, unit: str | None = None) -> Recording:
     """Read a recording.
 
     Parameters
     ----------
     source : folder in the form ins-recording/1, or a ``.imu`` file in PSINS text
     belief : file with the belief tables to take in place of those of the recording
+    unit : the inertial unit by the name of its data sheet, which fills what nobody stated
 
     Raises: UsageError, DataRefused.
     """
@@ -133,6 +134,8 @@ def read(source: PathLike, belief: PathLike | None = None) -> Recording:
             f"{source}: evaluate takes a folder in the form ins-recording/1 (or a .imu file in PSINS text); bring this "
             "file into the form first: ins-eval import FORMAT FILE -o DIR"
         )
+    if unit is not None:
+        recording = replace(recording, unit=unit)
     if belief is None:
         return recording
     tables = {key: table for key, table in read_toml(Path(belief)).items() if key in Belief.model_fields}
@@ -208,19 +211,22 @@ def diagnose(
     belief: PathLike | None = None,
     model_file: PathLike | None = None,
     step: Callable[[str], None] = lambda words: None,
+    unit: str | None = None,
 ) -> Result:
     """Where recordings of one instrument leave what is believed of them: see `analysis.diagnose.diagnose_folders`.
 
-    `belief` replaces that of all recordings; `model_file` gets a belief with the effects that were found.
+    `belief` replaces that of all recordings; `model_file` gets a belief with the effects that were found; `unit` names
+    the data sheet that fills what nobody stated.
     ``result.found.answer`` is the answer in the form ins-eval-diagnosis.
     """
     folders, belief_file = [Path(folder) for folder in recordings], None if belief is None else Path(belief)
-    found = diagnose_folders(folders, belief_file, step)
+    found = diagnose_folders(folders, belief_file, step, unit)
     if model_file is not None:
         found = replace(found, written=found.diagnosis.predicted)
-        believed, where = belief_of(folders[0], belief_file)
-        form.write_belief(Path(model_file), with_effects(believed, found.written), where)
+        _, where = belief_of(folders[0], belief_file)
+        form.write_belief(Path(model_file), with_effects(found.belief, found.written), where)
     tree, draw = page_of_diagnosis(found.diagnosis, found.answer, found.written)
+    tree["belief"] = found.stated
     return Result(TITLE, found, tree, *diagnosis_content(tree), draw)
 
 

@@ -133,8 +133,10 @@ def _finds_north(recording: Recording, stretch: Stretch) -> bool:
 
 def _without_bias(recording: Recording) -> np.ndarray:
     """Angle increments (n, 3) without the believed bias."""
-    bias = np.asarray(recording.belief.gyro.bias_radps)
-    return recording.imu.gyro - bias * recording.interval_s[:, None] if bias.any() else recording.imu.gyro
+    bias = recording.belief.gyro.bias_radps
+    if bias is None or not any(bias):
+        return recording.imu.gyro
+    return recording.imu.gyro - np.asarray(bias) * recording.interval_s[:, None]
 
 
 def _stands(recording: Recording, stretch: Stretch) -> bool:
@@ -237,12 +239,12 @@ def height_aid(recording: Recording) -> np.ndarray | None:
 
 def _alignment_noise(recording: Recording) -> AlignmentNoise:
     gyro, accelerometer = recording.belief.gyro, recording.belief.accelerometer
-    noise = AlignmentNoise(
-        gyro_bias_deg_per_h=gyro.bias_sigma_deg_per_h,
-        angle_random_walk_deg_per_sqrt_h=gyro.angle_random_walk_deg_per_sqrt_h,
-    )
-    density = accelerometer.velocity_random_walk_ug_per_sqrt_hz
-    return noise if density is None else replace(noise, velocity_random_walk_ug_per_sqrt_hz=density)
+    stated = {
+        "gyro_bias_deg_per_h": gyro.bias_sigma_deg_per_h,
+        "angle_random_walk_deg_per_sqrt_h": gyro.angle_random_walk_deg_per_sqrt_h,
+        "velocity_random_walk_ug_per_sqrt_hz": accelerometer.velocity_random_walk_ug_per_sqrt_hz,
+    }
+    return AlignmentNoise(**{name: value for name, value in stated.items() if value is not None})
 
 
 def _compared(recording: Recording, solution: Solution) -> Errors:

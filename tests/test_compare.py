@@ -13,9 +13,10 @@ from ins_eval.commands import compare
 from ins_eval.errors import DataRefused
 from ins_eval.profile import HeightChange, Place, Profile, SpeedChange, Thermal, Turn
 from ins_eval.recording import Fixes, Imu, Recording, Start, form
-from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief, ReferenceBelief
+from ins_eval.recording.belief import AccelerometerBelief, GyroBelief, ReferenceBelief
 from ins_eval.trajectory import Trajectory
 from ins_eval.units import DEG, DEG_PER_H, UG
+from tests.beliefs import navigation_grade
 
 RATE_HZ = 50.0
 BIAS_RADPS, BIAS_MPS2 = np.array([1e-3, -5e-4, 2e-4]), np.array([0.03, -0.02, 0.01])
@@ -121,7 +122,7 @@ def test_an_offset_found_is_only_reported_unless_asked_for(flight, tmp_path):
 
 
 def test_beliefs_are_used_and_held_against_what_is_found(flight, tmp_path):
-    belief = Belief(
+    belief = navigation_grade(
         reference=ReferenceBelief(time_offset_s=OFFSET_S),
         gyro=GyroBelief(bias_radps=(8e-4, 0.0, 0.0)),
         accelerometer=AccelerometerBelief(bias_mps2=(0.0, -0.02, 0.0)),

@@ -24,11 +24,11 @@ from ins_eval.navigation import (
 )
 from ins_eval.profile import Profile
 from ins_eval.recording import Fixes, Imu, Recording, Start
-from ins_eval.recording.belief import Belief
 from ins_eval.recording.stillness import Stretch
 from ins_eval.strapdown import navigate
 from ins_eval.trajectory import Trajectory
 from ins_eval.units import DEG, DEG_PER_H, NMI, UG
+from tests.beliefs import navigation_grade
 
 RATE_HZ = 20.0
 FLOOR_M = 1e-3
@@ -94,7 +94,7 @@ def aligned_start(trajectory: Trajectory, time_s: float) -> Start:
 
 
 def with_belief(recording: Recording, **tables) -> Recording:
-    return replace(recording, belief=Belief.model_validate(tables))
+    return replace(recording, belief=navigation_grade(**tables))
 
 
 # ------------------------------------------------------------------------------------------- samples and compensation

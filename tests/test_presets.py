@@ -74,6 +74,50 @@ def test_the_populations_take_up_table_5() -> None:
     assert (gyros.scale_ppm, gyros.asymmetry_ppm) == (ins.gyro.scale_repeatability_ppm, ins.gyro.scale_linearity_ppm)
 
 
+def test_at_least_twenty_units_of_every_grade_with_a_source() -> None:
+    units = datasheets.units()
+    assert len(units) >= 20
+    assert {sheet.grade for sheet in units.values()} == set(datasheets.GRADES)
+    assert all(len(sheet.source) > 10 for sheet in units.values())
+
+
+def test_better_grades_have_quieter_gyros() -> None:
+    """Medians of a decade of sheets fall from grade to grade: a figure in the wrong unit would stand out."""
+    of = {grade: [] for grade in datasheets.GRADES}
+    for sheet in datasheets.units().values():
+        if sheet.gyro.angle_random_walk_deg_per_sqrt_h is not None:
+            of[sheet.grade].append(sheet.gyro.angle_random_walk_deg_per_sqrt_h)
+    medians = [sorted(values)[len(values) // 2] for values in of.values()]
+    assert medians[1] > medians[2] > medians[3]
+    assert all(0.0005 < value < 2.0 for values in of.values() for value in values)
+
+
+# the figures that are printed in another unit than the sheet's: as printed, and the factor to ours
+PRINTED_MPS_PER_SQRT_H = {"adis16470": 0.037, "adis16495-1": 0.008, "stim300": 0.06, "hg1700": 0.065 * 0.3048}
+PRINTED_DEG_PER_S_PER_SQRT_HZ = {"mpu-6050": 0.005, "mti-1": 0.007, "bmi270": 0.007, "adis16470": 0.34 / 60.0}
+
+
+@pytest.mark.parametrize("name", PRINTED_MPS_PER_SQRT_H)
+def test_velocity_random_walk_of_a_sheet_is_the_printed_one(name: str) -> None:
+    ug = PRINTED_MPS_PER_SQRT_H[name] / 3600.0**0.5 / 9.80665e-6
+    assert datasheets.unit(name).accelerometer.velocity_random_walk_ug_per_sqrt_hz == pytest.approx(ug, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", PRINTED_DEG_PER_S_PER_SQRT_HZ)
+def test_angle_random_walk_of_a_sheet_is_the_printed_density(name: str) -> None:
+    found = datasheets.unit(name).gyro.angle_random_walk_deg_per_sqrt_h
+    assert found == pytest.approx(60.0 * PRINTED_DEG_PER_S_PER_SQRT_HZ[name], rel=1e-4)
+
+
+def test_an_unknown_unit_is_refused() -> None:
+    with pytest.raises(
+        UsageError, match=r"^no inertial unit 'stim30'; did you mean 'stim300'\?; see"
+    ):
+        datasheets.unit("stim30")
+    with pytest.raises(UsageError, match="no inertial unit 'tested-ins'"):
+        datasheets.unit("tested-ins")
+
+
 def test_an_unknown_data_sheet_is_refused() -> None:
     with pytest.raises(UsageError, match=r"^no data sheet 'qa3000'; did you mean 'qa3000-030'\?$"):
         datasheets.load("qa3000")
@@ -103,7 +147,7 @@ def test_the_list_holds_every_file_and_every_programme(capsys, repository: Path)
         return {path.stem for path in (repository / folder).glob("*.toml")}
 
     assert listed["accelerometer population"] == stems("ins_eval/accelerometer/presets")
-    assert listed["data sheet"] | listed["INS"] == stems("ins_eval/datasheets")
+    assert listed["data sheet"] | listed["INS"] | listed["inertial unit"] == stems("ins_eval/datasheets")
     assert listed["INS"] == {"tested-ins"}
     assert listed["profile of a flight or oven run"] == stems("trajectories")
     assert listed["gyro population"] == {"gyros"}

@@ -56,6 +56,7 @@ def reached(truth: dict, answer: dict, folders: list[Path], manifest: dict) -> d
     known: where that is little, the recording hardly tells the two apart. What it costs to have looked for a name
     is in neither.
     """
+    from ins_eval.believed import believed
     from ins_eval.diagnosis.estimate.case import prepare
     from ins_eval.diagnosis.estimate.chamber import prepare_chamber
     from ins_eval.diagnosis.estimate.study import fit_noise, marginal
@@ -65,7 +66,7 @@ def reached(truth: dict, answer: dict, folders: list[Path], manifest: dict) -> d
     cases = [
         prepare_chamber(form.read_chamber(folder), form.read_belief(folder), folder.name, folder)
         if open_folder(folder).description.kind == CHAMBER
-        else prepare(form.read(folder), folder)
+        else prepare(believed(form.read(folder)), folder)
         for folder in folders
     ]
     if truth["outside"]:

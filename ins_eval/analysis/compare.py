@@ -11,6 +11,7 @@ import pandas as pd
 
 from ins_eval import channels
 from ins_eval.alignment import Alignment, align
+from ins_eval.believed import belief_rows, believed
 from ins_eval.channels import ChannelEstimate, FittedChannel, Windows, find_clock, fit_channels, in_windows
 from ins_eval.compensation.file import believed_model
 from ins_eval.effects import turned_start, without_effects
@@ -88,6 +89,7 @@ def compare_recording(recording: Recording, use_found_offset: bool = False) -> R
     With `use_found_offset` the clock offset that the gyros show is used instead of the believed one.
     Raises: DataRefused.
     """
+    recording = believed(recording)
     recording, velocity = without_effects(recording, _velocity(recording), recording.folder)
     recording = replace(recording, start=turned_start(recording.start, recording.belief))
     recorded = Increments(recording.imu.time_s, recording.imu.gyro, velocity)
@@ -227,6 +229,7 @@ def _metrics(
             "duration_s": float(recording.imu.time_s[-1] - recording.start.time_s),
             "notes": list(recording.notes),
         },
+        "belief": belief_rows(recording),
         "reference": reference,
         "clock": _clock(known, clock, used_s),
         "gyro": {},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 
+from ins_eval.believed import belief_rows, believed, believed_of_chamber
 from ins_eval.diagnosis.answer.answer import answer
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import Diagnosis
@@ -26,9 +27,14 @@ STEPS = 4  # of the search, beside one for each recording
 
 @dataclass(frozen=True, eq=False)
 class RecordingsDiagnosis:
-    """A verdict over recordings; `written` are the effects of a belief that was written, if one was."""
+    """A verdict over recordings; `written` are the effects of a belief that was written, if one was.
+
+    `belief` is that of the first recording, `stated` the rows of it for the page, by the name of each recording.
+    """
 
     diagnosis: Diagnosis
+    belief: Belief
+    stated: Mapping[str, Sequence[Mapping[str, str]]]
     written: Sequence[EffectBelief] = ()
 
     @cached_property
@@ -42,7 +48,10 @@ class RecordingsDiagnosis:
 
 
 def diagnose_folders(
-    folders: Sequence[Path], belief_file: Path | None = None, step: Callable[[str], None] = lambda words: None
+    folders: Sequence[Path],
+    belief_file: Path | None = None,
+    step: Callable[[str], None] = lambda words: None,
+    unit: str | None = None,
 ) -> RecordingsDiagnosis:
     """Diagnose recordings of one instrument together.
 
@@ -51,22 +60,22 @@ def diagnose_folders(
     folders : recordings in the form ins-recording/1
     belief_file : believed of all of them, in place of what their own folders say
     step : is told what comes next, once for each recording and `STEPS` times in the search
+    unit : the inertial unit by the name of its data sheet, in place of what their own folders say
 
     Raises: UsageError, DataRefused.
     """
-    cases = prepare_folders(folders, belief_file, step)
-    return RecordingsDiagnosis(judge(cases, step, belief_of(folders[0], belief_file)[0]))
-
-
-def prepare_folders(
-    folders: Sequence[Path], belief_file: Path | None = None, step: Callable[[str], None] = lambda words: None
-) -> list[Case]:
-    """Recordings made ready to be judged together; parameters as of `diagnose_folders`."""
-    cases = []
+    made = []
     for folder, name in zip(folders, _names(folders), strict=True):
         step(folder.name)
-        cases.append(_case(folder, name, belief_file))
-    return cases
+        made.append(_made_ready(folder, name, belief_file, unit))
+    cases, beliefs, stated = zip(*made, strict=True)
+    named = {case.name: rows for case, rows in zip(cases, stated, strict=True)}
+    return RecordingsDiagnosis(judge(cases, step, beliefs[0]), beliefs[0], named)
+
+
+def prepare_folders(folders: Sequence[Path]) -> list[Case]:
+    """Recordings made ready to be judged together."""
+    return [_made_ready(folder, name)[0] for folder, name in zip(folders, _names(folders), strict=True)]
 
 
 def belief_of(folder: Path, belief_file: Path | None) -> tuple[Belief, Path]:
@@ -77,7 +86,10 @@ def belief_of(folder: Path, belief_file: Path | None) -> tuple[Belief, Path]:
     return parse(Belief, tables, str(belief_file)), belief_file.parent
 
 
-def _case(folder: Path, name: str, belief_file: Path | None) -> Case:
+def _made_ready(
+    folder: Path, name: str, belief_file: Path | None = None, unit: str | None = None
+) -> tuple[Case, Belief, list[dict[str, str]]]:
+    """A recording made ready to be judged, what is believed of it, and the same as rows for the page."""
     if not folder.is_dir():
         raise UsageError(
             f"{folder}: diagnose takes a folder in the form ins-recording/1; bring this file into the form first: "
@@ -85,8 +97,11 @@ def _case(folder: Path, name: str, belief_file: Path | None) -> Case:
         )
     belief, where = belief_of(folder, belief_file)
     if open_folder(folder).description.kind == CHAMBER:
-        return prepare_chamber(form.read_chamber(folder), belief, name, where)
-    return prepare(replace(form.read(folder), name=name, belief=belief), where)
+        belief = believed_of_chamber(belief)
+        return prepare_chamber(form.read_chamber(folder), belief, name, where), belief, []
+    recording = replace(form.read(folder), name=name, belief=belief, folder=where)
+    recording = believed(recording if unit is None else replace(recording, unit=unit))
+    return prepare(recording, where), recording.belief, belief_rows(recording)
 
 
 def _names(folders: Sequence[Path]) -> list[str]:

@@ -12,11 +12,13 @@ import numpy as np
 import pandas as pd
 
 from ins_eval.analysis.solution import SolutionEvaluation, evaluate_solution
+from ins_eval.believed import belief_rows, believed, recorded_velocity
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import SINGLE, believed_model, read_model
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.effects import without_effects
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.grade import Grade, measure_grade
 from ins_eval.imu import Mission
 from ins_eval.initialization import (
     ACCELEROMETER_BIAS,
@@ -87,6 +89,14 @@ class RecordingEvaluation:
         return "gps" if self.recording.gps is not None else "standstill"
 
     @cached_property
+    def grade(self) -> Grade | None:
+        """What its stretches at rest show, where something was believed from them or the unit is parked."""
+        belief = self.recording.belief
+        if self.recording.kind != "static" and belief.gyro.source is None and belief.accelerometer.source is None:
+            return None
+        return measure_grade(self.recording, recorded_velocity(self.recording))
+
+    @cached_property
     def floor(self) -> dict[str, Any]:
         """The same navigation of an IMU without errors: at the same place for as long, or on the shipped flight."""
         time_s = self.first.solution.time_s
@@ -129,6 +139,8 @@ class RecordingEvaluation:
                 "filled_samples": 0 if recording.imu.filled is None else int(recording.imu.filled.sum()),
                 "notes": list(recording.notes),
             },
+            "belief": belief_rows(recording),
+            "grade": None if self.grade is None else self.grade.tree,
             "alignment": _alignment(recording, self.standstill, first),
             "navigation": {
                 "start_s": float(first.solution.time_s[0]),
@@ -179,6 +191,7 @@ def evaluate_recording(
 
     Raises: DataRefused, UsageError.
     """
+    recording = believed(recording)
     arms = _arms(recording, compensations, models or {})
     files = {name: file for name, file in _model_files(recording.folder, arms).items() if name in arms}
     alike = [name for name, file in files.items() if SINGLE in read_toml(file)]

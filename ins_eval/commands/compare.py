@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ins_eval.interface import compare
-from ins_eval.recording import form
+from ins_eval.interface import compare, read
 
 
-def run(recording_folder: Path, output: Path | None, quiet: bool, use_found_offset: bool = False) -> int:
+def run(
+    recording_folder: Path,
+    output: Path | None,
+    quiet: bool,
+    use_found_offset: bool = False,
+    unit: str | None = None,
+) -> int:
     """Read a recording, compare it with its reference, write the report into `output` and print its text.
 
     `output` None: reports/NAME-compare. With `use_found_offset` the clock offset that the gyros show is used instead of
     the believed one.
     """
     output = output or Path("reports") / f"{recording_folder.name}-compare"
-    compare(form.read(recording_folder), use_found_offset).write(output, quiet)
+    compare(read(recording_folder, unit=unit), use_found_offset).write(output, quiet)
     return 0

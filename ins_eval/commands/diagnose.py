@@ -20,6 +20,7 @@ def run(
     json: Path | None = None,
     report: Path | None = None,
     write_model: Path | None = None,
+    unit: str | None = None,
     quiet: bool = False,
 ) -> int:
     """Diagnose recordings of one instrument together; the answer as text, as JSON and as a page where wanted."""
@@ -29,7 +30,7 @@ def run(
             bar.set_postfix_str(words)
             bar.update()
 
-        result = diagnose(recordings, belief, write_model, step)
+        result = diagnose(recordings, belief, write_model, step, unit)
     if json is not None:
         write_whole(json, as_json(result.found.answer))
     if report is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from ins_eval.believed import believed
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.recording.readers import doctor, find, read
@@ -13,13 +14,15 @@ from ins_eval.recording.validation import validate
 
 
 def run(format_name: str, file: Path, output: Path, assume: Sequence[str] = ()) -> int:
-    """Read, examine, validate, write into `output`, print the notes; `assume` holds KEY=VALUE each.
+    """Read, examine, validate, fill in what is believed, write into `output`, print the notes.
 
-    Where gaps cut the recording, each stretch is written into a folder of its own, `output`-1 and on.
+    `assume` holds KEY=VALUE each. Where gaps cut the recording, each stretch is written into a folder of its own,
+    `output`-1 and on.
     """
     assumed = _assumed(assume)
     keys = find(format_name).keys
-    parts = [validate(doctor.examine(part, assumed, keys)) for part in stretches(read(format_name, file, assumed))]
+    whole = stretches(read(format_name, file, assumed))
+    parts = [believed(validate(doctor.examine(part, assumed, keys))) for part in whole]
     for k, recording in enumerate(parts, start=1):
         folder = output if len(parts) == 1 else output.with_name(f"{output.name}-{k}")
         form.write(recording, folder)

@@ -62,7 +62,7 @@ def _all() -> Iterator[Preset]:
     for path in _tomls(loops.PRESETS):
         yield Preset("digital loop", path.stem, _words(path), partial(_with_bases, path, loops.find))
     for path in _tomls(datasheets.FOLDER):
-        kind = "INS" if isinstance(datasheets.load(path.stem), datasheets.InsSheet) else "data sheet"
+        kind = _kind(datasheets.load(path.stem))
         yield Preset(kind, path.stem, _words(path), partial(_sheet, path))
     words = "The gyro triad of every instrument. Source: Paper A, Table 5; what it lacks is assumed."
     yield Preset("gyro population", "gyros", words, _gyros)
@@ -74,6 +74,12 @@ def _all() -> Iterator[Preset]:
     yield Preset("laboratory", "four-point-chamber", words, partial(_fields, Chamber()))
     words = "Blocks of epoxy resin in three containers. Source: Paper A, section 2.2, Figs 2 and 3."
     yield Preset("laboratory", "creep-rig", words, partial(_fields, CreepRig()))
+
+
+def _kind(sheet: datasheets.AccelerometerSheet | datasheets.InsSheet | datasheets.UnitSheet) -> str:
+    if isinstance(sheet, datasheets.UnitSheet):
+        return "inertial unit"
+    return "INS" if isinstance(sheet, datasheets.InsSheet) else "data sheet"
 
 
 def _of_folders(within: Path) -> list[tuple[str, Path]]:
@@ -122,6 +128,8 @@ def _sheet(path: Path) -> str:
     text = path.read_text(encoding="utf-8")
     if isinstance(sheet, datasheets.InsSheet):
         return f"{text}\n# The gyros of every simulated instrument take these values up as follows.\n{_gyros()}"
+    if isinstance(sheet, datasheets.UnitSheet):
+        return text
     drift = datasheets.worst_case_drift(sheet)
     return (
         f"{text}\n# Worst case without compensation, {datasheets.COLD_C:g} to {datasheets.HOT_C:g} degC "

@@ -6,6 +6,8 @@ says; a sheet is held against them, not drawn from.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
@@ -70,6 +72,40 @@ class InsSheet(Strict):
     gyro: GyroRows
 
 
+class UnitGyroRows(Strict):
+    """The gyros of an inertial unit; what its sheet does not say is None."""
+
+    range_deg_per_s: Positive | None = None
+    bias_repeatability_deg_per_h: Positive | None = None
+    bias_instability_deg_per_h: Positive | None = None
+    angle_random_walk_deg_per_sqrt_h: Positive | None = None
+    scale_factor_ppm: Positive | None = None
+
+
+class UnitAccelerometerRows(Strict):
+    """The accelerometers of an inertial unit."""
+
+    range_g: Positive | None = None
+    bias_repeatability_ug: Positive | None = None
+    bias_instability_ug: Positive | None = None
+    velocity_random_walk_ug_per_sqrt_hz: Positive | None = None
+    scale_factor_ppm: Positive | None = None
+
+
+GRADES = ("consumer MEMS", "industrial MEMS", "tactical", "navigation")
+
+
+class UnitSheet(Strict):
+    """An inertial measurement unit in use, from the document `source`."""
+
+    kind: Literal["imu"]
+    name: str
+    grade: Literal["consumer MEMS", "industrial MEMS", "tactical", "navigation"]
+    source: str
+    gyro: UnitGyroRows
+    accelerometer: UnitAccelerometerRows
+
+
 class Drift(NamedTuple):
     """How far a range of temperatures may take an accelerometer that nobody compensates."""
 
@@ -86,11 +122,27 @@ def worst_case_drift(sheet: AccelerometerSheet, cold_c: float = COLD_C, hot_c: f
     return Drift(span_c, sheet.bias_temperature_ug_per_c * span_c, sheet.scale_temperature_ppm_per_c * span_c)
 
 
-def load(name: str) -> AccelerometerSheet | InsSheet:
+def load(name: str) -> AccelerometerSheet | InsSheet | UnitSheet:
     """A shipped data sheet. Raises UsageError where there is none of that name."""
     path = FOLDER / f"{name}.toml"
     known = [sheet.stem for sheet in FOLDER.glob("*.toml")]
     if name not in known:
         raise UsageError(f"no data sheet '{name}'{did_you_mean(name, known)}")
     table = read_toml(path)
-    return parse(InsSheet if table.get("kind") == "ins" else AccelerometerSheet, table, str(path))
+    kinds = {"ins": InsSheet, "imu": UnitSheet}
+    return parse(kinds.get(str(table.get("kind")), AccelerometerSheet), table, str(path))
+
+
+@cache
+def units() -> Mapping[str, UnitSheet]:
+    """Every shipped sheet of an inertial unit by its name."""
+    sheets = {path.stem: load(path.stem) for path in sorted(FOLDER.glob("*.toml"))}
+    return {name: sheet for name, sheet in sheets.items() if isinstance(sheet, UnitSheet)}
+
+
+def unit(name: str) -> UnitSheet:
+    """The sheet of an inertial unit. Raises UsageError where there is none of that name."""
+    found = units().get(name.lower())
+    if found is None:
+        raise UsageError(f"no inertial unit '{name}'{did_you_mean(name.lower(), units())}; see ins-eval presets")
+    return found

@@ -16,6 +16,7 @@ from ins_eval.ensemble.world import beginning
 from ins_eval.imu import Mission
 from ins_eval.navigation import evaluate
 from ins_eval.recording import Imu, Recording
+from ins_eval.recording.belief import NAVIGATION_GRADE
 from ins_eval.units import PPM
 
 STEP_PPM = 100.0
@@ -77,4 +78,5 @@ def _perfect(mission: Mission) -> Recording:
             height_baro_m=mission.height_m,
         ),
         reference=mission.truth(0.0),
+        belief=NAVIGATION_GRADE,
     )

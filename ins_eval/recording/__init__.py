@@ -85,8 +85,8 @@ class Fixes:
 def whole_rows(motion: np.ndarray) -> np.ndarray:
     """Which rows of latitude, longitude, height and velocity (m, 6) hold what the table delivers, (m,) bool.
 
-    A column that is never there is not asked for, of attitude alone nothing. Where no row has position and velocity both, since each has rows of
-    its own, a row that has one of them is whole.
+    A column that is never there is not asked for, of attitude alone nothing. Where no row has position and velocity
+    both, since each has rows of its own, a row that has one of them is whole.
     """
     there = np.isfinite(motion)
     delivered = there.any(axis=0)
@@ -110,6 +110,7 @@ class Recording:
     reference: Fixes | None = None
     belief: Belief = field(default_factory=Belief)
     notes: tuple[str, ...] = field(default=())  # what a reader found and what it assumed, one sentence each
+    unit: str | None = None  # an inertial unit by the name of its data sheet
     folder: Path = field(default=Path("."), compare=False)  # to which files that the belief names are relative
     solution: Fixes | None = None  # what the INS put out itself
 

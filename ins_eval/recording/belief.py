@@ -1,6 +1,7 @@
 """What is believed of an instrument and of the simulation: the tables of ``recording.toml`` that are not data.
 
-A key that is absent has the default stated here; keys that are not known are kept. Units are in the names.
+A key that is absent has the default stated here; None is unknown and is found from the recording and from data sheets
+(`ins_eval.believed`). Keys that are not known are kept. Units are in the names.
 The form `ins-recording/1`: docs/recording.md.
 """
 
@@ -29,8 +30,9 @@ class GpsBelief(FormTable):
 
     lever_arm_m: Vector = ZERO  # IMU to antenna, body axes
     time_offset_s: float = 0.0  # stamp minus IMU stamp of the same instant
-    position_sigma_m: NotNegative = 2.5
-    velocity_sigma_mps: NotNegative = 0.05
+    position_sigma_m: NotNegative | None = None
+    velocity_sigma_mps: NotNegative | None = None
+    source: str | None = None  # where these values come from
 
 
 class ReferenceBelief(GpsBelief):
@@ -67,9 +69,10 @@ class EarthBelief(FormTable):
 class GyroBelief(FormTable):
     """The gyros."""
 
-    bias_radps: Vector = ZERO
-    bias_sigma_deg_per_h: NotNegative = 0.014
-    angle_random_walk_deg_per_sqrt_h: NotNegative = 0.001
+    bias_radps: Vector | None = None
+    bias_sigma_deg_per_h: NotNegative | None = None
+    angle_random_walk_deg_per_sqrt_h: NotNegative | None = None
+    source: str | None = None
 
 
 class ScaleBelief(FormTable):
@@ -114,9 +117,10 @@ class AccelerometerBelief(FormTable):
 
     reference_temperature_c: float = 22.0
     rate_filter_s: Annotated[float, Field(gt=0.0)] = 180.0
-    bias_sigma_ug: NotNegative = 50.0
-    bias_mps2: Vector = ZERO  # of columns in increments or rates
-    velocity_random_walk_ug_per_sqrt_hz: NotNegative | None = None  # None: unknown
+    bias_sigma_ug: NotNegative | None = None
+    bias_mps2: Vector | None = None  # of columns in increments or rates
+    velocity_random_walk_ug_per_sqrt_hz: NotNegative | None = None
+    source: str | None = None
     x: AxisBelief | None = None
     y: AxisBelief | None = None
     z: AxisBelief | None = None
@@ -155,3 +159,10 @@ class Belief(FormTable):
     gyro: GyroBelief = GyroBelief()
     accelerometer: AccelerometerBelief = AccelerometerBelief()
     effects: tuple[EffectBelief, ...] = ()
+
+
+NAVIGATION_GRADE = Belief(
+    gps=GpsBelief(position_sigma_m=2.5, velocity_sigma_mps=0.05),
+    gyro=GyroBelief(bias_radps=ZERO, bias_sigma_deg_per_h=0.014, angle_random_walk_deg_per_sqrt_h=0.001),
+    accelerometer=AccelerometerBelief(bias_sigma_ug=50.0, bias_mps2=ZERO),
+)  # what the simulator states of its own instruments: Paper A, Table 5, and a single-frequency receiver

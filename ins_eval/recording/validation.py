@@ -18,6 +18,8 @@ LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing
 GRAVITY_TOLERANCE = 0.03  # of gravity: far above any accelerometer error, far below any mix-up of units
 EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degrees for radians is a factor 57
 BIAS_SIGMAS = 5.0  # of the believed gyro bias
+LARGEST_BIAS_RADPS = 20.0 * DEG  # of any gyro in use: the tolerance of the coarsest data sheet (MPU-6050)
+EARTH_DIRECTION = 0.1  # part along gravity, from sin(latitude): Earth rate in another unit
 LARGEST_TILT_DEG = 45.0  # between gravity as measured and as the start has it
 LARGEST_RATE_RADPS = 100.0
 LARGEST_SPECIFIC_FORCE_MPS2 = 1e4
@@ -186,15 +188,37 @@ def _check_rest(recording: Recording, where: str) -> None:
     if size > 0.0:
         _check_direction(force_b / size, start.attitude_rad, where)
 
-    rate = float(np.linalg.norm(imu.gyro.sum(axis=0)) / duration_s)
-    believed = BIAS_SIGMAS * DEG_PER_H * recording.belief.gyro.bias_sigma_deg_per_h  # a unit too coarse for Earth rate
-    if not EARTH_RATE / EARTH_RATE_FACTOR < rate < max(EARTH_RATE_FACTOR * EARTH_RATE, believed):
-        raise DataRefused(
-            f"{where}: the mean gyro rate at rest is {rate / DEG_PER_H:.4g} deg/h, {rate / EARTH_RATE:.3g} times Earth "
-            f"rate, expected about 15.04{_mix_up(rate / EARTH_RATE, duration_s / len(imu.time_s), 'gyro')}; "
-            "convert the gyro to rad over the sample, check that the vehicle stood still, or believe in so large a "
-            "bias with [gyro] bias_sigma_deg_per_h"
-        )
+    _check_rate_at_rest(recording, force_b, where)
+
+
+def _check_rate_at_rest(recording: Recording, force_b: np.ndarray, where: str) -> None:
+    """The gyros show Earth rate beside a bias that is believed, or that nobody ruled out.
+
+    Where no bias is stated, a large one is refused only as a mix-up of units: it multiplies Earth rate by a known
+    factor and keeps its direction, so that its part along gravity is sin(latitude). A bias seldom does both.
+    """
+    imu, gyro = recording.imu, recording.belief.gyro
+    duration_s = imu.time_s[-1] - recording.start.time_s
+    mean_b = imu.gyro.sum(axis=0) / duration_s
+    taken_off = np.zeros(3) if gyro.bias_radps is None else np.asarray(gyro.bias_radps)
+    rate, left = float(np.linalg.norm(mean_b)), float(np.linalg.norm(mean_b - taken_off))
+    guess = _mix_up(left / EARTH_RATE, duration_s / len(imu.time_s), "gyro")
+    if gyro.bias_sigma_deg_per_h is not None:  # a unit too coarse for Earth rate
+        most = max(EARTH_RATE_FACTOR * EARTH_RATE, BIAS_SIGMAS * DEG_PER_H * gyro.bias_sigma_deg_per_h)
+    else:
+        size = float(np.linalg.norm(force_b))
+        along = float(mean_b @ force_b) / (rate * size) if rate * size > 0.0 else 0.0
+        turns_as_the_earth = abs(along - np.sin(recording.start.latitude_rad)) < EARTH_DIRECTION
+        named = guess and turns_as_the_earth and gyro.bias_radps is None
+        most = EARTH_RATE_FACTOR * EARTH_RATE if named else LARGEST_BIAS_RADPS
+    if rate > EARTH_RATE / EARTH_RATE_FACTOR and left < most:
+        return
+    beside = f" beside the believed bias of {np.linalg.norm(taken_off) / DEG_PER_H:.4g}" if taken_off.any() else ""
+    raise DataRefused(
+        f"{where}: the mean gyro rate at rest is {left / DEG_PER_H:.4g} deg/h{beside}, {left / EARTH_RATE:.3g} times "
+        f"Earth rate, expected about 15.04{guess}; convert the gyro to rad over the sample, check that the vehicle "
+        "stood still, or believe in so large a bias with [gyro] bias_radps or bias_sigma_deg_per_h"
+    )
 
 
 def _check_direction(up_b: np.ndarray, attitude_rad: tuple[float, float, float] | None, where: str) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import floor, log10
 from typing import NamedTuple
 
+from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.wording import MISSING, fixed, joined, sentence
 from ins_eval.tables import pick
@@ -41,6 +42,7 @@ def units(metrics: Mapping) -> dict[str, DisplayUnit]:
 def comparison_content(metrics: Mapping) -> tuple[str, list[Section]]:
     """The answer and the sections of a comparison; what the metrics lack is left out."""
     sections = [
+        belief_section(metrics.get("belief")),
         Section("Difference", _difference(metrics)),
         Section("What remains", _remains(metrics)),
         Section("Clocks", _clocks(metrics)),

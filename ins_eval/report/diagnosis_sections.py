@@ -7,6 +7,7 @@ from math import floor, log10
 
 from ins_eval.diagnosis.policy import Policy
 from ins_eval.effects import VOCABULARY
+from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.diagnosis_limits import limits
 from ins_eval.report.diagnosis_words import (
@@ -40,6 +41,7 @@ BEST = 5  # families in the table of the evidence
 def sections_of(tree: Mapping) -> list[Section]:
     """Every section that has something to say."""
     sections = [
+        belief_section(tree.get("belief")),
         Section("What was left out", _left_out(tree)),
         Section("What else it could be", _rivals(tree)),
         Section("The belief that was written", _written(tree)),

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.report.grade import grade_section
 from ins_eval.report.style import in_order, label
 from ins_eval.report.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name, definitions_table
 from ins_eval.report.wording import MISSING, fixed, joined, sentence, small
@@ -27,7 +29,9 @@ REFERENCE_WORDS = {
 def evaluation_content(metrics: Mapping) -> tuple[str, list[Section]]:
     """The answer and the sections of the evaluation of one recording; what the metrics lack is left out."""
     sections = [
+        belief_section(metrics.get("belief")),
         Section("Result", _result(metrics)),
+        grade_section(metrics),
         Section("Between fixes", _restarts(metrics)),
         Section("Alignment", _alignment(metrics)),
         Section("The recording", _recording(metrics)),

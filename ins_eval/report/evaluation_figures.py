@@ -10,6 +10,7 @@ from ins_eval.navigation import measures
 from ins_eval.recording import Recording
 from ins_eval.recording.stillness import Stretch
 from ins_eval.report import figures
+from ins_eval.report.grade import grade_figures
 from ins_eval.report.recording_figures import path, temperature, traces
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
@@ -40,6 +41,8 @@ def evaluation_figures(evaluation: RecordingEvaluation) -> dict[str, Figure]:
         pitch_deg=attitude[:, 1],
         heading_deg=np.unwrap(attitude[:, 2] % 360.0, period=360.0),
     )
+    if evaluation.grade is not None:
+        drawn |= grade_figures(evaluation.grade)
     if stand is not None:
         drawn["activity"] = _activity(recording, stand, (start_s, float(solution.time_s[-1])))
     return drawn

@@ -19,6 +19,7 @@ from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, B
 from ins_eval.recording.readers import psins_mat, psins_text
 from ins_eval.report.diagnosis import diagnosis_content
 from ins_eval.report.diagnosis_page import page
+from tests.beliefs import navigation_grade
 
 RECORDINGS = Path(__file__).parents[3] / "shared" / "recordings"
 LASER = RECORDINGS / "rlg_static_vehicle" / "lasergyro.imu"
@@ -112,7 +113,7 @@ def chamber_belief(readings: ChamberReadings, line: bool = False, **further: flo
     slope, constant = np.polyfit(readings.temperature_c - reference_c, readings.output - GAMMA, 1) * line
     bias = BiasBelief(k0_ug=1e3 * float(constant), omega_ug_per_c=1e3 * float(slope))
     axis = AxisBelief(scale=ScaleBelief(gamma=GAMMA), bias=bias)
-    return Belief(accelerometer=AccelerometerBelief(reference_temperature_c=reference_c, z=axis, **further))
+    return navigation_grade(accelerometer=AccelerometerBelief(reference_temperature_c=reference_c, z=axis, **further))
 
 
 def shuffled_temperature(readings: ChamberReadings, stretches: int, seed: int) -> ChamberReadings:

@@ -16,6 +16,7 @@ from ins_eval.recording import ChamberReadings
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EffectBelief, ScaleBelief
 from ins_eval.thermal import filtered_rate, lagged
 from ins_eval.units import STANDARD_GRAVITY, UG
+from tests.beliefs import navigation_grade
 
 GAMMA, MU, EPSILON, K0_UG, OMEGA = 320000.0, -30.0, 60.0, 800.0, 50.0  # pulse/(g s), degC, degC/min, ug
 NOISE = 1.0  # pulse/s
@@ -55,7 +56,7 @@ def measured(epsilon: float, lag_s: float = 0.0) -> ChamberReadings:
 @pytest.fixture
 def belief() -> Belief:
     scale, bias = ScaleBelief(gamma=GAMMA, mu=MU, epsilon=EPSILON), BiasBelief(k0_ug=K0_UG, omega_ug_per_c=OMEGA)
-    return Belief(accelerometer=AccelerometerBelief(y=AxisBelief(scale=scale, bias=bias)))
+    return navigation_grade(accelerometer=AccelerometerBelief(y=AxisBelief(scale=scale, bias=bias)))
 
 
 def test_a_true_belief_is_left_alone(belief) -> None:

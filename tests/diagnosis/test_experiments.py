@@ -35,8 +35,9 @@ from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.imu import Mission
 from ins_eval.profile import Place, Profile, SpeedChange, Thermal
 from ins_eval.recording import Imu, Recording, Start
-from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EarthBelief, ScaleBelief
+from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, BiasBelief, EarthBelief, ScaleBelief
 from ins_eval.units import DEG, UG
+from tests.beliefs import navigation_grade
 from tests.diagnosis.conftest import RATE_HZ, ideal, mission
 
 DRAWS = 500
@@ -109,7 +110,7 @@ def parked(rotation: bool = True) -> Recording:
                 0.0, LATITUDE, 0.2, 100.0, attitude_rad=(0.0, 0.0, HEADING), attitude_sigma_rad=(5e-5, 5e-5, 1e-3)
             ),
             imu=Imu(time_s, np.tile(gyro, (time_s.size, 1)), np.tile(force, (time_s.size, 1)), "increment"),
-            belief=Belief(earth=EarthBelief(rotation=rotation)),
+            belief=navigation_grade(earth=EarthBelief(rotation=rotation)),
         )
     )
 
@@ -272,7 +273,7 @@ def test_the_cheapest_that_is_enough_is_recommended_else_the_best_else_none():
 
 def test_only_what_the_instrument_permits_is_in_the_catalogue():
     def names(*cases: Case) -> str:
-        belief = Belief(accelerometer=AccelerometerBelief(x=AxisBelief(scale=ScaleBelief(gamma=3e5))))
+        belief = navigation_grade(accelerometer=AccelerometerBelief(x=AxisBelief(scale=ScaleBelief(gamma=3e5))))
         catalogue = Catalogue(cases, [np.zeros(len(one.noise.free)) for one in cases], Policy(), belief)
         found = catalogue.experiments("x")
         assert [one.cost for one in found] == sorted(one.cost for one in found)
@@ -285,7 +286,7 @@ def test_only_what_the_instrument_permits_is_in_the_catalogue():
     readings = plans.chamber(
         "x", [(g, np.array([0.0, 7200.0, 14400.0]), np.array([20.0, 40.0, 20.0])) for g in (1, -1)]
     )
-    bench = prepare_chamber(readings, plans.chamber_belief(Belief(), "x"), "chamber")
+    bench = prepare_chamber(readings, plans.chamber_belief(navigation_grade(), "x"), "chamber")
     alone = names(bench)
     assert "chamber" in alone and "parked" not in alone and "oven" not in alone
 
@@ -317,7 +318,7 @@ def test_a_plan_in_pulses_is_the_plan_in_increments():
     axis = AxisBelief(scale=scale, bias=BiasBelief(k0_ug=300.0, omega_ug_per_c=40.0))
     accelerometer = AccelerometerBelief(x=axis, y=axis, z=axis)
     made = oven()
-    inverse = replace(made, belief=Belief(accelerometer=accelerometer))
+    inverse = replace(made, belief=navigation_grade(accelerometer=accelerometer))
     inverse = replace(inverse, imu=replace(inverse.imu, accelerometer_form="pulse"))
     motion = plans.parked(made.start, plans.FACES, 60.0)
     celsius = np.linspace(30.0, -10.0, motion.time_s.size - 1)
@@ -330,11 +331,15 @@ def test_a_plan_in_pulses_is_the_plan_in_increments():
 def test_a_chamber_in_more_positions_parts_what_one_position_cannot():
     """At +1 g a scale that follows temperature is a bias that follows it."""
     knots = np.array([0.0, 7200.0, 14400.0]), np.array([50.0, 10.0, 50.0])
-    of = prepare_chamber(plans.chamber("z", [(1.0, *knots)]), plans.chamber_belief(Belief(), "z"), "one ramp at +1 g")
+    of = prepare_chamber(
+        plans.chamber("z", [(1.0, *knots)]), plans.chamber_belief(navigation_grade(), "z"), "one ramp at +1 g"
+    )
     truth, rival = effect(of, A + "scale_temperature", "z"), effect(of, A + "bias_temperature", "z")
     position = np.zeros(len(of.noise.free))
     at_hand = information(of, [truth.column, rival.column], position)
-    told = Catalogue([of], [position], Policy(), Belief()).recommend([truth, rival], at_hand, {0: SIZE}, [[1]])[0]
+    told = Catalogue([of], [position], Policy(), navigation_grade()).recommend(
+        [truth, rival], at_hand, {0: SIZE}, [[1]]
+    )[0]
     assert told.experiment == CHAMBER and told.gain >= Policy.experiment_enough
 
 

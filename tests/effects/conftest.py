@@ -11,15 +11,16 @@ import pytest
 from ins_eval.imu import Mission
 from ins_eval.profile import load
 from ins_eval.recording import Recording
-from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, ScaleBelief
+from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, BiasBelief, ScaleBelief
 from ins_eval.thermal import filtered_rate
 from ins_eval.units import DEG, STANDARD_GRAVITY
+from tests.beliefs import navigation_grade
 
 RATE_HZ = 20.0
 T0_C = 22.0
 SCALE = {"gamma": 320000.0, "mu": -30.0, "beta": 0.1, "epsilon": 30.0, "eta": 0.3, "alpha": 20.0}
 BIAS = {"k0_ug": 800.0, "omega_ug_per_c": 5.0}
-BELIEF = Belief(
+BELIEF = navigation_grade(
     accelerometer=AccelerometerBelief(
         **{axis: AxisBelief(scale=ScaleBelief(**SCALE), bias=BiasBelief(**BIAS)) for axis in "xyz"}
     )

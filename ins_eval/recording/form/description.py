@@ -33,6 +33,7 @@ class ImuTable(FormTable):
     gyro: Literal["increment", "rate"]
     accelerometer: Literal["pulse", "increment", "rate"]
     axes: str = AXES
+    unit: str | None = None  # the name of a data sheet, see ins-eval presets
 
     @field_validator("axes")
     @classmethod

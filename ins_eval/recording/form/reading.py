@@ -76,6 +76,7 @@ def read(folder: str | Path, solution_alone: bool = False) -> Recording:
         reference=reference,
         belief=opened.belief,
         notes=tuple(dict.fromkeys(notes)),
+        unit=None if description.imu is None else description.imu.unit,
         folder=Path(folder),
         solution=solution,
     )

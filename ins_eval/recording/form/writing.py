@@ -59,7 +59,7 @@ def write(recording: Recording, folder: str | Path, truth: Fixes | None = None) 
         kind=recording.kind,
         name=recording.name,
         notes=recording.notes,
-        imu=None if recording.imu is None else _imu_table(recording.imu),
+        imu=None if recording.imu is None else _imu_table(recording.imu, recording.unit),
         start=_start(recording) if np.isfinite(recording.start.latitude_rad) else None,
     )
     unused = tuple(name for name in ("gps", "reference", "solution") if name not in tables)
@@ -182,9 +182,9 @@ def _degrees(rad: tuple[float, float, float] | None) -> tuple[float, ...] | None
     return None if rad is None else tuple(to_degrees_exactly(rad).tolist())
 
 
-def _imu_table(imu: Imu) -> ImuTable:
-    rate_hz = 1.0 / float(np.median(np.diff(imu.time_s)))
-    return ImuTable(rate_hz=float(f"{rate_hz:.9g}"), gyro="increment", accelerometer=imu.accelerometer_form)
+def _imu_table(imu: Imu, unit: str | None) -> ImuTable:
+    rate_hz = float(f"{1.0 / float(np.median(np.diff(imu.time_s))):.9g}")
+    return ImuTable(rate_hz=rate_hz, gyro="increment", accelerometer=imu.accelerometer_form, unit=unit)
 
 
 def _imu(imu: Imu) -> Table:

@@ -1,8 +1,10 @@
 """Figures: each function takes plain arrays and numbers and returns a matplotlib `Figure`; nothing is global.
 
-`traces` draws one flight or recording against time, `population` many instruments, `sensors` the channels of an IMU.
+`traces` draws one flight or recording against time, `population` many instruments, `sensors` the channels of an IMU,
+`noise` their Allan deviation.
 """
 
+from ins_eval.report.figures.noise import allan_deviation
 from ins_eval.report.figures.population import (
     cep_over_time,
     error_budget,
@@ -24,6 +26,7 @@ from ins_eval.report.figures.traces import (
 
 __all__ = [
     "activity",
+    "allan_deviation",
     "angle_error",
     "attitude",
     "cep_over_time",

@@ -1,0 +1,317 @@
+"""What grade an instrument is, from its stretches at rest: offsets, noise, range of temperature."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+
+from ins_eval import datasheets
+from ins_eval.allan import AllanDeviation, Coefficient, NoiseFit, allan_deviation, fit_noise
+from ins_eval.earth import EARTH_RATE, gravity
+from ins_eval.recording import Imu, Recording
+from ins_eval.recording.stillness import Stretch, still_stretches
+from ins_eval.units import ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, UG
+
+BIAS = {"gyro": "bias_repeatability_deg_per_h", "accelerometer": "bias_repeatability_ug"}
+CHANNELS = ("gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z")
+VISIBLE_SIGMAS = 3.0  # of an offset at rest before it is believed
+AT_REST = ("oven", "static")
+SHORTEST_REST_S = 10.0
+STANDING_SPEED_MPS = 0.3
+BLOCK_S, LEAST_BLOCKS = 20.0, 5  # means that show how an offset wanders
+GRAVITY_SIGMA = 50e-6  # of gravity: what normal gravity lacks of the real one
+PIECE_S, QUIETEST_SHARE = 10.0, 0.1  # of a recording that never rests
+ANGLE_RANDOM_WALK, VELOCITY_RANDOM_WALK = "angle_random_walk_deg_per_sqrt_h", "velocity_random_walk_ug_per_sqrt_hz"
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelNoise:
+    """The noise of one channel at rest in SI; `fit` is None where the rest is too short or no noise is seen."""
+
+    name: str
+    allan: AllanDeviation
+    fit: NoiseFit | None
+
+
+@dataclass(frozen=True, eq=False)
+class Grade:
+    """What stretches at rest show of an instrument.
+
+    `gyro_offset` (3,) rad/s and `force_offset` m/s^2, that of the norm of specific force from gravity, have one sigma
+    beside them: how they wander in this recording and what rotation and gravity of the Earth leave open. They are None
+    without a rest. `bounds` are upper bounds of the white noise by its key, of a recording that never rests.
+    """
+
+    rests: tuple[Stretch, ...]
+    channels: tuple[ChannelNoise, ...]
+    gyro_offset: np.ndarray | None
+    gyro_offset_sigma: np.ndarray | None
+    force_offset: float | None
+    force_offset_sigma: float | None
+    temperature_c: tuple[float, float] | None
+    bounds: Mapping[str, float]
+
+    @property
+    def rest_s(self) -> float:
+        """Length of all rests together."""
+        return sum(rest.duration_s for rest in self.rests)
+
+    @cached_property
+    def white(self) -> dict[str, float]:
+        """White noise of gyros and accelerometers by its key, root mean square of the axes that show it."""
+        found = {}
+        for key, sensor, si in ((ANGLE_RANDOM_WALK, "gyro", DEG_PER_SQRT_H), (VELOCITY_RANDOM_WALK, "accel", UG)):
+            terms: list[Coefficient] = [c.fit.white for c in self.channels if c.fit and c.name.startswith(sensor)]
+            if seen := [term.value for term in terms if term.visible]:
+                found[key] = float(np.sqrt(np.mean(np.square(seen)))) / si
+        return found
+
+    @cached_property
+    def nearest(self) -> str | None:
+        """The unit whose sheet is nearest; None where no noise is known."""
+        return nearest_unit(self.white or self.bounds, self.offsets)
+
+    @property
+    def offsets(self) -> dict[str, float]:
+        """Offsets that stand out of their sigma, by the table of a sheet: deg/h of the worst gyro, ug."""
+        found = {}
+        if self.gyro_offset is not None:
+            seen = np.abs(self.gyro_offset)[np.abs(self.gyro_offset) > VISIBLE_SIGMAS * self.gyro_offset_sigma]
+            found |= {"gyro": float(seen.max()) / DEG_PER_H} if seen.size else {}
+        if self.force_offset is not None and abs(self.force_offset) > VISIBLE_SIGMAS * self.force_offset_sigma:
+            found["accelerometer"] = abs(self.force_offset) / UG
+        return found
+
+    @property
+    def grade(self) -> str | None:
+        """In words, one of `datasheets.GRADES`: that of the nearest sheet."""
+        return None if self.nearest is None else datasheets.unit(self.nearest).grade
+
+    @property
+    def words(self) -> str:
+        """One sentence: the grade, and from what it was told."""
+        if self.grade is None:
+            return "The grade cannot be told: nothing at rest and no noise is seen."
+        seen = self.white or self.bounds
+        units = {
+            ANGLE_RANDOM_WALK: "deg/sqrt(h) of the gyros",
+            VELOCITY_RANDOM_WALK: "ug/sqrt(Hz) of the accelerometers",
+        }
+        noise = " and ".join(f"{value:.3g} {units[key]}" for key, value in seen.items())
+        near = datasheets.unit(self.nearest).name
+        if not self.white:
+            return (
+                f"Nothing is at rest: white noise is at most {noise}, so the grade is {self.grade} or better "
+                f"(nearest sheet: {near})."
+            )
+        each = ", ".join(f"{rest.duration_s:.0f} s" for rest in self.rests[:6]) + (
+            ", ..." if len(self.rests) > 6 else ""
+        )
+        return f"Grade: {self.grade}, by white noise of {noise} in {each} at rest (nearest sheet: {near})."
+
+    @cached_property
+    def tree(self) -> dict[str, Any]:
+        """The part ``grade`` of ``metrics.json``, in the field's units."""
+        tree: dict[str, Any] = {
+            "grade": self.grade,
+            "nearest": self.nearest,
+            "words": self.words,
+            "rests_s": [[rest.start_s, rest.end_s] for rest in self.rests],
+            "temperature_c": None if self.temperature_c is None else list(self.temperature_c),
+            "bounds": dict(self.bounds),
+            "noise": {channel.name: _noise(channel) for channel in self.channels if channel.fit is not None},
+        }
+        if self.gyro_offset is not None:
+            offsets = np.stack([self.gyro_offset, self.gyro_offset_sigma], axis=1) / DEG_PER_H
+            tree["gyro_offset_deg_per_h"] = {
+                axis: {"value": float(value), "sigma": float(sigma)}
+                for axis, (value, sigma) in zip("xyz", offsets, strict=True)
+            }
+        if self.force_offset is not None:
+            tree["force_offset_ug"] = {"value": self.force_offset / UG, "sigma": self.force_offset_sigma / UG}
+        return tree
+
+
+def units_of(channel: str) -> dict[str, tuple[str, float]]:
+    """The field's unit of each noise term of a channel, and its size in SI."""
+    if channel.startswith("gyro"):
+        return {
+            "quantisation": ("arcsec", ARCSEC),
+            "white": ("deg/sqrt(h)", DEG_PER_SQRT_H),
+            "flicker": ("deg/h", DEG_PER_H),
+            "random_walk": ("deg/h/sqrt(h)", DEG_PER_H / 60.0),
+        }
+    return {
+        "quantisation": ("ug s", UG),
+        "white": ("ug/sqrt(Hz)", UG),
+        "flicker": ("ug", UG),
+        "random_walk": ("ug/sqrt(s)", UG),
+    }
+
+
+def _noise(channel: ChannelNoise) -> dict[str, Any]:
+    found = {}
+    for term, (unit, si) in units_of(channel.name).items():
+        one = getattr(channel.fit, term)
+        found[term] = {
+            "value": one.value / si,
+            "interval95": [one.low / si, one.high / si],
+            "visible": bool(one.visible),
+            "unit": unit,
+        }
+    return found
+
+
+def measure_grade(recording: Recording, velocity: np.ndarray | None) -> Grade:
+    """Measure noise and offsets in every stretch at rest.
+
+    Offsets of the gyros are mean rates less the vertical part of Earth rate, W sin(latitude) along the specific force;
+    the horizontal part, W cos(latitude), has an unknown direction and stands in the sigma. Any believed bias is left
+    in.
+
+    Parameters
+    ----------
+    velocity : (n, 3) velocity increments in m/s; None where nothing says what a pulse is worth
+    """
+    imu, start = recording.imu, recording.start
+    rests = tuple(_rests(recording))
+    step_s = float(np.median(np.diff(imu.time_s)))
+    signals = [imu.gyro / recording.interval_s[:, None]]
+    if velocity is not None:
+        signals.append(velocity / recording.interval_s[:, None])
+    rows = [slice(*np.searchsorted(imu.time_s, [r.start_s + 1e-6, r.end_s + 1e-6])) for r in rests]
+    columns = np.concatenate(signals, axis=1).T
+    if not rests:
+        bounds = _bounds(columns, step_s)
+        return Grade(rests, (), None, None, None, None, None, bounds)
+    channels = []
+    for name, column in zip(CHANNELS, columns, strict=False):
+        allan = allan_deviation([column[r] for r in rows], step_s, per_octave=3)
+        channels.append(ChannelNoise(name, allan, fit_noise(allan)))
+    blocks = _blocks(columns, rows, step_s)
+    mean, wander = np.average(blocks[0], axis=0, weights=blocks[1]), blocks[0].std(axis=0, ddof=1)
+    up = mean[3:] / np.linalg.norm(mean[3:]) if velocity is not None and np.linalg.norm(mean[3:]) else None
+    vertical = EARTH_RATE * np.sin(start.latitude_rad)
+    across = EARTH_RATE * abs(np.cos(start.latitude_rad)) / np.sqrt(2.0)
+    offset, unknown = mean[:3].copy(), np.full(3, EARTH_RATE / np.sqrt(3.0))
+    if up is not None:
+        offset -= vertical * up
+        unknown = across * np.sqrt(np.clip(1.0 - up**2, 0.0, 1.0))
+    force_offset = force_sigma = None
+    if up is not None:
+        norms = np.linalg.norm(blocks[0][:, 3:], axis=1)
+        expected = float(gravity(start.latitude_rad, start.height_m))
+        force_offset = float(np.average(norms, weights=blocks[1]) - expected)
+        force_sigma = float(np.hypot(norms.std(ddof=1), GRAVITY_SIGMA * expected))
+    return Grade(
+        rests,
+        tuple(channels),
+        offset,
+        np.hypot(wander[:3], unknown),
+        force_offset,
+        force_sigma,
+        _temperature(imu, rows),
+        {},
+    )
+
+
+def nearest_unit(white: Mapping[str, float], offsets: Mapping[str, float]) -> str | None:
+    """The unit nearest in white noise that may have such offsets: the least distance of logarithms.
+
+    Of white noise the mean over what is seen; of an offset what it exceeds the repeatability of the sheet by, or that
+    of its grade where the sheet states none.
+    """
+    distances = {}
+    for name, sheet in datasheets.units().items():
+        stated = {
+            ANGLE_RANDOM_WALK: sheet.gyro.angle_random_walk_deg_per_sqrt_h,
+            VELOCITY_RANDOM_WALK: sheet.accelerometer.velocity_random_walk_ug_per_sqrt_hz,
+        }
+        both = [abs(np.log(white[key] / stated[key])) for key in white if stated[key] and white[key] > 0.0]
+        if len(both) == len(white) and both:
+            beyond = [max(0.0, np.log(size / _repeatability(sheet, table))) for table, size in offsets.items()]
+            distances[name] = float(np.mean(both) + np.sum(beyond))
+    return min(distances, key=distances.get) if distances else None
+
+
+def _repeatability(sheet: datasheets.UnitSheet, table: str) -> float:
+    key = BIAS[table]
+    return getattr(getattr(sheet, table), key) or typical(sheet.grade, table, key)
+
+
+@cache
+def typical(grade: str, table: str, key: str) -> float | None:
+    """The geometric mean of a figure over the sheets of a grade that state it."""
+    sheets = [sheet for sheet in datasheets.units().values() if sheet.grade == grade]
+    stated = [value for sheet in sheets if (value := getattr(getattr(sheet, table), key)) is not None]
+    return float(np.exp(np.mean(np.log(stated)))) if stated else None
+
+
+def _rests(recording: Recording) -> list[Stretch]:
+    """Quiet stretches; of a recording that moves only those in which a reference or GPS stands, or that are stated."""
+    quiet = still_stretches(recording.imu, SHORTEST_REST_S)
+    if recording.kind in AT_REST:
+        return quiet
+    if recording.start.still_until_s is not None:
+        stated = Stretch(recording.start.time_s, recording.start.still_until_s)
+        return [stated] if stated.duration_s >= SHORTEST_REST_S else []
+    stands = []
+    for fixes in filter(None, (recording.reference, recording.gps)):
+        speed = np.hypot(*fixes.velocity_n[:, :2].T)
+        known = fixes.valid & np.isfinite(speed)
+        if not known.any():
+            continue
+        for rest in quiet:
+            inside = known & (fixes.time_s > rest.start_s) & (fixes.time_s <= rest.end_s)
+            if inside.any() and speed[inside].max() < STANDING_SPEED_MPS:
+                stands.append(rest)
+        break
+    return stands
+
+
+def _blocks(columns: np.ndarray, rows: Sequence[slice], step_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Means of the channels over blocks at rest (b, channels), and the samples in each (b,)."""
+    whole = sum(r.stop - r.start for r in rows)
+    size = max(1, min(round(BLOCK_S / step_s), whole // (2 * LEAST_BLOCKS), min(r.stop - r.start for r in rows) // 2))
+    means = []
+    for r in rows:
+        part = columns[:, r]
+        count = part.shape[1] // size
+        means.append(part[:, : count * size].reshape(len(part), count, size).mean(axis=2).T)
+    blocks = np.concatenate(means)
+    return blocks, np.full(len(blocks), size)
+
+
+def _bounds(columns: np.ndarray, step_s: float) -> dict[str, float]:
+    """Upper bounds of white noise: N^2 <= tau s2(tau) in the quietest pieces, where motion adds to it.
+
+    tau is 1 s, where a filter of the output hides nothing any more.
+    """
+    size, second = round(PIECE_S / step_s), max(1, round(1.0 / step_s))
+    count = columns.shape[1] // size
+    if count == 0 or size < 4 * second:
+        return {}
+    found = {}
+    for key, of, si in ((ANGLE_RANDOM_WALK, columns[:3], DEG_PER_SQRT_H), (VELOCITY_RANDOM_WALK, columns[3:], UG)):
+        if not len(of):
+            continue
+        pieces = of[:, : count * size].reshape(len(of), count, size // second, -1) if size % second == 0 else None
+        if pieces is None:
+            trimmed = of[:, : count * size].reshape(len(of), count, size)[:, :, : size // second * second]
+            pieces = trimmed.reshape(len(of), count, size // second, second)
+        variance = 0.5 * np.mean(np.diff(pieces.mean(axis=3), axis=2) ** 2, axis=2) * second * step_s
+        quietest = np.quantile(variance, QUIETEST_SHARE, axis=1)
+        if quietest.min() > 0.0:
+            found[key] = float(np.sqrt(quietest.mean())) / si
+    return found
+
+
+def _temperature(imu: Imu, rows: Sequence[slice]) -> tuple[float, float] | None:
+    if imu.temperature_c is None:
+        return None
+    seen = np.concatenate([imu.temperature_c[r].ravel() for r in rows])
+    return float(seen.min()), float(seen.max())

@@ -1,0 +1,24 @@
+"""What is believed of the instrument, and where each value comes from: the first section of every page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ins_eval.report.content import Block, Section, table
+
+HEADING = "What is believed"
+NOTE = (
+    "A value that nobody stated was filled in from what stands beside it; state it in recording.toml, or name the unit "
+    "with --unit, to believe another."
+)
+
+
+def belief_section(rows: Sequence[Mapping[str, str]] | Mapping[str, Sequence[Mapping[str, str]]] | None) -> Section:
+    """The rows of one recording, or those of several by their names."""
+    named = rows if isinstance(rows, Mapping) else {"": rows or ()}
+    blocks: list[Block] = []
+    for name, of in named.items():
+        title = f"Believed of {name}" if name and len(named) > 1 else "Belief"
+        cells = [(row["key"], row["value"], row["source"]) for row in of]
+        blocks += table(title, ("key", "value", "from"), cells, NOTE, "lll")
+    return Section(HEADING, blocks)

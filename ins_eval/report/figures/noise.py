@@ -1,0 +1,60 @@
+"""Allan deviation of the six channels of an IMU at rest, with the noise that makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator
+
+from ins_eval.report.style import INK, QUIET, legend_below, sheet, styled
+
+SEEN, FIT = "#35978f", INK
+TERMS = {
+    "white": ("white noise N", "#4a9bd4", "--"),
+    "flicker": ("flicker B", "#b2182b", "--"),
+    "random_walk": ("random walk K", "#8073ac", "--"),
+    "quantisation": ("quantisation Q", "#b8860b", ":"),
+}
+BOX = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
+PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
+
+
+@styled
+def allan_deviation(
+    *, channels: Sequence[Mapping[str, Any]], rest_s: float, title: str = "Allan deviation at rest"
+) -> Figure:
+    """Six panels, gyros left and accelerometers right, in the field's units.
+
+    Each of `channels` has ``name``, ``unit``, ``tau_s``, ``deviation``, ``fit`` (the deviation of the fit at tau_s, or
+    None), ``terms`` (that of each visible term by its name) and ``words`` (the coefficients with their intervals).
+    """
+    note = (
+        f"How far means over the averaging time differ from one to the next, in {rest_s:.0f} s at rest. Points: "
+        "measured. Black: the fit of all noise terms; dashed: the terms that are seen. Values with [95 % interval]."
+    )
+    figure, grid = sheet(8.4, title, note, rows=3, columns=2, sharex=True)
+    panels = [grid[axis, sensor] for sensor in range(2) for axis in range(3)]
+    for ax, channel in zip(panels, channels, strict=False):
+        ax.plot(channel["tau_s"], channel["deviation"], "o", color=SEEN, markersize=3.5, label="measured")
+        if channel["fit"] is not None:
+            ax.plot(channel["tau_s"], channel["fit"], color=FIT, linewidth=1.2, label="fit")
+        low, high = channel["deviation"].min() / 2.0, channel["deviation"].max() * 2.0
+        for term, values in channel["terms"].items():
+            text, colour, dash = TERMS[term]
+            ax.plot(channel["tau_s"], values, dash, color=colour, linewidth=1.0, label=text)
+        ax.set(xscale="log", yscale="log", ylim=(low, high), ylabel=f"{channel['name']}\n[{channel['unit']}]")
+        ax.text(
+            0.03, 0.05, channel["words"], transform=ax.transAxes, fontsize=7.5, color=QUIET, linespacing=1.25, bbox=BOX
+        )
+        ax.yaxis.set_major_formatter(PLAIN)
+        ax.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+        ax.yaxis.set_minor_formatter(PLAIN)
+        ax.xaxis.set_major_formatter(PLAIN)
+    for ax in panels[len(channels) :]:
+        ax.set_visible(False)
+    for ax in (grid[2, 0], grid[2, 1]):
+        ax.set_xlabel("averaging time [s]")
+    legend_below(figure, *panels, columns=6)
+    return figure

@@ -1,0 +1,105 @@
+"""The grade of an instrument in words, tables and the figure of its Allan deviation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ins_eval.allan import TERMS
+from ins_eval.grade import Grade, units_of
+from ins_eval.report import figures
+from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.tables import pick
+
+FIGURE = "allan_deviation"
+LETTERS = {"quantisation": "Q", "white": "N", "flicker": "B", "random_walk": "K"}
+
+
+def grade_section(metrics: Mapping) -> Section:
+    """What the stretches at rest show; empty where no grade was measured."""
+    grade = metrics.get("grade")
+    if not grade:
+        return Section("What grade it is", [])
+    blocks: list[Block] = [*paragraphs(grade["words"], _where(grade))]
+    blocks += table("Offsets at rest", ("", "offset", "one sigma"), _offsets(grade), _of_offsets(grade))
+    rows = [
+        (name, *(_cell(entry.get(term)) for term in TERMS if term != "quantisation"))
+        for name, entry in grade["noise"].items()
+    ]
+    note = (
+        "Value [95 % interval]; below: no more than that is seen. Gyros in deg/sqrt(h), deg/h and deg/h/sqrt(h), "
+        "accelerometers in ug/sqrt(Hz), ug and ug/sqrt(s)."
+    )
+    blocks += table("Noise at rest", ("", "white noise N", "flicker B", "random walk K"), rows, note)
+    if rows:
+        caption = "Allan deviation of each channel at rest, and the noise terms that make it."
+        blocks.append(Picture(FIGURE, caption))
+    return Section("What grade it is", blocks)
+
+
+def grade_figures(grade: Grade) -> dict[str, Figure]:
+    """The Allan deviation of every channel; nothing where no rest is long enough."""
+    channels = [_channel(one) for one in grade.channels if one.allan.tau_s.size]
+    if not channels:
+        return {}
+    return {FIGURE: figures.allan_deviation(channels=channels, rest_s=grade.rest_s)}
+
+
+def _channel(one) -> dict[str, Any]:
+    of = units_of(one.name)
+    unit, si = ("°/h", of["flicker"][1]) if one.name.startswith("gyro") else ("µg", of["flicker"][1])
+    tau_s, words, terms = one.allan.tau_s, [], {}
+    for term in TERMS if one.fit else ():
+        found, (name, size) = getattr(one.fit, term), of[term]
+        shown = name.replace("deg", "°").replace("ug", "µg").replace("sqrt(h)", "√h").replace("sqrt", "√")
+        if found.visible and term != "quantisation":
+            text = f"{found.value / size:.3g} [{found.low / size:.3g}, {found.high / size:.3g}]"
+            words.append(f"{LETTERS[term]} = {text} {shown}")
+        if found.visible:
+            terms[term] = one.fit.deviation(tau_s, term) / si
+    return {
+        "name": one.name,
+        "unit": unit,
+        "tau_s": tau_s,
+        "deviation": np.asarray(one.allan.deviation) / si,
+        "fit": None if one.fit is None else one.fit.deviation(tau_s) / si,
+        "terms": terms,
+        "words": "\n".join(words),
+    }
+
+
+def _where(grade: Mapping) -> str:
+    rests = grade["rests_s"]
+    if not rests:
+        return ""
+    each = ", ".join(f"{end - start:.0f} s from {start:.0f} s" for start, end in rests)
+    text = f"At rest: {each}."
+    if (span := grade.get("temperature_c")) is not None:
+        text += f" Thermometer: {span[0]:.2f} to {span[1]:.2f} degC."
+    return text
+
+
+def _offsets(grade: Mapping) -> list[tuple[str, str, str]]:
+    rows = []
+    for axis, value in (pick(grade, "gyro_offset_deg_per_h") or {}).items():
+        rows.append((f"gyro {axis} [deg/h]", f"{value['value']:.4g}", f"{value['sigma']:.2g}"))
+    if (force := grade.get("force_offset_ug")) is not None:
+        rows.append(("norm of specific force [ug]", f"{force['value']:.4g}", f"{force['sigma']:.2g}"))
+    return rows
+
+
+def _of_offsets(grade: Mapping) -> str:
+    return (
+        "Gyros: mean rate less the vertical part of Earth rate; the horizontal part, of unknown direction, is in the "
+        "sigma, and so is how the offset wanders. Norm: from normal gravity."
+    )
+
+
+def _cell(entry: Mapping | None) -> str:
+    if entry is None:
+        return "–"
+    low, high = entry["interval95"]
+    return f"{entry['value']:.3g} [{low:.3g}, {high:.3g}]" if entry["visible"] else f"below {high:.3g}"
