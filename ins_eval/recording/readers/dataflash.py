@@ -39,7 +39,7 @@ NUMBERED = {"IMU": ("IMU", 0), "IMU2": ("IMU", 1), "IMU3": ("IMU", 2), "GPS": ("
 TEMPERATURE = "T"
 MAGIC = b"\xa3\x95"
 BACK_US = 1e6  # by which time goes back at a boot
-LAYOUT = Layout("rad/s", "m/s^2", "FRD", short_gap_s=0.5, short_gap_rows=250)
+LAYOUT = Layout("rad/s", "m/s^2", "FRD")
 
 Rows = dict[tuple[str, int], list[tuple[float, ...]]]  # by message and instance
 

@@ -36,7 +36,7 @@ GPS = ("sensor_gps", "vehicle_gps_position")
 TOPICS = ("sensor_combined", "vehicle_imu", *GPS, "vehicle_attitude", "vehicle_local_position")
 GOOD_FIX = 3  # fix_type: three-dimensional
 XYZ = ("[0]", "[1]", "[2]")
-LAYOUT = Layout("rad", "m/s", "FRD", short_gap_s=0.5, short_gap_rows=250)
+LAYOUT = Layout("rad", "m/s", "FRD")
 
 Topics = dict[tuple[str, int], dict[str, np.ndarray]]
 
