@@ -46,7 +46,7 @@ def read(path: Path, assumed: Mapping[str, str], opened: Opened) -> Recording:
         if described is not None:
             others[name] = _others(path, source, described, (file, name), origin_s, assumed, opened)
     if mapping.gps is None and "gps.file" in assumed:
-        span_s = (float(np.nanmin(readings.time_s)), float(np.nanmax(readings.time_s)))
+        span_s = receivers.span(readings.time_s)
         others["gps"], found = receivers.read(Path(assumed["gps.file"]), span_s, origin_s)
         other_notes += found
     return assembly.recording(

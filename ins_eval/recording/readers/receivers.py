@@ -65,9 +65,15 @@ def read(path: Path, span_s: tuple[float, float], origin_s: float = 0.0) -> tupl
             return replace(fixes, time_s=fixes.time_s - zero_s - origin_s), notes
     raise DataRefused(
         f"{path}: covers {fixes.time_s[0]:.10g} to {fixes.time_s[-1]:.10g} s since 1970 (UTC) and the IMU "
-        f"{first_s:.10g} to {last_s:.10g} s of its clock, expected an overlap in UTC, the GPS week or the UTC day; give "
-        "the IMU stamps of one of these clocks"
+        f"{first_s:.10g} to {last_s:.10g} s of its clock, expected an overlap in UTC, the GPS week or the UTC day; "
+        "give the IMU stamps of one of these clocks"
     )
+
+
+def span(time_s: np.ndarray) -> tuple[float, float]:
+    """The first and last finite stamp."""
+    sound = time_s[np.isfinite(time_s)]
+    return (float(sound.min()), float(sound.max())) if sound.size else (0.0, 0.0)
 
 
 def _whole(time_s: float, period_s: float) -> float:
