@@ -13,6 +13,7 @@ sign; axes are the unit's right-forward-up (x, y, z). Source: NovAtel OEM7 Comma
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -21,8 +22,9 @@ import numpy as np
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.readers import assembly
+from ins_eval.recording.readers.autopilot import later
 from ins_eval.recording.readers.files import content, shown
-from ins_eval.recording.readers.fix_columns import checked_groups
+from ins_eval.recording.readers.fix_columns import checked_groups, groups_found
 from ins_eval.recording.readers.layout import Layout, choose
 from ins_eval.recording.readers.options import number
 from ins_eval.recording.readers.sampling import Readings
@@ -134,8 +136,6 @@ def _number(name: str, k: int, field: bytes) -> float:
 
 def crc32(data: bytes) -> int:
     """The checksum of a sentence: CRC-32 reflected, without the usual inversions."""
-    import zlib
-
     return zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 

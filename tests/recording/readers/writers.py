@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -236,3 +237,71 @@ def dataflash(motion: SimpleNamespace, boots: tuple[int, ...] = (1,), boot_s: fl
                 course = np.degrees(np.arctan2(east, north)) % 360.0
                 raw += message("GPS", us, 3, *place, motion.height[k], np.hypot(north, east), course, down)
     return raw
+
+
+FLU = np.array([1.0, -1.0, -1.0])
+
+
+def rosbag(folder: Path, motion: SimpleNamespace, version: int) -> Path:
+    """A bag of ROS 1 or 2, written by rosbags: IMU and its orientation, fixes, their velocity, odometry."""
+    from rosbags import rosbag1, rosbag2
+    from rosbags.typesys import Stores, get_typestore
+    from scipy.spatial.transform import Rotation
+
+    store = get_typestore(Stores.ROS1_NOETIC if version == 1 else Stores.ROS2_HUMBLE)
+    kinds = store.types
+    header, stamp = kinds["std_msgs/msg/Header"], kinds["builtin_interfaces/msg/Time"]
+    vector, turn = kinds["geometry_msgs/msg/Vector3"], kinds["geometry_msgs/msg/Quaternion"]
+    twist = kinds["geometry_msgs/msg/Twist"]
+    roll, pitch, heading = motion.attitude.T
+    to_ned = Rotation.from_euler("ZYX", np.column_stack([heading, pitch, roll])).as_matrix()
+    to_enu = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+    matrix = to_enu @ to_ned @ np.diag(FLU)
+    quaternion = Rotation.from_matrix(matrix).as_quat()
+    enu = motion.velocity_n @ to_enu.T
+    body = np.einsum("kji,kj->ki", matrix, enu)
+    epoch, none9, none36 = 1714558830, np.zeros(9), np.zeros(36)
+
+    def head(k: int):
+        ns = epoch * 10**9 + round(1e9 * motion.time_s[k])
+        at = stamp(ns // 10**9, ns % 10**9)
+        return ns, header(k, at, "base") if version == 1 else header(at, "base")
+
+    path = folder / ("drive.bag" if version == 1 else "drive")
+    writer = rosbag1.Writer(path) if version == 1 else rosbag2.Writer(path, version=8)
+    with writer as bag:
+        names = {
+            "sensor_msgs/msg/Imu": "/imu/data",
+            "sensor_msgs/msg/NavSatFix": "/fix",
+            "geometry_msgs/msg/TwistStamped": "/vel",
+            "nav_msgs/msg/Odometry": "/odometry",
+        }
+        connections = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in names.items()}
+
+        def put(kind: str, ns: int, message) -> None:
+            raw = store.serialize_ros1(message, kind) if version == 1 else store.serialize_cdr(message, kind)
+            bag.write(connections[kind], ns, raw)
+
+        for k in range(len(motion.time_s)):
+            ns, here = head(k)
+            q = turn(*quaternion[k])
+            rate, force = vector(*(FLU * motion.rate_b[k])), vector(*(FLU * motion.force_b[k]))
+            put("sensor_msgs/msg/Imu", ns, kinds["sensor_msgs/msg/Imu"](here, q, none9, rate, none9, force, none9))
+            if k % 5:
+                continue
+            status = kinds["sensor_msgs/msg/NavSatStatus"](0, 1)
+            place = np.degrees([motion.latitude[k], motion.longitude[k]])
+            fix = kinds["sensor_msgs/msg/NavSatFix"](here, status, *place, motion.height[k], none9, 0)
+            put("sensor_msgs/msg/NavSatFix", ns, fix)
+            still = vector(0.0, 0.0, 0.0)
+            moving = kinds["geometry_msgs/msg/TwistStamped"](here, twist(vector(*enu[k]), still))
+            put("geometry_msgs/msg/TwistStamped", ns, moving)
+            pose = kinds["geometry_msgs/msg/Pose"](kinds["geometry_msgs/msg/Point"](0.0, 0.0, 0.0), q)
+            odometry = kinds["nav_msgs/msg/Odometry"](
+                here,
+                "base",
+                kinds["geometry_msgs/msg/PoseWithCovariance"](pose, none36),
+                kinds["geometry_msgs/msg/TwistWithCovariance"](twist(vector(*body[k]), still), none36),
+            )
+            put("nav_msgs/msg/Odometry", ns, odometry)
+    return path
