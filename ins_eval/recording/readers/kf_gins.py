@@ -34,7 +34,7 @@ WITH_VELOCITY = 10
 def read(path: Path, assumed: Mapping[str, str]) -> Recording:
     """The whole file as one drive."""
     rows = text_numbers(str(path), content(path, IMU), 7, IMU)
-    gps, gps_notes = _gps(assumed, (rows[0, 0], rows[-1, 0]))
+    gps, gps_notes = _gps(assumed, receivers.span(rows[:, 0]))
     reference = _reference(Path(assumed["reference.file"])) if "reference.file" in assumed else None
     return assembly.recording(
         assembly.Tables(

@@ -34,7 +34,11 @@ def read(path: Path, assumed: Mapping[str, str], opened: Opened) -> Recording:
     Raises `UsageError` for a mapping that is missing (with one to complete) or does not fit the columns, `DataRefused`
     for columns that cannot be right.
     """
-    file, mapping = _mapping(path, assumed, opened)
+    return of_mapping(path, *_mapping(path, assumed, opened), assumed, opened)
+
+
+def of_mapping(path: Path, file: Path, mapping: MappingFile, assumed: Mapping[str, str], opened: Opened) -> Recording:
+    """As `read`, with the mapping that `file` holds."""
     source = opened(path, mapping.header)
     unit = assumed.get("time.unit", mapping.time.unit)
     time_s = stamps(source, mapping.time, f"{file}, time", unit)
@@ -46,7 +50,7 @@ def read(path: Path, assumed: Mapping[str, str], opened: Opened) -> Recording:
         if described is not None:
             others[name] = _others(path, source, described, (file, name), origin_s, assumed, opened)
     if mapping.gps is None and "gps.file" in assumed:
-        span_s = (float(np.nanmin(readings.time_s)), float(np.nanmax(readings.time_s)))
+        span_s = receivers.span(readings.time_s)
         others["gps"], found = receivers.read(Path(assumed["gps.file"]), span_s, origin_s)
         other_notes += found
     return assembly.recording(

@@ -7,7 +7,7 @@ geoid. There is no vertical velocity. Sentences whose checksum is wrong are left
 from __future__ import annotations
 
 import datetime
-import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -35,34 +35,13 @@ def fixes(where: str, raw: bytes) -> tuple[Fixes, list[str]]:
     Raises `DataRefused` for a file without a dated fix.
     """
     pynmea2 = library("pynmea2", where)
+    sentences, bad, geoid = _sentences(pynmea2, raw)
     epochs: dict[float, dict] = {}
-    bad, day, geoid = 0, None, True
-    latest_s = -math.inf
-    for line in raw.splitlines():
-        if line[3:6] not in KINDS or len(line) > LONGEST_LINE:
-            continue
-        try:
-            sentence = pynmea2.parse(line.decode("ascii"), check=True)
-            time = sentence.timestamp
-            second = 3600.0 * time.hour + 60.0 * time.minute + time.second + 1e-6 * time.microsecond
-            if sentence.sentence_type == "RMC":
-                day = datetime.datetime.combine(sentence.datestamp, datetime.time(), datetime.UTC).timestamp()
-                values = _of_rmc(sentence)
-            else:
-                values = _of_gga(sentence)
-                geoid &= values.get("height_m") is None or sentence.geo_sep not in (None, "")
-        except Exception:  # a damaged sentence makes the library fail in many ways
-            bad += 1
-            continue
-        if sentence.sentence_type != "RMC" and second < latest_s - 0.5 * DAY_S and day is not None:
-            day += DAY_S  # midnight, before the sentence with the new date
-        latest_s = second
-        epochs.setdefault(round((day or 0.0) + second, 6), {}).update(values)
-    if day is None:
-        raise DataRefused(f"{where}: holds no sentence RMC, expected {EXPECTED}; without it there is no date")
-    times = sorted(time for time in epochs if time > DAY_S)  # those before the first date have none
-    if not times:
-        raise DataRefused(f"{where}: holds no dated fix, expected {EXPECTED}; record GGA and RMC")
+    for time_s, values in _dated(sentences):
+        epochs.setdefault(round(time_s, 6), {}).update(values)
+    if not epochs:
+        raise DataRefused(f"{where}: holds no dated fix, expected {EXPECTED}; without RMC there is no date")
+    times = sorted(epochs)
     rows = [epochs[time] for time in times]
 
     def column(name: str) -> np.ndarray:
@@ -80,6 +59,38 @@ def fixes(where: str, raw: bytes) -> tuple[Fixes, list[str]]:
         "speed and course, without a vertical one; heights are "
         f"{'above the ellipsoid' if geoid else 'above mean sea level and taken as ellipsoidal'}."
     ]
+
+
+def _sentences(pynmea2, raw: bytes) -> tuple[list[tuple[float, float | None, dict]], int, bool]:
+    """Second of the day, midnight of RMC since 1970, values; how many were damaged; whether all have a geoid."""
+    found: list[tuple[float, float | None, dict]] = []
+    bad, geoid = 0, True
+    for line in raw.splitlines():
+        if line[3:6] not in KINDS or len(line) > LONGEST_LINE:
+            continue
+        try:
+            sentence = pynmea2.parse(line.decode("ascii"), check=True)
+            time = sentence.timestamp
+            second = 3600.0 * time.hour + 60.0 * time.minute + time.second + 1e-6 * time.microsecond
+            if sentence.sentence_type == "RMC":
+                day = datetime.datetime.combine(sentence.datestamp, datetime.time(), datetime.UTC).timestamp()
+                found.append((second, day, _of_rmc(sentence)))
+            else:
+                found.append((second, None, _of_gga(sentence)))
+                geoid &= sentence.altitude is None or sentence.geo_sep not in (None, "")
+        except Exception:  # a damaged sentence makes the library fail in many ways
+            bad += 1
+    return found, bad, geoid
+
+
+def _dated(found: list[tuple[float, float | None, dict]]) -> Iterator[tuple[float, dict]]:
+    """Seconds since 1970 of each sentence: GGA has the day of the nearest midnight to the RMC before, or the first."""
+    latest_s = next((second + day for second, day, _ in found if day is not None), None)
+    for second, day, values in found if latest_s is not None else ():
+        if day is None:
+            day = DAY_S * round((latest_s - second) / DAY_S)
+        latest_s = day + second
+        yield latest_s, values
 
 
 def _of_rmc(sentence) -> dict:

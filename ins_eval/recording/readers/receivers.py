@@ -70,5 +70,11 @@ def read(path: Path, span_s: tuple[float, float], origin_s: float = 0.0) -> tupl
     )
 
 
+def span(time_s: np.ndarray) -> tuple[float, float]:
+    """The first and last finite stamp."""
+    sound = time_s[np.isfinite(time_s)]
+    return (float(sound.min()), float(sound.max())) if sound.size else (0.0, 0.0)
+
+
 def _whole(time_s: float, period_s: float) -> float:
     return float(np.floor(time_s / period_s) * period_s)

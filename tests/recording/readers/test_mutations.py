@@ -13,9 +13,10 @@ from ins_eval.errors import DataRefused, StorageError, UsageError
 from ins_eval.recording import form
 from ins_eval.recording.readers import FORMATS, doctor, psins_text, read
 from ins_eval.recording.validation import validate
+from tests.recording.readers import test_logs, writers
 
 SLOWEST_S = 2.0
-FEW, MANY = 40, 700  # for each of eight readers
+FEW, MANY = 20, 700  # for each reader
 LONGEST_SENTENCE = 2000  # a damaged mapping may hold a long key
 REPEATED = 60
 AWKWARD = [
@@ -52,12 +53,34 @@ def samples(made, weaving, tmp_path_factory) -> dict[str, dict[str, bytes]]:
     file.write_bytes(unit_text())
     form.write(psins_text.read(file, {}), folder)
     members = made.apm_text_members(**short)
+    motion = weaving(10.0, 10.0)
+    held = {
+        name: values
+        for name, values in writers.table(motion).items()
+        if name in ["t", "wx", "wy", "wz", "ax", "ay", "az"]
+    }
+    test_logs.euroc(folder.parent, motion)
+    second = writers.rosbag(folder.parent, motion, 2)
     return {
         "psins-text": {"file.imu": unit_text()},
         "psins-mat": {"file.mat": made.psins_mat(rate_hz=10.0, lasted_s=60.0)},
         "apm-mat": {"file.mat": made.apm_mat(**short)},
         "apm-text": {"file.zip": made.zipped(members), **members},
         "csv": {"file.csv": made.csv_rows(weaving(10.0, 60.0)), "file.toml": made.csv_mapping.encode()},
+        "mat": {"file.mat": made.matlab(**held), "file.toml": made.csv_mapping.encode()},
+        "mat, 4": {"file.mat": writers.matlab_4(held), "file.toml": made.csv_mapping.encode()},
+        "mat, 7.3": {"file.mat": writers.matlab_7_3(held), "file.toml": made.csv_mapping.encode()},
+        "netcdf": {"file.nc": writers.netcdf_classic(held), "file.toml": made.csv_mapping.encode()},
+        "netcdf, 4": {"file.nc": writers.netcdf_4(held), "file.toml": made.csv_mapping.encode()},
+        "ulog": {"file.ulg": writers.ulog(motion)},
+        "dataflash": {"file.bin": writers.dataflash(motion)},
+        "novatel": {"file.asc": test_logs.novatel(motion)},
+        "kf-gins": {"file.txt": test_logs.kf_gins(motion)},
+        "kf-gins, rtklib": {"file.txt": test_logs.kf_gins(motion), "gps.txt": test_logs.rtklib(motion)},
+        "kf-gins, nmea": {"file.txt": test_logs.kf_gins(motion), "gps.txt": test_logs.nmea(motion)},
+        "euroc": {"data.csv": (folder.parent / "mav0/imu0/data.csv").read_bytes()},
+        "rosbag": {"file.bag": writers.rosbag(folder.parent, motion, 1).read_bytes()},
+        "rosbag, 2": {path.name: path.read_bytes() for path in sorted(second.iterdir(), reverse=True)},
         "cats": {"file.csv": gzip.compress(rocket.encode()), "plain.csv": rocket.encode()},
         "mems-chamber": {"file.csv": gzip.compress(chamber.encode()), "plain.csv": chamber.encode()},
         "ins-recording": {path.name: path.read_bytes() for path in sorted(folder.iterdir())},
@@ -97,13 +120,17 @@ def damaged(name: str, files: dict[str, bytes], folder: Path, rng: np.random.Gen
         spoilt[first] = spoilt[chosen]
     for file, content in spoilt.items():
         (folder / file).write_bytes(content)
-    return folder if name == "ins-recording" else folder / first
+    return folder if name in FOLDERS else folder / first
 
 
 def outcome(name: str, path: Path) -> str:
     began = time.process_time()
     try:
-        recording = validate(doctor.examine(read(name, path, {}), {}, FORMATS[name].keys))
+        form_name = name.partition(",")[0]
+        assumed = ASSUMED.get(form_name, {})
+        if (path.parent / "gps.txt").is_file():
+            assumed = {"gps.file": str(path.parent / "gps.txt")}
+        recording = validate(doctor.examine(read(form_name, path, assumed), assumed, FORMATS[form_name].keys))
     except (DataRefused, UsageError, StorageError) as refused:
         message = str(refused).split("\n\n")[0]
         assert "\n" not in message and 20 < len(message) < LONGEST_SENTENCE + len(str(path)), message
@@ -116,17 +143,21 @@ def outcome(name: str, path: Path) -> str:
     return found
 
 
+VARIANTS = ("mat, 4", "mat, 7.3", "netcdf, 4", "kf-gins, rtklib", "kf-gins, nmea", "rosbag, 2")
+FOLDERS = {"ins-recording", "rosbag, 2"}
+PLACE = {"latitude_deg": "40", "longitude_deg": "17"}
+ASSUMED = {"kf-gins": PLACE, "euroc": PLACE, "novatel": {"imu.model": "LN200"}}
 NEVER_ACCEPTED = {"cats", "mems-chamber"}
 
 
-@pytest.mark.parametrize("name", sorted(FORMATS))
+@pytest.mark.parametrize("name", sorted({*FORMATS, *VARIANTS}))
 @pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
 def test_damaged_files(samples, made, tmp_path, name, count):
     rng = np.random.default_rng(sum(name.encode()))
     sound = {"refused": 0, "accepted": 0}
     for file, content in samples[name].items():
         (tmp_path / file).write_bytes(content)
-    first = tmp_path if name == "ins-recording" else tmp_path / next(iter(samples[name]))
+    first = tmp_path if name in FOLDERS else tmp_path / next(iter(samples[name]))
     assert outcome(name, first) == ("refused" if name in NEVER_ACCEPTED else "accepted")
     for _ in range(count):
         sound[outcome(name, damaged(name, samples[name], tmp_path, rng, made.zipped))] += 1
