@@ -44,7 +44,7 @@ class Fit(NamedTuple):
 
 
 def autocorrelation_time(values: np.ndarray) -> float:
-    """Integrated autocorrelation time of a series (n,) in epochs, 1 or more; that a mean was taken off is allowed for."""
+    """Integrated autocorrelation time of a series (n,) in epochs, 1 or more; allows for the mean that is taken off."""
     n = values.size
     x = values - values.mean()
     if n < 4 or not x.any():

@@ -77,8 +77,8 @@ class Fixes:
 def whole_rows(motion: np.ndarray) -> np.ndarray:
     """Which rows of latitude, longitude, height and velocity (m, 6) hold what the table delivers, (m,) bool.
 
-    A column that is never there is not asked for, of attitude alone nothing. Where no row has position and velocity both, since each has rows of
-    its own, a row that has one of them is whole.
+    A column that is never there is not asked for, of attitude alone nothing. Where no row has position and velocity
+    both, since each has rows of its own, a row that has one of them is whole.
     """
     there = np.isfinite(motion)
     delivered = there.any(axis=0)
