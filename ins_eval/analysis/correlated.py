@@ -136,7 +136,7 @@ def _weighted(whitened) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]
             return None
         coefficients = coefficients / scale
         residuals = [y - a @ coefficients for a, y in whitened]
-        sigmas = [max(float(np.std(r)), np.finfo(float).tiny) for r in residuals]
+        sigmas = [float(np.std(r)) or 1.0 for r in residuals]
     return coefficients, design, values
 
 
