@@ -27,7 +27,9 @@ from ins_eval.analysis.diagnose import belief_of, diagnose_folders
 from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.analysis.fly import FlightStudy
 from ins_eval.analysis.fly import fly as fly_instruments
+from ins_eval.analysis.several import SeveralEvaluations, Summary
 from ins_eval.analysis.simulate import Simulated, simulate_recording
+from ins_eval.analysis.solution import evaluate_solution
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import write_model
 from ins_eval.compensation.registry import FILE
@@ -51,6 +53,8 @@ from ins_eval.report.evaluation_figures import evaluation_figures
 from ins_eval.report.flight import flight_content
 from ins_eval.report.flight_figures import study_figures
 from ins_eval.report.results import write_results
+from ins_eval.report.several import several_content
+from ins_eval.report.solution_figures import solution_figures
 from ins_eval.tables import parse, read_toml
 
 PathLike = str | os.PathLike[str]
@@ -126,7 +130,7 @@ def read(source: PathLike, belief: PathLike | None = None, unit: str | None = No
     if source.is_dir():
         if open_folder(source).description.kind == CHAMBER:
             raise UsageError(f"{source}: it is a chamber recording; calibrate or diagnose it")
-        recording = form.read(source)
+        recording = form.read(source, solution_alone=True)
     elif source.suffix == ".imu" or not source.exists():
         recording = replace(validate(psins_text.read(source, {})), folder=source.parent)
     else:
@@ -160,14 +164,37 @@ def evaluate(
     restart_every_s: float | None = None,
     models: Mapping[str, Sequence[CompensationModel]] | None = None,
 ) -> Result:
-    """How good an instrument is, from its own recording: see `analysis.evaluate.evaluate_recording`."""
+    """How good an instrument is, from its own recording: see `analysis.evaluate.evaluate_recording`.
+
+    Where only the solution of an INS was recorded: see `analysis.solution.evaluate_solution`.
+    """
+    title = f"Evaluation: {recording.name}"
+    if recording.imu is None:
+        if compensations or restart_every_s is not None or models:
+            raise UsageError(
+                f"{recording.name}: holds no imu, only the solution that an INS put out, so there is nothing to "
+                "compensate or to start afresh; leave --compensation and --restart-every out"
+            )
+        own = evaluate_solution(recording)
+        return Result(title, own, own.tree, *evaluation_content(own.tree), partial(solution_figures, own))
     found = evaluate_recording(recording, compensations, restart_every_s, models)
     words = evaluation_content(found.tree)
-    return Result(f"Evaluation: {recording.name}", found, found.tree, *words, partial(evaluation_figures, found))
+    return Result(title, found, found.tree, *words, partial(evaluation_figures, found))
+
+
+def evaluate_several(recordings: Sequence[Summary]) -> Result:
+    """Recordings that were evaluated, or refused, on one page with their CEP: see `analysis.several`.
+
+    Each is a `summary`, named as the folder below this page in which its own is written.
+    """
+    found = SeveralEvaluations(recordings)
+    return Result(f"Evaluation of {len(recordings)} recordings", found, found.tree, *several_content(found.tree), dict)
 
 
 def compare(recording: Recording, use_found_offset: bool = False) -> Result:
     """The recorded IMU against what its reference implies: see `analysis.compare.compare_recording`."""
+    if recording.imu is None:
+        raise UsageError(f"{recording.name}: holds no imu, only the solution that an INS put out; evaluate it")
     found = compare_recording(recording, use_found_offset)
     words = comparison_content(found.tree)
     draw = partial(comparison_figures, found, found.tree)

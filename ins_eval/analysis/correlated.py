@@ -44,7 +44,7 @@ class Fit(NamedTuple):
 
 
 def autocorrelation_time(values: np.ndarray) -> float:
-    """Integrated autocorrelation time of a series (n,) in epochs, 1 or more; its mean may have been taken off."""
+    """Integrated autocorrelation time of a series (n,) in epochs, 1 or more; allows for the mean that is taken off."""
     n = values.size
     x = values - values.mean()
     if n < 4 or not x.any():
@@ -136,7 +136,7 @@ def _weighted(whitened) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]
             return None
         coefficients = coefficients / scale
         residuals = [y - a @ coefficients for a, y in whitened]
-        sigmas = [max(float(np.std(r)), np.finfo(float).tiny) for r in residuals]
+        sigmas = [float(np.std(r)) or 1.0 for r in residuals]
     return coefficients, design, values
 
 

@@ -29,6 +29,7 @@ SCHULER_PERIOD_S = 84.4 * 60.0
 NODE_S = 5.0
 BLOCK_S, FEWEST_BLOCKS = 30.0, 20  # errors are averaged over blocks; of a short span over so many
 SAME_SHAPE = 0.998  # cosine between two curves, from which they are one
+MAIN_SHARE = 0.2  # of the largest part of a curve that others make, from which a part is named
 INSEPARABLE = 0.95  # correlation of two estimates, from which only their combination is known
 HELD = np.array([0, 1, 3, 4, 6, 7, 8])  # of the error model: without height and vertical velocity
 START = ("velocity_north", "velocity_east", "tilt_north", "tilt_east", "heading")
@@ -42,7 +43,7 @@ class SchulerFit:
 
     `estimates` by name, each in the unit of `unit_of`; `alike` groups of names that make one curve: each of a group
     has the whole of it as its estimate. `inseparable` are groups whose curves differ but of which this span tells only
-    combinations. `time_s` (k,) and `curve` (k, 2) are the fitted velocity error north and east.
+    combinations; one of such a group may have no estimate. `time_s` (k,) and `curve` (k, 2) are the fitted velocity error north and east.
     """
 
     estimates: dict[str, Estimate]
@@ -104,7 +105,8 @@ def fit_schuler(
     largest = {kind: max((s for n, s in spread.items() if n.startswith(kind)), default=0.0) for kind in UNITS}
     felt = [name for name in at if spread[name] > 0.01 * largest[name.split("_")[0]]]
     groups = _alike({name: at[name] / spread[name] for name in felt})
-    first = [group[0] for group in groups]
+    first, made_of = _independent({group[0]: at[group[0]].ravel() / spread[group[0]] for group in groups})
+    groups = [group for group in groups if group[0] in first]
     columns = [at[name] for name in first] + ([] if other is None else [other])
     blocks = _blocks(time_s)
     block_s = _averaged(time_s, blocks)
@@ -118,12 +120,12 @@ def fit_schuler(
     return SchulerFit(
         estimates=_estimates(found, groups, at),
         alike=tuple(group for group in groups if len(group) > 1),
-        inseparable=_inseparable(found.covariance[: len(first), : len(first)], first),
+        inseparable=(*made_of, *_inseparable(found.covariance[: len(first), : len(first)], first)),
         span_s=float(time_s[-1] - time_s[0]),
         time_s=block_s,
         curve=curve,
         seen=seen,
-        explained=float(1.0 - np.sum(left**2) / np.sum(seen**2)),
+        explained=float(1.0 - np.sum(left**2) / total) if (total := np.sum(seen**2)) else 1.0,
     )
 
 
@@ -161,6 +163,22 @@ def _alike(unit_curves: dict[str, np.ndarray]) -> list[tuple[str, ...]]:
     return groups
 
 
+def _independent(unit_curves: dict[str, np.ndarray]) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Names whose curves no others make, and each other name with those that make its curve together."""
+    kept: list[str] = []
+    made_of = []
+    for name, curve in unit_curves.items():
+        others = np.array([unit_curves[one] for one in kept]).T.reshape(curve.size, len(kept))
+        parts = np.linalg.lstsq(others, curve, rcond=None)[0]
+        if np.linalg.norm(curve - others @ parts) ** 2 > 1.0 - SAME_SHAPE**2:
+            kept.append(name)
+        else:
+            shares = np.abs(parts) * np.linalg.norm(others, axis=0)
+            makers = [one for one, share in zip(kept, shares, strict=True) if share > MAIN_SHARE * shares.max()]
+            made_of.append((name, *makers))
+    return kept, made_of
+
+
 def _estimates(found: Fit, groups: list[tuple[str, ...]], at: dict[str, np.ndarray]) -> dict[str, Estimate]:
     """Every name with its estimate: of a group that makes one curve, each as if it made all of it."""
     estimates = {}
@@ -176,7 +194,7 @@ def _estimates(found: Fit, groups: list[tuple[str, ...]], at: dict[str, np.ndarr
 def _inseparable(covariance: np.ndarray, names: list[str]) -> tuple[tuple[str, ...], ...]:
     """Groups of names that are linked by strong correlations of their estimates."""
     sigma = np.sqrt(np.diag(covariance))
-    linked = np.abs(covariance / np.outer(sigma, sigma)) > INSEPARABLE
+    linked = np.abs(covariance) > INSEPARABLE * np.outer(sigma, sigma)
     reach = np.linalg.matrix_power(linked.astype(float), len(names)) > 0.0
     groups = {tuple(np.flatnonzero(row)) for row in reach}
     return tuple(tuple(names[i] for i in group) for group in sorted(groups) if len(group) > 1)

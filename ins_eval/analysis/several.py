@@ -13,6 +13,7 @@ import pandas as pd
 from ins_eval import metrics
 from ins_eval.analysis.evaluate import RecordingEvaluation
 from ins_eval.analysis.solution import SHORTEST_FOR_RATE_S, SolutionEvaluation
+from ins_eval.errors import InsEvalError
 from ins_eval.navigation import measures, since_start
 from ins_eval.recording import Recording
 from ins_eval.reference import Errors
@@ -24,35 +25,35 @@ FEWEST_FLIGHTS = 5  # of which a CEP is given
 SEED = 1  # of the bootstrap
 
 
-@dataclass(frozen=True)
-class Refused:
-    """A recording that could not be evaluated, and the sentence that says why."""
+@dataclass(frozen=True, eq=False)
+class Summary:
+    """What is kept of one recording: its rows of the table, and what it contributes to an ensemble by compensation.
 
-    name: str
-    reason: str
+    `flights` is empty where the recording is too short or has no positions, None where it is no flight.
+    """
+
+    rows: tuple[Mapping[str, Any], ...]
+    flights: Mapping[str, Mapping[str, np.ndarray]] | None = None
+
+    @property
+    def refused(self) -> bool:
+        return any("refused" in row for row in self.rows)
 
 
 @dataclass(frozen=True, eq=False)
 class SeveralEvaluations:
-    """Recordings by the name of their folder, in the order given: each evaluated, or refused."""
+    """Recordings in the order given: each evaluated, or refused."""
 
-    recordings: Mapping[str, RecordingEvaluation | SolutionEvaluation | Refused]
+    recordings: Sequence[Summary]
 
     def to_frame(self) -> pd.DataFrame:
         """One row a recording and compensation (or its own solution): the figures of `tree`, and why it was refused."""
         return pd.DataFrame(self.tree["recordings"]).set_index(["name", "compensation"])
 
-    @property
-    def refused(self) -> list[Refused]:
-        """Those that were refused."""
-        return [one for one in self.recordings.values() if isinstance(one, Refused)]
-
     @cached_property
     def tree(self) -> dict[str, Any]:
         """The tree ``ins-eval-evaluations/1`` of ``metrics.json``."""
-        rows = []
-        for name, one in self.recordings.items():
-            rows += _rows(name, one)
+        rows = [row for one in self.recordings for row in one.rows]
         return {"format": "ins-eval-evaluations/1", "recordings": rows, "ensemble": self.ensemble}
 
     @cached_property
@@ -61,13 +62,11 @@ class SeveralEvaluations:
 
         A flight counts where it moves, has positions to compare and lasts half a Schuler period or longer.
         """
-        flights: dict[str, list[dict[str, np.ndarray]]] = {}
-        short = 0
-        for one in self.recordings.values():
-            found = _flights(one)
-            short += found is not None and not found
-            for arm, of_flight in (found or {}).items():
+        flights: dict[str, list[Mapping[str, np.ndarray]]] = {}
+        for one in self.recordings:
+            for arm, of_flight in (one.flights or {}).items():
                 flights.setdefault(arm, []).append(of_flight)
+        short = sum(one.flights is not None and not one.flights for one in self.recordings)
         result: dict[str, Any] = {"too_short": short, "fewest": FEWEST_FLIGHTS}
         for arm, members in flights.items():
             result[arm] = {"size": len(members)}
@@ -76,10 +75,15 @@ class SeveralEvaluations:
         return result
 
 
-def _rows(name: str, one: RecordingEvaluation | SolutionEvaluation | Refused) -> list[dict[str, Any]]:
+def summary(name: str, found: RecordingEvaluation | SolutionEvaluation | InsEvalError) -> Summary:
+    """What is kept of a recording in the folder `name`, evaluated or refused."""
+    if isinstance(found, InsEvalError):
+        return Summary(({"name": name, "compensation": "", "refused": str(found)},))
+    return Summary(tuple(_rows(name, found)), _flights(found))
+
+
+def _rows(name: str, one: RecordingEvaluation | SolutionEvaluation) -> list[dict[str, Any]]:
     """One row a compensation, and one of the solution."""
-    if isinstance(one, Refused):
-        return [{"name": name, "compensation": "", "refused": one.reason}]
     tree = one.tree
     arms = {arm: (values, one.first) for arm, values in tree.get("compensations", {}).items()}
     rows = []
@@ -110,9 +114,9 @@ def _row(name: str, tree: Mapping[str, Any], arm: str, values: Mapping[str, Any]
     }
 
 
-def _flights(one: RecordingEvaluation | SolutionEvaluation | Refused) -> dict[str, dict[str, np.ndarray]] | None:
+def _flights(one: RecordingEvaluation | SolutionEvaluation) -> dict[str, dict[str, np.ndarray]] | None:
     """What a flight contributes by compensation; nothing where it is too short, None where it is no flight."""
-    if isinstance(one, Refused) or not _moves(one.recording):
+    if not _moves(one.recording):
         return None
     found = {}
     if isinstance(one, RecordingEvaluation):

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.grade import grade_section
+from ins_eval.report.solution import solution_answer, solution_blocks
 from ins_eval.report.style import in_order, label
 from ins_eval.report.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name, definitions_table
 from ins_eval.report.wording import MISSING, fixed, joined, sentence, small
@@ -33,6 +34,7 @@ def evaluation_content(metrics: Mapping) -> tuple[str, list[Section]]:
         Section("Result", _result(metrics)),
         grade_section(metrics),
         Section("Between fixes", _restarts(metrics)),
+        Section("What the INS put out itself", solution_blocks(metrics["solution"]) if "solution" in metrics else []),
         Section("Alignment", _alignment(metrics)),
         Section("The recording", _recording(metrics)),
         Section("Definitions and windows", definitions_table(metrics)),
@@ -53,6 +55,11 @@ def _answer(metrics: Mapping) -> str:
     arms = _arms(metrics)
     name = pick(metrics, "recording", "name") or "this recording"
     velocities = {arm: v for arm, values in arms.items() if (v := pick(values, "velocity_rms_mps", "horizontal"))}
+    solution = solution_answer(metrics["solution"]) if "solution" in metrics else ""
+    if not arms and solution:
+        return f"{name}: {solution}"
+    if not velocities and arms:
+        return "\n".join([f"{name} was navigated, and what it is compared with has no velocity.", solution]).strip()
     if not velocities:
         return f"{name} was read, but nothing of it was navigated."
     span = f"over {_span(metrics)}"
@@ -75,6 +82,7 @@ def _answer(metrics: Mapping) -> str:
     if heading := _heading(metrics):
         lines.append(heading)
     lines.append("This is one run: a single radial error rate, not a CEP." + _short(metrics))
+    lines += [solution] if solution else []
     return "\n".join(lines)
 
 

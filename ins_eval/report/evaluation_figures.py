@@ -12,6 +12,7 @@ from ins_eval.recording.stillness import Stretch
 from ins_eval.report import figures
 from ins_eval.report.grade import grade_figures
 from ins_eval.report.recording_figures import path, temperature, traces
+from ins_eval.report.solution_figures import solution_figures
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
 REFERENCE_WORDS = {"gps": "GPS", "ins": "the better INS", "standstill": "the standstill"}
@@ -27,10 +28,10 @@ def evaluation_figures(evaluation: RecordingEvaluation) -> dict[str, Figure]:
         evaluation.navigated,
         reference=REFERENCE_WORDS[evaluation.reference],
         floor_m=evaluation.floor["horizontal_m"],
-        rms_mps={name: measures(one)["velocity_rms_mps"] for name, one in evaluation.navigated.items()},
+        rms_mps={name: measures(one).get("velocity_rms_mps", {}) for name, one in evaluation.navigated.items()},
     )
     fixes = recording.reference if evaluation.reference == "ins" else recording.gps
-    if fixes is not None:
+    if fixes is not None and (fixes.valid & np.isfinite(fixes.latitude_rad)).any():
         gaps = [(gap.start_s - start_s, gap.end_s - start_s) for gap in first.errors.gaps]
         drawn |= path(fixes, start_s, gaps)
     drawn |= temperature(recording)
@@ -45,6 +46,8 @@ def evaluation_figures(evaluation: RecordingEvaluation) -> dict[str, Figure]:
         drawn |= grade_figures(evaluation.grade)
     if stand is not None:
         drawn["activity"] = _activity(recording, stand, (start_s, float(solution.time_s[-1])))
+    if evaluation.solution is not None:
+        drawn |= solution_figures(evaluation.solution)
     return drawn
 
 

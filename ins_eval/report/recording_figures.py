@@ -41,17 +41,20 @@ def traces(
         "reference": reference,
     }
     horizontal = {name: np.hypot(e.north_m, e.east_m) for name, e in errors.items()}
-    drawn = {"position_error": figures.position_error(**common, errors_m=horizontal, floor_m=floor_m)}
+    drawn = {}
+    placed, moving = (bool(np.isfinite(x).any()) for x in (one.north_m, one.velocity_n[:, :2]))  # of the comparison
+    if placed:
+        drawn["position_error"] = figures.position_error(**common, errors_m=horizontal, floor_m=floor_m)
     vertices = {name: raw_vertices(evaluations[name].solution, recording.gps) for name in raw}
-    for axis, component in enumerate(("north", "east")):
+    for axis, component in enumerate(("north", "east") if moving else ()):
         drawn[f"{component}_velocity_error"] = figures.velocity_error(
             **common,
             component=component,
             errors_mps={name: e.velocity_n[:, axis] for name, e in errors.items()},
             raw_mps={name: v.velocity_n[:, axis] for name, v in vertices.items()} or None,
-            rms_mps={name: rms[component] for name, rms in (rms_mps or {}).items()} or None,
+            rms_mps={name: rms[component] for name, rms in (rms_mps or {}).items() if component in rms} or None,
         )
-    for component, of_arcmin in metres.items():
+    for component, of_arcmin in metres.items() if placed else ():
         values = {n: (e.north_m if component == "latitude" else e.east_m) / of_arcmin for n, e in errors.items()}
         drawn[f"{component}_error"] = figures.angle_error(
             **common, component=component, errors_arcmin=values, metres_per_arcmin=float(of_arcmin.mean())
