@@ -20,7 +20,7 @@ import numpy as np
 BEYOND_DOUBT = float(np.log(1e6))  # log odds: refused
 LIKELY = float(np.log(20.0))  # warned of
 NU = 4.0
-EXPLAINED = 0.7  # a channel is used only where the best residual is below this share of what it should show
+EXPLAINED = 0.85  # a channel is used only where the best residual is below this share of what it should show
 SIZE_FACTOR = 1.35  # between what is read and what should be shown; the units tried differ by more
 FEWEST = 8  # residuals of a channel that are worth judging
 AXIS_PRIOR, UNIT_PRIOR = -1.0, -2.0  # log prior of each axis and of each unit that is not as read
@@ -77,11 +77,12 @@ def channel_scores(expected: np.ndarray, observed: np.ndarray, factors: np.ndarr
         residual = residual / shown
         limit = np.quantile(np.abs(residual), CORE, axis=-1, keepdims=True)
         size = np.sqrt(np.mean(np.minimum(residual**2, limit**2), axis=-1))  # without single outliers
-        best = np.unravel_index(np.argmin(size), size.shape)
-        least = float(floor[i]) / float(shown[best[0]].item())
+        size = np.where(shown[..., 0] < floor[i], np.inf, size)  # too little to be told from noise
+        best = np.unravel_index(np.argmin(np.round(size, 6)), size.shape)  # the first of equals
         sized = _of_that_size(wanted[best[0]].ravel(), residual[best] * shown[best[0]].item())
-        if size[best] > EXPLAINED or least > 1.0 or not sized:
+        if not size[best] < EXPLAINED or not sized:
             continue
+        least = float(floor[i]) / float(shown[best[0]].item())
         sigma = max(float(size[best]), least)
         counted = effective_share(residual[best])
         scores[:, i] = -0.5 * (NU + 1.0) * counted * np.log1p(residual**2 / (NU * sigma**2)).sum(axis=-1)

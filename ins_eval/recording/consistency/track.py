@@ -10,6 +10,7 @@ from ins_eval.recording.consistency.alternatives import (
     FEWEST,
     LIKELY,
     MATRICES,
+    NU,
     UNIT_PRIOR,
     Finding,
     channel_scores,
@@ -26,6 +27,11 @@ SPEED_UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "knots": 1852.0 / 3600.0, "m/s rea
 WAY = 0.05  # of the way, that scale errors and filters of a receiver may take from the agreement
 HEIGHT_UNITS = {"m": 1.0, "feet": 0.3048, "km": 1e3, "cm": 1e-2, "mm": 1e-3}
 HEIGHT_FLOOR_M = 2.0
+JUDGED_MPS = 2.0  # slower, the way does not tell the time
+SMALLEST_JUMP_S, LONGEST_JUMP_S = 0.05, 60.0
+JUMP_SPREADS = 5.0
+MOST_JUMPS = 5
+LIKELIER_THAN_T = 2.0  # the stamps must step by as much, besides: an odd stamp and an odd way at once
 LARGEST_BARO_OFFSET_M = 1500.0  # weather, geoid and a setting on the ground; the form asks for agreement at the start
 VELOCITY = ("north", "east", "down")
 LARGEST_NARROW_RAD = 2.0 * np.pi * DEG * 1.01  # 360 degrees in radians, read as degrees
@@ -169,6 +175,47 @@ def check_baro(imu: Imu, fixes: Fixes, start_height_m: float, table: str) -> Fin
         )
         return Finding("height_baro", seen, "refer it to the height of the start")
     return None
+
+
+def check_stamps(fixes: Fixes, table: str) -> Finding | None:
+    """A jump of the stamps: the time that the way from one fix to the next takes at its velocity is another.
+
+    tau = v . dp / v . v;  a fix that is missing, or a step of the position aside, stamps differ by tau.
+    """
+    use = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
+    use &= np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad)
+    time_s, velocity_n = fixes.time_s[use], fixes.velocity_n[use, :2]
+    if use.sum() < FEWEST + 1:
+        return None
+    rows = np.arange(len(time_s))
+    dp = _moved(fixes.latitude_rad[use], fixes.longitude_rad[use], fixes.height_m[use], (rows[:-1], rows[1:]))[:, :2]
+    mean = 0.5 * (velocity_n[1:] + velocity_n[:-1])
+    speed2 = (mean**2).sum(axis=1)
+    dt = np.diff(time_s)
+    usual_s = float(np.median(dt))
+    fast = (speed2 > JUDGED_MPS**2) & (dt < LONGEST_JUMP_S + 2.0 * usual_s)
+    if fast.sum() < FEWEST:
+        return None
+    rows = np.flatnonzero(fast)
+    excess_s = dt[fast] - (mean[fast] * dp[fast]).sum(axis=1) / speed2[fast]
+    away_m = np.abs(dp[fast] - mean[fast] * (dt[fast] - excess_s)[:, None]).max(axis=1)  # across the way
+    spread_s = max(1.4826 * float(np.median(np.abs(excess_s - np.median(excess_s)))), 1e-3)
+    odd = np.abs(dt[fast] - usual_s - excess_s) < 0.3 * np.abs(excess_s)  # the stamps themselves step by as much
+    odd &= (np.abs(excess_s) > SMALLEST_JUMP_S) & (away_m < JUDGED_MPS * np.abs(excess_s))
+    found = rows[odd & (np.abs(excess_s) > JUMP_SPREADS * spread_s)]
+    if not found.size or found.size > MOST_JUMPS:
+        return None
+    k = int(found[0])
+    size_s = float(dt[k] - usual_s)
+    z = size_s / spread_s
+    log_odds = 0.5 * (NU + 1.0) * float(np.log1p(z * z / NU)) * LIKELIER_THAN_T - float(np.log(len(rows)))
+    more = f" (and {found.size - 1} more)" if found.size > 1 else ""
+    seen = (
+        f"{table}: the stamps jump by {size_s:+.3f} s after {time_s[k]:.6g} s (row {int(np.flatnonzero(use)[k]) + 1})"
+        f"{more}, which the way between these fixes at their velocity contradicts, expected stamps of one clock"
+    )
+    mend = f"take {size_s:.3f} s off every stamp after {time_s[k]:.6g} s, or cut the recording there"
+    return Finding(f"{table}.clock", seen, mend, log_odds)
 
 
 def _pairs(time_s: np.ndarray):

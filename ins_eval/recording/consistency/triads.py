@@ -22,7 +22,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from ins_eval.earth import gravity
-from ins_eval.recording import Fixes, Recording
+from ins_eval.recording import Fixes, Imu, Recording
 from ins_eval.recording.consistency.alternatives import (
     BEYOND_DOUBT,
     CHANGED,
@@ -47,7 +47,10 @@ OFFSETS_S = np.arange(-0.6, 0.61, 0.1)  # of the clocks, tried for every relatio
 MOST_ROWS = 1500
 MOVING_MPS = 3.0
 FEWEST_FIXES = 20
-TURN_INTERVAL_S, FORCE_INTERVAL_S = 0.2, 0.5
+HELD, HELD_SHARE = 1e-11, 0.1
+MOST_NAMED = 3  # alternatives that the motion cannot tell apart
+LEFT_HANDED_PRIOR = 3.0  # log prior against a mirrored set of both triads; to turn one is a commoner mistake
+TURN_INTERVAL_S, FORCE_INTERVAL_S = 1.0, 1.0
 
 WINDOW_S, STEP_S, MARGIN_S = 8.0, 0.05, 0.6
 MOST_WINDOWS, FEWEST_WINDOWS = 24, 3
@@ -76,7 +79,7 @@ def check_triads(recording: Recording) -> Finding | None:
     """The alternative of both triads that the motion prefers by more than 20 to 1, or None."""
     integrals = integrated(recording)
     moving, table = _velocity(recording)
-    if integrals is None:
+    if integrals is None or _holds(recording.imu):
         return None
     attitude = _attitude(recording)
     if attitude is not None:
@@ -84,6 +87,15 @@ def check_triads(recording: Recording) -> Finding | None:
     if moving is None:
         return None
     return _by_course(recording, integrals, moving, table)
+
+
+def _holds(imu: Imu) -> bool:
+    """Whether a channel holds one value for a tenth of the recording: it says nothing, and `validate` notes it."""
+    for values in np.column_stack([imu.gyro, imu.accelerometer]).T:
+        changes = np.flatnonzero(np.abs(np.diff(values)) > HELD * np.abs(values).max())
+        if np.diff(np.concatenate([[-1], changes, [len(values) - 1]])).max() > HELD_SHARE * len(values):
+            return True
+    return False
 
 
 def integrated(recording: Recording) -> Integrals | None:
@@ -378,21 +390,26 @@ def _decided(by_rate, by_force, relative, by: str, certain: bool) -> Finding | N
     s_best, t_best = rates.argmax(axis=3), (by_force + force_unit).argmax(axis=2)
     total = rates.max(axis=3) + (by_force + force_unit).max(axis=2)[:, :, None]
     same = np.eye(48, dtype=bool)
-    total = total + np.where(same, -CHANGED[None, :], -CHANGED[None, :] - CHANGED[:, None] - 1.0)
+    mirrored = CHANGED[None, :] + LEFT_HANDED_PRIOR * HANDED[None, :]
+    total = total - np.where(same, mirrored, CHANGED[None, :] + CHANGED[:, None] + 1.0)
     total += UNIT_PRIOR * (np.arange(len(total)) > 0)[:, None, None]
-    a, p, g = np.unravel_index(np.argmax(total), total.shape)
-    as_read = float(rates[0, 0, 0, 0] + by_force[0, 0, 0])
-    log_odds = float(total[a, p, g]) - as_read
-    s, t = int(s_best[a, p, g]), int(t_best[a, p])
-    if log_odds < LIKELY or (a, p, g, s, t) == (0, 0, 0, 0, 0):
+    best = np.unravel_index(np.argmax(total), total.shape)
+    log_odds = float(total[best] - rates[0, 0, 0, 0] - by_force[0, 0, 0])
+    units = s_best[best], t_best[best[:2]]
+    if log_odds < LIKELY or (*best, *units) == (0, 0, 0, 0, 0):
         return None
     if not certain:  # how the vehicle points is not known: only the triads against each other are
         told = 0.0 if relative is None else float(relative.max() - relative[0, 0, 0])
         log_odds = min(log_odds, told if told > BEYOND_DOUBT else BEYOND_DOUBT - 1.0)
-    return _named(int(a), int(p), int(g), float(RATE_FACTORS[s]), float(FORCE_FACTORS[t]), log_odds, by)
+    near = sorted(
+        zip(*np.nonzero(total[best[0]] > total[best] - LIKELY), strict=True), key=lambda k: -total[best[0]][k]
+    )
+    near = [(int(p), int(g)) for p, g in near if p or g]
+    orders = list(dict.fromkeys([*near[:MOST_NAMED], *[(p, g) for p, g in near if p == g][:1]]))
+    return _named(int(best[0]), orders, float(RATE_FACTORS[units[0]]), float(FORCE_FACTORS[units[1]]), log_odds, by)
 
 
-def _named(a: int, p: int, g: int, rate: float, force: float, log_odds: float, by: str) -> Finding:
+def _named(a: int, orders: list[tuple[int, int]], rate: float, force: float, log_odds: float, by: str) -> Finding:
     """The first thing to correct of the alternative that holds; what is left shows when it is read again."""
     seen = f"gyros and accelerometers contradict {by}, expected the same motion; it looks as if "
     if a:
@@ -409,14 +426,15 @@ def _named(a: int, p: int, g: int, rate: float, force: float, log_odds: float, b
         return Finding("accelerometer.unit",
                        f"{seen}the accelerometers are in another unit, {force:.6g} of the one read", mend, log_odds,
                        factor=force)  # fmt: skip
+    words = " or ".join(_order_words(p, g) for p, g in orders)
+    matrix = MATRICES[orders[0][0]] if orders[0][0] == orders[0][1] else None
+    mend = f"correct order and signs of the columns ({words})"
+    return Finding("axes", f"{seen}{words}", mend, log_odds, matrix=matrix)
+
+
+def _order_words(p: int, g: int) -> str:
     if p == g:
-        matrix = MATRICES[p]
-        handed = "" if np.linalg.det(matrix) > 0.0 else ", a left-handed set as read"
-        mend = f"turn gyros and accelerometers by {equations(matrix)}, ours from those read"
-        return Finding("axes", f"{seen}the axes are {equations(matrix)}{handed}", mend, log_odds, matrix=matrix)
-    which, order = ("accelerometer", p) if p else ("gyro", g)
-    words = equations(MATRICES[order])
-    mend = f"correct order or sign of the {which} columns: {words}, ours from those read"
-    return Finding(
-        "axes", f"{seen}the {which}s are {words}, ours from those read", mend, log_odds
-    )  # no key for one triad
+        handed = "" if np.linalg.det(MATRICES[p]) > 0.0 else ", a left-handed set as read"
+        return f"the axes are {equations(MATRICES[p])}{handed}"
+    parts = [f"the {name} are {equations(MATRICES[k])}" for name, k in (("gyros", g), ("accelerometers", p)) if k]
+    return f"{' and '.join(parts)}, ours from those read"
