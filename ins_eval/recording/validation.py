@@ -25,6 +25,7 @@ LARGEST_RATE_RADPS = 100.0
 LARGEST_SPECIFIC_FORCE_MPS2 = 1e4
 LARGEST_PULSE_COUNT = 1e9
 STUCK_S = 1.0
+ROUND_OFF = 1e-11  # of the largest value: what the conversion of a held rate to increments leaves
 COARSE_STUCK_S = 30.0  # of a channel whose neighbours are mostly equal: smooth motion alone holds a count for seconds
 CHANCE_RUN_FACTOR = 5.0  # of the longest run of equal values that chance makes, beyond which it is not chance
 PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit
@@ -274,7 +275,7 @@ def _stuck(name: str, values: np.ndarray, time_s: np.ndarray, step_s: float) -> 
 
     If neighbours are equal with probability p, the longest run among n samples is about ln(n (1 - p)) / ln(1 / p).
     """
-    changes = np.flatnonzero(np.diff(values) != 0.0)
+    changes = np.flatnonzero(np.abs(np.diff(values)) > ROUND_OFF * np.abs(values).max())
     if not changes.size:
         return [f"The {name} channel holds one value throughout: dead, or an ideal simulation."]
     edges = np.concatenate([[-1], changes, [len(values) - 1]])
@@ -291,7 +292,8 @@ def _stuck(name: str, values: np.ndarray, time_s: np.ndarray, step_s: float) -> 
 
 def _saturated(name: str, values: np.ndarray) -> list[str]:
     """The largest or smallest value taken far more often than its neighbour: a limit of the converter."""
-    seen, counts = np.unique(values, return_counts=True)
+    count = ROUND_OFF * max(float(np.abs(values).max()), 1e-300)
+    seen, counts = np.unique(np.rint(values / count), return_counts=True)
     if len(seen) <= PILE_UP:
         return []
     return [

@@ -14,7 +14,7 @@ from ins_eval.errors import DataRefused
 from ins_eval.recording import Imu, Recording
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
 from ins_eval.recording.consistency.limits import check_limits, check_outliers
-from ins_eval.recording.consistency.track import check_baro, check_track
+from ins_eval.recording.consistency.track import check_baro, check_stamps, check_track
 from ins_eval.recording.consistency.triads import check_triads
 
 __all__ = ["ACCEPTED", "KEY", "Finding", "findings", "report"]
@@ -33,10 +33,11 @@ def _of_motion(recording: Recording) -> Iterator[Finding]:
     for table in ("gps", "reference"):
         fixes = getattr(recording, table)
         if fixes is not None and fixes.valid.any():
-            found = (check_track(fixes, table), check_baro(recording.imu, fixes, recording.start.height_m, table))
+            yield from check_track(fixes, table)
+            found = check_stamps(fixes, table), check_baro(recording.imu, fixes, recording.start.height_m, table)
             yield from (one for one in found if one is not None)
-    if _finite(recording.imu) and (found := check_triads(recording)) is not None:
-        yield found
+    if _finite(recording.imu):
+        yield from check_triads(recording)
 
 
 def report(
@@ -52,6 +53,9 @@ def report(
     """
     notes = []
     for one in found:
+        if not one.decided:
+            notes.append(f"Undecided: {one.seen}.")
+            continue
         odds = f", odds {one.odds}" if np.isfinite(one.log_odds) else ""
         if (warning := f"Warning: {one.seen}{odds}.") in recording.notes:
             continue

@@ -20,7 +20,7 @@ import numpy as np
 BEYOND_DOUBT = float(np.log(1e6))  # log odds: refused
 LIKELY = float(np.log(20.0))  # warned of
 NU = 4.0
-EXPLAINED = 0.7  # a channel is used only where the best residual is below this share of what it should show
+EXPLAINED = 0.85  # a channel is used only where the best residual is below this share of what it should show
 SIZE_FACTOR = 1.35  # between what is read and what should be shown; the units tried differ by more
 FEWEST = 8  # residuals of a channel that are worth judging
 AXIS_PRIOR, UNIT_PRIOR = -1.0, -2.0  # log prior of each axis and of each unit that is not as read
@@ -52,6 +52,10 @@ class Finding:
     matrix: np.ndarray | None = None
 
     @property
+    def decided(self) -> bool:
+        return self.log_odds >= LIKELY
+
+    @property
     def odds(self) -> str:
         return "beyond 1e12 to 1" if self.log_odds > np.log(1e12) else f"{np.exp(self.log_odds):.2g} to 1"
 
@@ -73,19 +77,25 @@ def channel_scores(expected: np.ndarray, observed: np.ndarray, factors: np.ndarr
         columns = observed[:, rows].transpose(0, 2, 1)[:, :, None, None, :]
         residual = wanted - signed[None, None, :, :, None] * columns  # (a, 3, 2, s, n)
         # relative to what the channel should show, so that no alternative wins by making everything small
-        shown = np.maximum(np.sqrt(np.mean(wanted**2, axis=-1, keepdims=True)), 1e-300)  # (a, 1, 1, 1, 1)
+        shown = np.maximum(_core_size(wanted)[..., None], 1e-300)  # (a, 1, 1, 1, 1)
         residual = residual / shown
-        limit = np.quantile(np.abs(residual), CORE, axis=-1, keepdims=True)
-        size = np.sqrt(np.mean(np.minimum(residual**2, limit**2), axis=-1))  # without single outliers
-        best = np.unravel_index(np.argmin(size), size.shape)
-        least = float(floor[i]) / float(shown[best[0]].item())
+        size = _core_size(residual)
+        size = np.where(shown[..., 0] < floor[i], np.inf, size)  # too little to be told from noise
+        best = np.unravel_index(np.argmin(np.round(size, 6)), size.shape)  # the first of equals
         sized = _of_that_size(wanted[best[0]].ravel(), residual[best] * shown[best[0]].item())
-        if size[best] > EXPLAINED or least > 1.0 or not sized:
+        if not size[best] < EXPLAINED or not sized:
             continue
+        least = float(floor[i]) / float(shown[best[0]].item())
         sigma = max(float(size[best]), least)
         counted = effective_share(residual[best])
         scores[:, i] = -0.5 * (NU + 1.0) * counted * np.log1p(residual**2 / (NU * sigma**2)).sum(axis=-1)
     return scores
+
+
+def _core_size(values: np.ndarray) -> np.ndarray:
+    """Root mean square over the last axis, without single outliers."""
+    limit = np.quantile(np.abs(values), CORE, axis=-1, keepdims=True)
+    return np.sqrt(np.mean(np.minimum(values**2, limit**2), axis=-1))
 
 
 def _of_that_size(wanted: np.ndarray, residual: np.ndarray) -> bool:
@@ -112,6 +122,17 @@ def effective_share(residual: np.ndarray) -> float:
     rho = float(deviation[1:] @ deviation[:-1]) / power if power > 0.0 else 0.0
     rho = float(np.clip(rho, 0.0, LARGEST_CORRELATION))
     return (1.0 - rho) / (1.0 + rho)
+
+
+def undecided_axes(orders: np.ndarray) -> list[int]:
+    """Axes of a triad that some of these orders (indices) take from another column or with the other sign."""
+    differs = (MATRICES[orders] != np.eye(3)).any(axis=(0, 2)) if len(orders) else np.zeros(3, dtype=bool)
+    return np.flatnonzero(differs).tolist()
+
+
+def undecided(about: str, parts: list[str]) -> list[Finding]:
+    """What the motion does not tell, as the last of the findings; nothing where it tells all."""
+    return [Finding("undecided", f"{about} does not tell {', '.join(parts)}", "", 0.0)] if parts else []
 
 
 def equations(matrix: np.ndarray) -> str:

@@ -5,10 +5,15 @@ navigator's, and the offset with the smallest residual is the answer; its uncert
 10 s. Nothing need be known of attitude or of constant errors: they are fitted anew for every offset.
 
 With attitude (a reference):  theta_k = M theta_gyro(t - offset) + b dt,  M (3, 3) and b (3,) for the whole recording.
-With velocity (GPS):  dv_k - g dt = C_w ds(t - offset),  s = integral of R f,  R the attitude from the gyros alone
-and C_w one rotation for each block (Wahba's problem, solved by singular values). The offset is that of the horizontal
-channels; a receiver filters its vertical velocity in another way, so the spread of the three channels is part of the
-uncertainty.
+With a course likewise, the course in place of the heading. With velocity (GPS):
+
+    dv_k - g dt = C_w ds(t - offset),   s = integral of R f,
+
+R the attitude from the gyros alone and C_w one rotation for each block (Wahba's problem, solved by singular values).
+The offset is that of the horizontal channels; a receiver filters its vertical velocity in another way, so the spread
+of the three channels is part of the uncertainty.
+
+A clock that steps or drifts has another offset in the second half of a recording than in the first.
 """
 
 from __future__ import annotations
@@ -23,6 +28,8 @@ from ins_eval.recording import Fixes, Imu
 
 BLOCK_S = 10.0
 INTERVAL_S = 0.4  # over which velocities are differenced
+COURSE_INTERVAL_S = 1.0
+MOVING_MPS = 3.0  # slower, a course is noise
 WIDEST_S = 1.0
 COARSE_S = 0.02
 FINE_S = 0.002
@@ -32,6 +39,7 @@ LONGEST_SIGMA_S = 0.1  # an offset known worse than this is not known
 CLEAR_GAIN = 1.02  # residual at the ends of the search over that at the best offset
 HORIZONTAL = slice(0, 2)
 FINEST_STEP_S = 0.01  # the IMU is summed to about this step first
+PRIOR = float(np.log(100.0))
 
 
 @dataclass(frozen=True)
@@ -50,19 +58,67 @@ class Offset:
     gyro_scale: float = 1.0
 
 
+@dataclass(frozen=True)
+class Change:
+    """Offsets of the first and of the second half, s, and one sigma of their difference."""
+
+    before_s: float
+    after_s: float
+    sigma_s: float
+
+    @property
+    def log_odds(self) -> float:
+        """Of a change against none: half the square of the difference in sigmas, with a prior of 100 to 1 against."""
+        return 0.5 * ((self.after_s - self.before_s) / self.sigma_s) ** 2 - PRIOR
+
+
 def clock_offset(imu: Imu, start_s: float, fixes: Fixes) -> Offset | None:
     """The offset of the clock of `fixes`, or None where the motion does not tell; `imu` in increments."""
     if fixes.attitude_rad is not None and np.isfinite(fixes.attitude_rad[fixes.valid]).all():
         return _from_attitude(imu, start_s, fixes)
-    return _from_velocity(imu, start_s, fixes)
+    found = [one for one in (_from_velocity(imu, start_s, fixes), _from_course(imu, start_s, fixes)) if one is not None]
+    return min(found, key=lambda one: one.sigma_s, default=None)
+
+
+def clock_change(imu: Imu, start_s: float, fixes: Fixes) -> Change | None:
+    """How the offset differs between the halves of a recording, or None where the motion does not tell both."""
+    middle_s = 0.5 * (start_s + float(imu.time_s[-1]))
+    halves = []
+    for part, begin_s, inside in (
+        (imu.time_s <= middle_s, start_s, fixes.time_s <= middle_s),
+        (imu.time_s > middle_s, middle_s, fixes.time_s > middle_s),
+    ):
+        if part.sum() < 2 or not (fixes.valid & inside).any():
+            return None
+        cut = Imu(imu.time_s[part], imu.gyro[part], imu.accelerometer[part], imu.accelerometer_form)
+        halves.append(clock_offset(cut, begin_s, replace(fixes, valid=fixes.valid & inside)))
+    if None in halves:
+        return None
+    before, after = halves
+    sigma_s = float(np.hypot(np.hypot(before.sigma_s, after.sigma_s), COARSE_S))
+    return Change(before.offset_s, after.offset_s, sigma_s)
 
 
 def _from_attitude(imu: Imu, start_s: float, fixes: Fixes) -> Offset | None:
     use = np.flatnonzero(fixes.valid)
-    time_s = fixes.time_s[use]
     roll, pitch, heading = fixes.attitude_rad[use].T
     mat_nb = Rotation.from_euler("ZYX", np.column_stack([heading, pitch, roll]))
-    pairs = _pairs(time_s, 0.0, imu.time_s)
+    return _from_turning(imu, start_s, fixes.time_s[use], mat_nb, 0.0, "turn rates against the reference's attitude")
+
+
+def _from_course(imu: Imu, start_s: float, fixes: Fixes) -> Offset | None:
+    """As if the course were the heading of a level vehicle; M finds the gyro that turns with it, if any does."""
+    north, east = fixes.velocity_n[:, 0], fixes.velocity_n[:, 1]
+    use = np.flatnonzero(fixes.valid & (np.hypot(north, east) > MOVING_MPS))  # NaN compares false
+    course = np.arctan2(east[use], north[use])
+    mat_nb = Rotation.from_euler("Z", course[:, None])
+    how = "turn rates against the course"
+    found = _from_turning(imu, start_s, fixes.time_s[use], mat_nb, COURSE_INTERVAL_S, how)
+    return None if found is None else replace(found, gyro_scale=1.0)
+
+
+def _from_turning(imu: Imu, start_s, time_s, mat_nb: Rotation, interval_s: float, method: str) -> Offset | None:
+    pairs = _pairs(time_s, interval_s, imu.time_s)
     if pairs is None:
         return None
     first, last, block = pairs
@@ -85,7 +141,7 @@ def _from_attitude(imu: Imu, start_s: float, fixes: Fixes) -> Offset | None:
 
         return total
 
-    found = _best(residuals, block, len(turned), "turn rates against the reference's attitude", "rad")
+    found = _best(residuals, block, len(turned), method, "rad")
     if found is None:
         return None
     fitted = _fitted(by_block(found.offset_s).sum(axis=0)[None])[0]

@@ -112,7 +112,8 @@ def _of_fixes(fixes: Fixes, table: str) -> Iterator[Finding]:
 def _single(quantity, values, time_s, named, extra: float = 0.0, rows=None) -> Iterator[Finding]:
     """Values far from the median of the two before and the two after them; `named`: table, column, scale and unit."""
     n = len(values)
-    if n < 6:
+    jump = JUMPS[quantity] + extra
+    if n < 6 or 2.0 * np.abs(np.diff(values)).max() < DOUBTFUL * jump:  # no value is that far from its neighbours
         return
     around = np.clip(np.arange(n)[:, None], 2, n - 3) + np.array([-2, -1, 0, 1, 2])
     own = around == np.arange(n)[:, None]
@@ -121,7 +122,6 @@ def _single(quantity, values, time_s, named, extra: float = 0.0, rows=None) -> I
     away = np.abs(values - expected)
     whole = time_s[around[:, -1]] - time_s[around[:, 0]] <= 6.0 * float(np.median(np.diff(time_s)))
     spread = 1.4826 * float(np.median(away))
-    jump = JUMPS[quantity] + extra
     for share, log_odds in ((1.0, np.inf), (DOUBTFUL, WARNED)):
         found = np.flatnonzero(whole & (away > max(share * jump, SPREADS * spread)))
         if not found.size or found.size > max(3, MOST_FAULTS * n):

@@ -10,11 +10,14 @@ from ins_eval.recording.consistency.alternatives import (
     FEWEST,
     LIKELY,
     MATRICES,
+    NU,
     UNIT_PRIOR,
     Finding,
     channel_scores,
     order_scores,
     prior,
+    undecided,
+    undecided_axes,
 )
 from ins_eval.units import DEG
 
@@ -26,6 +29,13 @@ SPEED_UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "knots": 1852.0 / 3600.0, "m/s rea
 WAY = 0.05  # of the way, that scale errors and filters of a receiver may take from the agreement
 HEIGHT_UNITS = {"m": 1.0, "feet": 0.3048, "km": 1e3, "cm": 1e-2, "mm": 1e-3}
 HEIGHT_FLOOR_M = 2.0
+JUDGED_MPS = 2.0  # slower, the way does not tell the time
+SMALLEST_JUMP_S, LONGEST_JUMP_S = 0.05, 60.0
+JUMP_SPREADS = 5.0
+MOST_JUMPS = 5
+EVEN, UNEVEN = 0.02, 0.2  # of a step: stamps that are even, a step that is not
+UNEVEN_ODDS = float(np.log(1e3))
+LIKELIER_THAN_T = 2.0  # the stamps must step by as much, besides: an odd stamp and an odd way at once
 LARGEST_BARO_OFFSET_M = 1500.0  # weather, geoid and a setting on the ground; the form asks for agreement at the start
 VELOCITY = ("north", "east", "down")
 LARGEST_NARROW_RAD = 2.0 * np.pi * DEG * 1.01  # 360 degrees in radians, read as degrees
@@ -50,16 +60,16 @@ def places(fixes: Fixes) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     return possible
 
 
-def check_track(fixes: Fixes, table: str) -> Finding | None:
+def check_track(fixes: Fixes, table: str) -> list[Finding]:
     """The alternative of position, order, sign and unit of velocity, or course, that the way itself prefers."""
     use = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
     use &= np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad)
     if use.sum() < FEWEST + 1:
-        return None
+        return []
     time_s = fixes.time_s[use]
     pairs = _pairs(time_s)
     if pairs is None:
-        return None
+        return []
     velocities = _velocities(fixes.velocity_n[use])
     named, moved, flown = [], [], []
     for place, (latitude, longitude) in places(fixes).items():
@@ -76,9 +86,13 @@ def check_track(fixes: Fixes, table: str) -> Finding | None:
     best = np.unravel_index(np.argmax(log), log.shape)
     log_odds = float(log[best] - log[0, 0, 0])
     if log_odds < LIKELY:
-        return None
+        near = log > log[0, 0, 0] - LIKELY
+        parts = [f"the {VELOCITY[i]} velocity" for i in undecided_axes(np.flatnonzero(near[0].any(axis=1)))]
+        parts += ["the unit of the velocity"] if near[0, 0, 1:].any() else []
+        parts += ["the unit and order of the position"] if near[1:, 0, 0].any() else []
+        return undecided(f"{table}: the way", parts)
     way = [np.sqrt(np.mean(one[0] ** 2, axis=0)).tolist() for one in (moved, flown)]
-    return _finding(named[best[0]], MATRICES[best[1]], list(SPEED_UNITS)[best[2]], log_odds, table, way)
+    return [_finding(named[best[0]], MATRICES[best[1]], list(SPEED_UNITS)[best[2]], log_odds, table, way)]
 
 
 def _velocities(velocity_n: np.ndarray) -> dict[str, np.ndarray]:
@@ -169,6 +183,64 @@ def check_baro(imu: Imu, fixes: Fixes, start_height_m: float, table: str) -> Fin
         )
         return Finding("height_baro", seen, "refer it to the height of the start")
     return None
+
+
+def check_stamps(fixes: Fixes, table: str) -> Finding | None:
+    """A jump of the stamps: the time that the way from one fix to the next takes at its velocity is another.
+
+    tau = v . dp / v . v;  a fix that is missing, or a step of the position aside, stamps differ by tau.
+    """
+    use = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
+    use &= np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad)
+    time_s, velocity_n = fixes.time_s[use], fixes.velocity_n[use, :2]
+    if use.sum() < FEWEST + 1:
+        return None
+    rows = np.arange(len(time_s))
+    dp = _moved(fixes.latitude_rad[use], fixes.longitude_rad[use], fixes.height_m[use], (rows[:-1], rows[1:]))[:, :2]
+    mean = 0.5 * (velocity_n[1:] + velocity_n[:-1])
+    speed2 = (mean**2).sum(axis=1)
+    dt = np.diff(time_s)
+    usual_s = float(np.median(dt))
+    fast = (speed2 > JUDGED_MPS**2) & (dt < LONGEST_JUMP_S + 2.0 * usual_s)
+    if fast.sum() < FEWEST:
+        return _uneven(time_s, ~fast, table)
+    rows = np.flatnonzero(fast)
+    excess_s = dt[fast] - (mean[fast] * dp[fast]).sum(axis=1) / speed2[fast]
+    away_m = np.abs(dp[fast] - mean[fast] * (dt[fast] - excess_s)[:, None]).max(axis=1)  # across the way
+    spread_s = max(1.4826 * float(np.median(np.abs(excess_s - np.median(excess_s)))), 1e-3)
+    odd = np.abs(dt[fast] - usual_s - excess_s) < 0.3 * np.abs(excess_s)  # the stamps themselves step by as much
+    odd &= (np.abs(excess_s) > SMALLEST_JUMP_S) & (away_m < JUDGED_MPS * np.abs(excess_s))
+    found = rows[odd & (np.abs(excess_s) > JUMP_SPREADS * spread_s)]
+    if not found.size or found.size > MOST_JUMPS:
+        return _uneven(time_s, ~fast, table)
+    k = int(found[0])
+    size_s = float(dt[k] - usual_s)
+    z = size_s / spread_s
+    log_odds = 0.5 * (NU + 1.0) * float(np.log1p(z * z / NU)) * LIKELIER_THAN_T - float(np.log(len(rows)))
+    more = f" (and {found.size - 1} more)" if found.size > 1 else ""
+    seen = (
+        f"{table}: the stamps jump by {size_s:+.3f} s after {time_s[k]:.6g} s (row {int(np.flatnonzero(use)[k]) + 1})"
+        f"{more}, which the way between these fixes at their velocity contradicts, expected stamps of one clock"
+    )
+    mend = f"take {size_s:.3f} s off every stamp after {time_s[k]:.6g} s, or cut the recording there"
+    return Finding(f"{table}.clock", seen, mend, log_odds)
+
+
+def _uneven(time_s: np.ndarray, slow: np.ndarray, table: str) -> Finding | None:
+    """A step of even stamps that no whole number of lost fixes makes, where no motion tells."""
+    dt = np.diff(time_s)
+    usual_s = float(np.median(dt))
+    even = np.median(np.abs(dt - usual_s)) < EVEN * usual_s
+    odd = slow & (np.abs(dt / usual_s - np.rint(dt / usual_s)) > UNEVEN) & (np.abs(dt - usual_s) > SMALLEST_JUMP_S)
+    found = np.flatnonzero(odd)
+    if not even or not found.size or found.size > MOST_JUMPS:
+        return None
+    k = int(found[0])
+    seen = (
+        f"{table}: the stamps jump by {dt[k] - usual_s:+.3f} s after {time_s[k]:.6g} s, no whole number of steps of "
+        f"{usual_s:.4g} s, expected stamps of one clock; the vehicle is too slow there to tell"
+    )
+    return Finding(f"{table}.clock", seen, "see whether later stamps are as much too late", UNEVEN_ODDS)
 
 
 def _pairs(time_s: np.ndarray):

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from ins_eval.earth import gravity
-from ins_eval.recording import Fixes, Recording
+from ins_eval.recording import Fixes, Imu, Recording
 from ins_eval.recording.consistency.alternatives import (
     BEYOND_DOUBT,
     CHANGED,
@@ -34,6 +34,8 @@ from ins_eval.recording.consistency.alternatives import (
     channel_scores,
     equations,
     order_scores,
+    undecided,
+    undecided_axes,
 )
 from ins_eval.units import DEG, DEG_PER_H, STANDARD_GRAVITY
 
@@ -47,17 +49,21 @@ OFFSETS_S = np.arange(-0.6, 0.61, 0.1)  # of the clocks, tried for every relatio
 MOST_ROWS = 1500
 MOVING_MPS = 3.0
 FEWEST_FIXES = 20
-TURN_INTERVAL_S, FORCE_INTERVAL_S = 0.2, 0.5
+ATTITUDE_STEP_S = 0.1
+HELD, HELD_SHARE = 1e-11, 0.1
+MOST_NAMED = 3  # alternatives that the motion cannot tell apart
+LEFT_HANDED_PRIOR = 3.0  # log prior against a mirrored set of both triads; to turn one is a commoner mistake
+TURN_INTERVAL_S, FORCE_INTERVAL_S = 1.0, 1.0
 
 WINDOW_S, STEP_S, MARGIN_S = 8.0, 0.05, 0.6
-MOST_WINDOWS, FEWEST_WINDOWS = 24, 3
+MOST_WINDOWS, FEWEST_WINDOWS = 16, 3
 WINDOW_FLOOR_MPS = 0.05  # of a difference of two velocities
 RELATIVE_FACTORS = RATE_FACTORS[:4]
 
 
 @dataclass(frozen=True)
 class Integrals:
-    """Angle (n, 3) in rad and velocity (n, 3) in m/s summed up to each time, specific force scaled to gravity."""
+    """Angle (3, n) in rad and velocity (3, n) in m/s summed up to each time, thinned to about `STEP_S`."""
 
     time_s: np.ndarray
     angle: np.ndarray
@@ -66,24 +72,33 @@ class Integrals:
     def rates(self, name: str, first_s: np.ndarray, last_s: np.ndarray) -> np.ndarray:
         """Mean rate between two times; NaN outside the recording."""
         values = getattr(self, name)
-        at = [np.column_stack([np.interp(t, self.time_s, line) for line in values.T]) for t in (first_s, last_s)]
+        at = [np.column_stack([np.interp(t, self.time_s, line) for line in values]) for t in (first_s, last_s)]
         mean = (at[1] - at[0]) / (last_s - first_s)[:, None]
         mean[(first_s < self.time_s[0]) | (last_s > self.time_s[-1])] = np.nan
         return mean
 
 
-def check_triads(recording: Recording) -> Finding | None:
-    """The alternative of both triads that the motion prefers by more than 20 to 1, or None."""
+def check_triads(recording: Recording) -> list[Finding]:
+    """The alternative of both triads that the motion prefers by more than 20 to 1, or what it leaves open."""
     integrals = integrated(recording)
     moving, table = _velocity(recording)
-    if integrals is None:
-        return None
+    if integrals is None or _holds(recording.imu):
+        return []
     attitude = _attitude(recording)
     if attitude is not None:
         return _by_attitude(recording, integrals, attitude, moving, table)
     if moving is None:
-        return None
+        return []
     return _by_course(recording, integrals, moving, table)
+
+
+def _holds(imu: Imu) -> bool:
+    """Whether a channel holds one value for a tenth of the recording: it says nothing, and `validate` notes it."""
+    for values in np.column_stack([imu.gyro, imu.accelerometer]).T:
+        changes = np.flatnonzero(np.abs(np.diff(values)) > HELD * np.abs(values).max())
+        if np.diff(np.concatenate([[-1], changes, [len(values) - 1]])).max() > HELD_SHARE * len(values):
+            return True
+    return False
 
 
 def integrated(recording: Recording) -> Integrals | None:
@@ -97,9 +112,12 @@ def integrated(recording: Recording) -> Integrals | None:
             return None
         per_unit = STANDARD_GRAVITY / np.array(scales)
     time_s = np.append(recording.start.time_s, imu.time_s)
-    zero = np.zeros((1, 3))
-    angle = np.vstack([zero, np.cumsum(imu.gyro, axis=0)])
-    return Integrals(time_s, angle, np.vstack([zero, np.cumsum(imu.accelerometer * per_unit, axis=0)]))
+    kept = slice(None, None, max(1, int(STEP_S / max(float(np.median(np.diff(time_s))), 1e-9) + 1e-6)))
+
+    def summed(increments: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray(np.vstack([np.zeros((1, 3)), np.cumsum(increments, axis=0)])[kept].T)
+
+    return Integrals(time_s[kept], summed(imu.gyro), summed(imu.accelerometer * per_unit))
 
 
 def _velocity(recording: Recording) -> tuple[Fixes | None, str]:
@@ -128,10 +146,11 @@ def _together(recording: Recording, time_s: np.ndarray) -> bool:
     return common_s > 0.5 * (last_s - first_s)
 
 
-def _by_attitude(recording, integrals: Integrals, reference: Fixes, moving: Fixes | None, table: str) -> Finding | None:
-    use = np.isfinite(reference.attitude_rad).all(axis=1)
+def _by_attitude(recording, integrals: Integrals, reference: Fixes, moving: Fixes | None, table: str) -> list[Finding]:
+    use = np.flatnonzero(np.isfinite(reference.attitude_rad).all(axis=1))
+    use = use[:: max(1, int(ATTITUDE_STEP_S / float(np.median(np.diff(reference.time_s[use])))))]
     time_s = reference.time_s[use] - recording.belief.reference.time_offset_s
-    attitude = reference.attitude_rad[use]
+    attitude = np.unwrap(reference.attitude_rad[use], axis=0)
     first, last = _thinned(time_s, TURN_INTERVAL_S)
     rate = []
     for factor in ATTITUDES.values():
@@ -178,7 +197,7 @@ def _force_by_attitude(recording, integrals: Integrals, known, moving: Fixes, ta
     return order_scores(channel_scores(wanted, np.repeat(seen[None], 3, axis=0), FORCE_FACTORS, FORCE_FLOOR))
 
 
-def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table: str) -> Finding | None:
+def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table: str) -> list[Finding]:
     at_s, velocity_n, down = _velocities(recording, moving, table)
     first, last = _thinned(at_s, FORCE_INTERVAL_S)
     dt = at_s[last] - at_s[first]
@@ -268,7 +287,7 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float) -> np.n
     begin_s, rows = windows
     grid_s = begin_s[:, None] - MARGIN_S + STEP_S * np.arange(round((WINDOW_S + 2 * MARGIN_S) / STEP_S) + 1)
     angle, speed = (
-        np.stack([np.interp(grid_s, integrals.time_s, line) for line in values.T], axis=-1)
+        np.stack([np.interp(grid_s, integrals.time_s, line) for line in values], axis=-1)
         for values in (integrals.angle, integrals.velocity)
     )
     angle, speed = np.diff(angle, axis=1), np.diff(speed, axis=1)
@@ -360,7 +379,7 @@ def _class_of() -> tuple[np.ndarray, np.ndarray]:
 HANDED, RELATIVE = _class_of()
 
 
-def _decided(by_rate, by_force, relative, by: str, certain: bool) -> Finding | None:
+def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Finding]:
     """The best of all orders and units of both triads (and units of the attitude) against what was read.
 
     by_rate (a, 48 g, s), by_force (a, 48 p, t), relative (2, 48, 4) or None.
@@ -378,21 +397,29 @@ def _decided(by_rate, by_force, relative, by: str, certain: bool) -> Finding | N
     s_best, t_best = rates.argmax(axis=3), (by_force + force_unit).argmax(axis=2)
     total = rates.max(axis=3) + (by_force + force_unit).max(axis=2)[:, :, None]
     same = np.eye(48, dtype=bool)
-    total = total + np.where(same, -CHANGED[None, :], -CHANGED[None, :] - CHANGED[:, None] - 1.0)
+    mirrored = CHANGED[None, :] + LEFT_HANDED_PRIOR * HANDED[None, :]
+    total = total - np.where(same, mirrored, CHANGED[None, :] + CHANGED[:, None] + 1.0)
     total += UNIT_PRIOR * (np.arange(len(total)) > 0)[:, None, None]
-    a, p, g = np.unravel_index(np.argmax(total), total.shape)
-    as_read = float(rates[0, 0, 0, 0] + by_force[0, 0, 0])
-    log_odds = float(total[a, p, g]) - as_read
-    s, t = int(s_best[a, p, g]), int(t_best[a, p])
-    if log_odds < LIKELY or (a, p, g, s, t) == (0, 0, 0, 0, 0):
-        return None
+    best = np.unravel_index(np.argmax(total), total.shape)
+    log_odds = float(total[best] - rates[0, 0, 0, 0] - by_force[0, 0, 0])
+    units = s_best[best], t_best[best[:2]]
+    if log_odds < LIKELY or (*best, *units) == (0, 0, 0, 0, 0):
+        near = total[0] > total[0, 0, 0] - LIKELY
+        parts = [f"gyro {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=0)))]
+        parts += [f"accelerometer {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=1)))]
+        return undecided(f"The motion against {by}", parts)
     if not certain:  # how the vehicle points is not known: only the triads against each other are
         told = 0.0 if relative is None else float(relative.max() - relative[0, 0, 0])
         log_odds = min(log_odds, told if told > BEYOND_DOUBT else BEYOND_DOUBT - 1.0)
-    return _named(int(a), int(p), int(g), float(RATE_FACTORS[s]), float(FORCE_FACTORS[t]), log_odds, by)
+    near = sorted(
+        zip(*np.nonzero(total[best[0]] > total[best] - LIKELY), strict=True), key=lambda k: -total[best[0]][k]
+    )
+    near = [(int(p), int(g)) for p, g in near if p or g]
+    orders = list(dict.fromkeys([*near[:MOST_NAMED], *[(p, g) for p, g in near if p == g][:1]]))
+    return [_named(int(best[0]), orders, float(RATE_FACTORS[units[0]]), float(FORCE_FACTORS[units[1]]), log_odds, by)]
 
 
-def _named(a: int, p: int, g: int, rate: float, force: float, log_odds: float, by: str) -> Finding:
+def _named(a: int, orders: list[tuple[int, int]], rate: float, force: float, log_odds: float, by: str) -> Finding:
     """The first thing to correct of the alternative that holds; what is left shows when it is read again."""
     seen = f"gyros and accelerometers contradict {by}, expected the same motion; it looks as if "
     if a:
@@ -409,14 +436,15 @@ def _named(a: int, p: int, g: int, rate: float, force: float, log_odds: float, b
         return Finding("accelerometer.unit",
                        f"{seen}the accelerometers are in another unit, {force:.6g} of the one read", mend, log_odds,
                        factor=force)  # fmt: skip
+    words = " or ".join(_order_words(p, g) for p, g in orders)
+    matrix = MATRICES[orders[0][0]] if orders[0][0] == orders[0][1] else None
+    mend = f"correct order and signs of the columns ({words})"
+    return Finding("axes", f"{seen}{words}", mend, log_odds, matrix=matrix)
+
+
+def _order_words(p: int, g: int) -> str:
     if p == g:
-        matrix = MATRICES[p]
-        handed = "" if np.linalg.det(matrix) > 0.0 else ", a left-handed set as read"
-        mend = f"turn gyros and accelerometers by {equations(matrix)}, ours from those read"
-        return Finding("axes", f"{seen}the axes are {equations(matrix)}{handed}", mend, log_odds, matrix=matrix)
-    which, order = ("accelerometer", p) if p else ("gyro", g)
-    words = equations(MATRICES[order])
-    mend = f"correct order or sign of the {which} columns: {words}, ours from those read"
-    return Finding(
-        "axes", f"{seen}the {which}s are {words}, ours from those read", mend, log_odds
-    )  # no key for one triad
+        handed = "" if np.linalg.det(MATRICES[p]) > 0.0 else ", a left-handed set as read"
+        return f"the axes are {equations(MATRICES[p])}{handed}"
+    parts = [f"the {name} are {equations(MATRICES[k])}" for name, k in (("gyros", g), ("accelerometers", p)) if k]
+    return f"{' and '.join(parts)}, ours from those read"

@@ -18,8 +18,8 @@ from pymap3d import geodetic2enu
 from ins_eval.earth import gravity
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Imu, Recording, consistency
-from ins_eval.recording.consistency.alternatives import equations
-from ins_eval.recording.consistency.clocks import Offset, clock_offset
+from ins_eval.recording.consistency.alternatives import LIKELY, equations
+from ins_eval.recording.consistency.clocks import Offset, clock_change, clock_offset
 from ins_eval.recording.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, choose, frd_from
 from ins_eval.recording.readers.options import NAMES
 from ins_eval.units import DEG, STANDARD_GRAVITY
@@ -34,6 +34,7 @@ LARGEST_RATE_RADPS = 40.0  # that a hundredth of all samples may exceed: 2300 de
 SMALLEST_COSINE = 0.5  # between the specific force and up
 OVERLAP = 0.5
 CLOCK_WARNING_S = 0.005
+SMALLEST_CHANGE_S = 0.1  # of the offset, between the halves of a recording
 STAMP_NOTE = 0.05  # of the step, spread of the stamps worth a word
 MOVED_M = 50.0
 POSITION_FACTOR = 10.0
@@ -94,6 +95,7 @@ def _findings(recording: Recording, assumed: Mapping[str, str], keys: Collection
         notes += consistency.report(recording, motion, where, assumed, remedy)
         for table, fixes in (("gps", recording.gps), ("reference", recording.reference)):
             if fixes is not None and fixes.valid.any():
+                notes += consistency.report(recording, _steadiness(recording, table, fixes), where, assumed, remedy)
                 notes.append(_clock(recording, table, fixes, assumed, keys, where))
     if recording.gps is None and recording.reference is None:
         notes.append("Found one clock: there is no GPS and no reference.")
@@ -324,8 +326,27 @@ def _clock(recording: Recording, table: str, fixes: Fixes, assumed, keys: Collec
     return f"{words}, which agrees."
 
 
+def _steadiness(recording: Recording, table: str, fixes: Fixes) -> list[consistency.Finding]:
+    """A clock whose offset differs between the halves of the recording."""
+    imu = _in_mps(recording)
+    change = None if imu is None else clock_change(imu, recording.start.time_s, fixes)
+    if change is None or change.log_odds < LIKELY or abs(change.after_s - change.before_s) < SMALLEST_CHANGE_S:
+        return []
+    seen = (
+        f"{table}: the stamps minus the IMU's of the same instant are {change.before_s:+.3f} s in the first half and "
+        f"{change.after_s:+.3f} s in the second, +- {change.sigma_s:.3f} s between them, expected one offset; it looks "
+        "as if a clock drifts or jumps"
+    )
+    return [consistency.Finding(f"{table}.clock", seen, "bring both to one clock, or cut it there", change.log_odds)]
+
+
 def _offset(recording: Recording, fixes: Fixes) -> Offset | None:
-    """Pulses are turned to m/s by the believed scale, which is good enough for this."""
+    imu = _in_mps(recording)
+    return None if imu is None else clock_offset(imu, recording.start.time_s, fixes)
+
+
+def _in_mps(recording: Recording) -> Imu | None:
+    """Pulses are turned to m/s by the believed scale, which is good enough for this; None where there is none."""
     imu = recording.imu
     if imu.accelerometer_form == "pulse":
         believed = recording.belief.accelerometer
@@ -333,7 +354,7 @@ def _offset(recording: Recording, fixes: Fixes) -> Offset | None:
         if None in scales:
             return None
         imu = replace(imu, accelerometer=imu.accelerometer * (STANDARD_GRAVITY / np.array(scales)))
-    return clock_offset(imu, recording.start.time_s, fixes)
+    return imu
 
 
 def _temperature(imu: Imu) -> str:
