@@ -233,14 +233,15 @@ def belief_rows(recording: Recording) -> list[dict[str, str]]:
             continue
         of = getattr(belief, table)
         clauses = dict(clause.split(": ", 1) for clause in (of.source or "").split("; ") if ": " in clause)
+        own = {key: clauses[key] for key in keys[table] if key in clauses}
         for key in keys[table]:
             value = getattr(of, key)
-            if key not in of.model_fields_set and value is not None and key not in clauses:
+            if value is None:
+                source = "unknown, estimated where it is needed"
+            elif key not in of.model_fields_set and key not in own:
                 source = "not stated, taken as 0"
             else:
-                source = clauses.get(
-                    key, "unknown, estimated where it is needed" if value is None else of.source or STATED
-                )
+                source = own.get(key) or (STATED if own or not of.source else of.source)
             shown = "none" if value is None else _shown(value)
             rows.append({"key": f"[{table}] {key}", "value": shown, "source": source})
     return rows

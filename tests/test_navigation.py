@@ -71,6 +71,7 @@ def flight(trajectory: Trajectory) -> Recording:
             height_baro_m=trajectory.truth(increments.time_s).height_m,
         ),
         reference=fixes_of(trajectory),
+        belief=navigation_grade(),
     )
 
 
