@@ -1,4 +1,4 @@
-"""`python -m benchmark.runners.policy RECORDINGS [--rerun 6] [--workers 2] -o docs/policy.md`: what thresholds decide.
+"""`python -m benchmark.runners.policy RECORDINGS [--rerun 6] [--workers 2] -o FILE.md`: what thresholds decide.
 
 RECORDINGS holds a folder for each case, of a set that was used before. Each case is diagnosed with `Policy` as it is,
 then with each threshold halved and doubled, one at a time; counted are the cases whose verdict changes. A threshold of

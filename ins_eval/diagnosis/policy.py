@@ -1,7 +1,7 @@
 """Every threshold that decides a verdict, in one place.
 
 Nats are natural logarithms of odds: 3 nats are odds of 20 to 1, 4.6 of 100 to 1. `chosen_on` says on what a threshold
-was chosen; ``docs/policy.md`` says how verdicts move where it is halved or doubled.
+was chosen; `benchmark.runners.policy` writes how verdicts move where it is halved or doubled.
 """
 
 from __future__ import annotations

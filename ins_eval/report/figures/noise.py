@@ -37,10 +37,15 @@ def allan_deviation(
     figure, grid = sheet(8.4, title, note, rows=3, columns=2, sharex=True)
     panels = [grid[axis, sensor] for sensor in range(2) for axis in range(3)]
     for ax, channel in zip(panels, channels, strict=False):
+        if not channel["deviation"].max() > 0.0:  # an ideal sensor has nothing to show on a logarithmic scale
+            ax.set(yticks=[], ylabel=f"{channel['name']}\n[{channel['unit']}]")
+            ax.text(0.5, 0.5, "no noise", transform=ax.transAxes, ha="center", color=QUIET)
+            continue
         ax.plot(channel["tau_s"], channel["deviation"], "o", color=SEEN, markersize=3.5, label="measured")
         if channel["fit"] is not None:
             ax.plot(channel["tau_s"], channel["fit"], color=FIT, linewidth=1.2, label="fit")
-        low, high = channel["deviation"].min() / 2.0, channel["deviation"].max() * 2.0
+        seen = channel["deviation"][channel["deviation"] > 0.0]
+        low, high = seen.min() / 2.0, seen.max() * 2.0
         for term, values in channel["terms"].items():
             text, colour, dash = TERMS[term]
             ax.plot(channel["tau_s"], values, dash, color=colour, linewidth=1.0, label=text)
