@@ -48,10 +48,11 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
     log, lost_bytes = _log(path)
     topics: Topics = {(data.name, data.multi_id): data.data for data in log.data_list}
     try:
-        readings, which = _readings(path, topics, assumed)
-        gps, gps_note = _gps(path, topics)
-        attitude = _attitude(topics)
-        solution = _solution(path, topics, attitude)
+        with np.errstate(all="ignore"):  # damaged values overflow, and are refused by their size
+            readings, which = _readings(path, topics, assumed)
+            gps, gps_note = _gps(path, topics)
+            attitude = _attitude(topics)
+            solution = _solution(path, topics, attitude)
     except KeyError as missing:
         raise DataRefused(
             f"{path}: a topic has no field {missing}, expected {EXPECTED}; log it with its fields"
