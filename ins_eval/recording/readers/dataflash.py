@@ -9,6 +9,7 @@ A file may hold several boots, time beginning anew in each; the longest is read,
 
 from __future__ import annotations
 
+import contextlib
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -101,32 +102,39 @@ def _boots(path: Path) -> list[Rows]:
     if not raw.startswith(MAGIC):
         raise DataRefused(f"{path}: is no DataFlash log, expected {EXPECTED}; check that this is the format named")
     boots: list[Rows] = [{}]
-    latest = -np.inf
+    failed = False
     with tempfile.TemporaryDirectory() as folder, autopilot.quiet():
         plain = Path(folder) / "log.bin"  # the library wants a file that is not packed
         plain.write_bytes(raw)
-        log = None
+        log = reader.DFReader_binary.__new__(reader.DFReader_binary)  # at hand to be closed where its making fails
         try:
-            log = reader.DFReader_binary(str(plain), zero_time_base=True)
-            while (message := log.recv_match(type=list(NUMBERED))) is not None:
-                name, instance = NUMBERED[message.get_type()]
-                row = tuple(float(getattr(message, field, np.nan)) for field in FIELDS[name])
-                if not np.isfinite(row[0]):
-                    continue
-                if row[0] < latest - BACK_US:
-                    boots.append({})
-                latest = row[0]
-                if name == "IMU":
-                    row = (*row, float(getattr(message, TEMPERATURE, np.nan)))
-                boots[-1].setdefault((name, int(getattr(message, "I", instance))), []).append(row)
+            log.__init__(str(plain), zero_time_base=True)
+            _collect(log, boots)
         except Exception:  # a damaged file makes the library fail in many ways
-            raise DataRefused(
-                f"{path}: cannot be read as a DataFlash log, expected {EXPECTED}; copy it again"
-            ) from None
-        finally:
-            if log is not None:
-                log.close()
+            failed = True
+        for part in (getattr(log, "data_map", None), getattr(log, "filehandle", None)):
+            if part is not None:
+                with contextlib.suppress(BufferError):  # a message still looks into the map
+                    part.close()
+    if failed:
+        raise DataRefused(f"{path}: cannot be read as a DataFlash log, expected {EXPECTED}; copy it again")
     return boots
+
+
+def _collect(log, boots: list[Rows]) -> None:
+    """Add the messages to the last of `boots`, to a new one where time goes back."""
+    latest = -np.inf
+    while (message := log.recv_match(type=list(NUMBERED))) is not None:
+        name, instance = NUMBERED[message.get_type()]
+        row = tuple(float(getattr(message, field, np.nan)) for field in FIELDS[name])
+        if not np.isfinite(row[0]):
+            continue
+        if row[0] < latest - BACK_US:
+            boots.append({})
+        latest = row[0]
+        if name == "IMU":
+            row = (*row, float(getattr(message, TEMPERATURE, np.nan)))
+        boots[-1].setdefault((name, int(getattr(message, "I", instance))), []).append(row)
 
 
 def _chosen(path: Path, boots: list[Rows], assumed: Mapping[str, str]) -> tuple[Rows, int]:

@@ -34,6 +34,8 @@ KEYS = autopilot.KEYS
 EXPECTED = "a PX4 log (.ulg) with sensor_combined or vehicle_imu"
 GPS = ("sensor_gps", "vehicle_gps_position")
 TOPICS = ("sensor_combined", "vehicle_imu", *GPS, "vehicle_attitude", "vehicle_local_position")
+HEADER_BYTES = 16
+MESSAGES = frozenset(b"BFIMPQARDLCSO")  # types of messages
 GOOD_FIX = 3  # fix_type: three-dimensional
 XYZ = ("[0]", "[1]", "[2]")
 LAYOUT = Layout("rad", "m/s", "FRD")
@@ -43,13 +45,14 @@ Topics = dict[tuple[str, int], dict[str, np.ndarray]]
 
 def read(path: Path, assumed: Mapping[str, str]) -> Recording:
     """The whole log as one flight."""
-    log = _log(path)
+    log, lost_bytes = _log(path)
     topics: Topics = {(data.name, data.multi_id): data.data for data in log.data_list}
     try:
-        readings, which = _readings(path, topics, assumed)
-        gps, gps_note = _gps(path, topics)
-        attitude = _attitude(topics)
-        solution = _solution(path, topics, attitude)
+        with np.errstate(all="ignore"):  # damaged values overflow, and are refused by their size
+            readings, which = _readings(path, topics, assumed)
+            gps, gps_note = _gps(path, topics)
+            attitude = _attitude(topics)
+            solution = _solution(path, topics, attitude)
     except KeyError as missing:
         raise DataRefused(
             f"{path}: a topic has no field {missing}, expected {EXPECTED}; log it with its fields"
@@ -70,7 +73,11 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
                 f"The file {path.name} is a PX4 log with {len(readings.time_s)} samples of {which}; stamps are seconds "
                 "since boot.",
                 f"Found {len(log.dropouts)} dropouts of the logger, {lost_s:.3g} s in all.",
-                *(["The file is damaged in places, which the library skipped."] if log.file_corruption else []),
+                *(
+                    [f"The file is damaged: the last {lost_bytes} bytes, behind the damage, were left out."]
+                    if lost_bytes
+                    else []
+                ),
                 gps_note,
                 *_own_notes(attitude, solution),
                 "The antenna's lever arm is not documented and taken as 0; sigmas of a MEMS unit and of a "
@@ -86,11 +93,27 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
 def _log(path: Path):
     pyulog = library("pyulog", f"{path}")
     raw = content(path, EXPECTED)
+    end = _sound_end(raw)
     try:
         with autopilot.quiet():
-            return pyulog.ULog(io.BytesIO(raw), message_name_filter_list=list(TOPICS), disable_str_exceptions=True)
+            log = pyulog.ULog(io.BytesIO(raw[:end]), message_name_filter_list=list(TOPICS), disable_str_exceptions=True)
+        return log, len(raw) - end
     except Exception:  # a damaged file makes the library fail in many ways
         raise DataRefused(f"{path}: cannot be read as a PX4 log, expected {EXPECTED}; copy the file again") from None
+
+
+def _sound_end(raw: bytes) -> int:
+    """Where the last whole message of a known type ends: beyond damage the library may search without end.
+
+    message   size of the content (2 bytes), type (1 byte), content
+    """
+    at = HEADER_BYTES
+    while at + 3 <= len(raw):
+        size, kind = int.from_bytes(raw[at : at + 2], "little"), raw[at + 2]
+        if kind not in MESSAGES or size == 0 or at + 3 + size > len(raw):
+            break
+        at += 3 + size
+    return at
 
 
 def _readings(path: Path, topics: Topics, assumed: Mapping[str, str]) -> tuple[Readings, str]:
