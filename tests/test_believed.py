@@ -178,7 +178,9 @@ def test_a_stated_sigma_gives_way_to_an_offset_that_was_measured() -> None:
     assert filled.belief.gyro.bias_sigma_deg_per_h < 50.0
     assert "in place of 1000 about 0 as stated" in filled.belief.gyro.source
     quiet = believed(parked(offset_radps=np.zeros(3), belief=Belief(gyro=GyroBelief(bias_sigma_deg_per_h=1000.0))))
-    assert quiet.belief.gyro.bias_sigma_deg_per_h == 1000.0 and not any(quiet.belief.gyro.bias_radps)
+    assert quiet.belief.gyro.bias_sigma_deg_per_h < 50.0 and not any(quiet.belief.gyro.bias_radps)
+    fine = believed(parked(offset_radps=np.zeros(3), belief=Belief(gyro=GyroBelief(bias_sigma_deg_per_h=0.01))))
+    assert fine.belief.gyro.bias_sigma_deg_per_h == 0.01  # the unknown part of Earth rate says nothing about it
 
 
 def test_gps_sigmas_come_from_the_fixes() -> None:
