@@ -48,25 +48,25 @@ def believed(recording: Recording) -> Recording:
     """
     sheet = None if recording.unit is None else datasheets.unit(recording.unit)
     belief = recording.belief
-    of_unit = {table: _unknown(getattr(belief, table)) for table in FILLED}
+    unknown = {table: _unknown(getattr(belief, table)) for table in FILLED}
     if recording.gps is None:
-        of_unit["gps"] = ()
-    if not any(of_unit.values()):
+        unknown["gps"] = ()
+    if not any(unknown.values()):
         return recording
-    grade = (
-        measure_grade(recording, recorded_velocity(recording)) if of_unit["gyro"] or of_unit["accelerometer"] else None
-    )
+    asked = unknown["gyro"] or "bias_sigma_ug" in unknown["accelerometer"]
+    grade = measure_grade(recording, recorded_velocity(recording)) if asked else None
     found = {
-        "gyro": _gyro(belief, sheet, grade) if of_unit["gyro"] else {},
-        "accelerometer": _accelerometer(belief, sheet, grade) if of_unit["accelerometer"] else {},
-        "gps": _gps(belief, recording.gps) if of_unit["gps"] else {},
+        "gyro": _gyro(belief, sheet, grade) if unknown["gyro"] else {},
+        "accelerometer": _accelerometer(belief, sheet, grade) if unknown["accelerometer"] else {},
+        "gps": _gps(belief, recording.gps) if unknown["gps"] else {},
     }
     notes = [] if grade is None else [grade.words]
     for table, filled in found.items():
         notes += [
             f"Believed, not stated: [{table}] {key} = {_shown(one.value)}, {one.source}." for key, one in filled.items()
         ]
-        belief = belief.model_copy(update={table: _with(getattr(belief, table), filled)})
+        if filled:
+            belief = belief.model_copy(update={table: _with(getattr(belief, table), filled)})
     notes += [note for note in recording.notes if note not in notes]
     return replace(recording, belief=belief, notes=tuple(notes))
 
@@ -102,22 +102,25 @@ def _gyro(belief: Belief, sheet: UnitSheet | None, grade: Grade) -> dict[str, Fi
     offset, sigma = grade.gyro_offset, grade.gyro_offset_sigma
     if gyro.angle_random_walk_deg_per_sqrt_h is None:
         filled["angle_random_walk_deg_per_sqrt_h"] = _white(ANGLE_RANDOM_WALK, "gyro", sheet, grade)
+    measured = offset is not None and bool((np.abs(offset) > VISIBLE_SIGMAS * sigma).any())
     if gyro.bias_radps is None:
         filled["bias_radps"] = Filled(ZERO, "taken as 0, since nothing at rest shows another")
-        if offset is not None and (np.abs(offset) > VISIBLE_SIGMAS * sigma).any():
+        if measured:
             value = tuple(float(f"{one:.6g}") for one in offset)
             filled["bias_radps"] = Filled(value, f"mean rate in {grade.rest_s:.0f} s at rest less Earth rate")
-            left = Filled(float(f"{sigma.max() / DEG_PER_H:.3g}"), "how far that offset wanders at rest")
-            stated = gyro.bias_sigma_deg_per_h
-            if stated is None or stated > left.value:
-                beside = "" if stated is None else f", in place of {stated:g} about 0 as stated"
-                return {**filled, "bias_sigma_deg_per_h": replace(left, source=left.source + beside)}
-    if gyro.bias_sigma_deg_per_h is None:
-        filled["bias_sigma_deg_per_h"] = _bias("gyro", sheet, grade)
-    return filled
+    stated = gyro.bias_sigma_deg_per_h
+    bias = _bias("gyro", sheet, grade) if stated is None else None
+    if offset is not None and (stated is None or gyro.bias_radps is None):
+        away = offset - np.asarray(filled["bias_radps"].value if gyro.bias_radps is None else gyro.bias_radps)
+        left = float(f"{np.hypot(away, sigma).max() / DEG_PER_H:.3g}")
+        of_sheet = bias is not None and sheet is not None and not measured
+        if left < (bias.value if bias else stated) and not of_sheet:
+            beside = "" if stated is None else f", in place of {stated:g} about 0 as stated"
+            bias = Filled(left, f"what {grade.rest_s:.0f} s at rest leave of an offset{beside}")
+    return filled if bias is None else {**filled, "bias_sigma_deg_per_h": bias}
 
 
-def _accelerometer(belief: Belief, sheet: UnitSheet | None, grade: Grade) -> dict[str, Filled]:
+def _accelerometer(belief: Belief, sheet: UnitSheet | None, grade: Grade | None) -> dict[str, Filled]:
     accelerometer, filled = belief.accelerometer, {}
     if accelerometer.bias_mps2 is None:
         filled["bias_mps2"] = Filled(ZERO, "taken as 0, since a rest shows one direction only")
@@ -173,7 +176,7 @@ def _sigma(own: np.ndarray | None, least: float, unit: str, spread: Callable[[Fi
     seen = spread(fixes)
     if seen > least:
         return Filled(float(f"{seen:.3g}"), "spread of the fixes about smooth motion")
-    words = f"that of a single-frequency receiver; the fixes spread by {seen:.2g} {unit} only, which hides slow errors"
+    words = f"that of a single-frequency receiver, since the spread of {seen:.2g} {unit} hides slow errors"
     return Filled(least, words)
 
 

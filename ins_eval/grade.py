@@ -18,6 +18,7 @@ from ins_eval.units import ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, UG
 
 BIAS = {"gyro": "bias_repeatability_deg_per_h", "accelerometer": "bias_repeatability_ug"}
 CHANNELS = ("gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z")
+OF_THE_PLACE = 0.5  # weight of noise that a sheet does not have
 VISIBLE_SIGMAS = 3.0  # of an offset at rest before it is believed
 AT_REST = ("oven", "static")
 SHORTEST_REST_S = 10.0
@@ -76,14 +77,14 @@ class Grade:
         return nearest_unit(self.white or self.bounds, self.offsets)
 
     @property
-    def offsets(self) -> dict[str, float]:
-        """Offsets that stand out of their sigma, by the table of a sheet: deg/h of the worst gyro, ug."""
+    def offsets(self) -> dict[str, tuple[float, float]]:
+        """Size of the offsets and one sigma, by the table of a sheet: deg/h, root mean square of the gyros, and ug."""
         found = {}
         if self.gyro_offset is not None:
-            seen = np.abs(self.gyro_offset)[np.abs(self.gyro_offset) > VISIBLE_SIGMAS * self.gyro_offset_sigma]
-            found |= {"gyro": float(seen.max()) / DEG_PER_H} if seen.size else {}
-        if self.force_offset is not None and abs(self.force_offset) > VISIBLE_SIGMAS * self.force_offset_sigma:
-            found["accelerometer"] = abs(self.force_offset) / UG
+            size, sigma = (np.sqrt(np.mean(of**2)) / DEG_PER_H for of in (self.gyro_offset, self.gyro_offset_sigma))
+            found["gyro"] = (float(size), float(sigma))
+        if self.force_offset is not None:
+            found["accelerometer"] = (abs(self.force_offset) / UG, self.force_offset_sigma / UG)
         return found
 
     @property
@@ -111,7 +112,10 @@ class Grade:
         each = ", ".join(f"{rest.duration_s:.0f} s" for rest in self.rests[:6]) + (
             ", ..." if len(self.rests) > 6 else ""
         )
-        return f"Grade: {self.grade}, by white noise of {noise} in {each} at rest (nearest sheet: {near})."
+        return (
+            f"Grade: {self.grade}, by offsets and white noise of {noise} in {each} at rest, the noise of the place "
+            f"included (nearest sheet: {near})."
+        )
 
     @cached_property
     def tree(self) -> dict[str, Any]:
@@ -219,11 +223,12 @@ def measure_grade(recording: Recording, velocity: np.ndarray | None) -> Grade:
     )
 
 
-def nearest_unit(white: Mapping[str, float], offsets: Mapping[str, float]) -> str | None:
-    """The unit nearest in white noise that may have such offsets: the least distance of logarithms.
+def nearest_unit(white: Mapping[str, float], offsets: Mapping[str, tuple[float, float]]) -> str | None:
+    """The unit nearest in white noise and offsets: the least distance of logarithms.
 
-    Of white noise the mean over what is seen; of an offset what it exceeds the repeatability of the sheet by, or that
-    of its grade where the sheet states none.
+    Noise above that of a sheet counts `OF_THE_PLACE`, since wind and engines add to it; below it counts in full. An
+    offset is held against the repeatability of the sheet, or that of its grade where the sheet states none; neither
+    counts below the sigma of the offset, where a better unit looks the same.
     """
     distances = {}
     for name, sheet in datasheets.units().items():
@@ -231,10 +236,14 @@ def nearest_unit(white: Mapping[str, float], offsets: Mapping[str, float]) -> st
             ANGLE_RANDOM_WALK: sheet.gyro.angle_random_walk_deg_per_sqrt_h,
             VELOCITY_RANDOM_WALK: sheet.accelerometer.velocity_random_walk_ug_per_sqrt_hz,
         }
-        both = [abs(np.log(white[key] / stated[key])) for key in white if stated[key] and white[key] > 0.0]
+        both = [np.log(white[key] / stated[key]) for key in white if stated[key] and white[key] > 0.0]
         if len(both) == len(white) and both:
-            beyond = [max(0.0, np.log(size / _repeatability(sheet, table))) for table, size in offsets.items()]
-            distances[name] = float(np.mean(both) + np.sum(beyond))
+            noise = np.mean([-one if one < 0.0 else OF_THE_PLACE * one for one in both])
+            away = [
+                abs(np.log(max(_repeatability(sheet, table), sigma) / max(size, sigma)))
+                for table, (size, sigma) in offsets.items()
+            ]
+            distances[name] = float(noise + np.sum(away))
     return min(distances, key=distances.get) if distances else None
 
 

@@ -116,17 +116,30 @@ def test_every_rest_counts_and_its_length_is_said() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arw", "vrw", "grade"), [(0.002, 8.0, "navigation"), (0.07, 60.0, "tactical"), (0.5, 300.0, "consumer MEMS")]
+    ("arw", "vrw", "offset_deg_per_h", "force_ug", "grade"),
+    [
+        (0.002, 8.0, 0.003, 25.0, "navigation"),
+        (0.07, 60.0, 1.0, 1000.0, "tactical"),
+        (0.5, 300.0, 10000.0, 40000.0, "consumer MEMS"),
+    ],
 )
-def test_the_grade_is_that_of_instruments_so_quiet(arw: float, vrw: float, grade: str) -> None:
-    recording = parked(120.0, offset_radps=np.zeros(3), arw=arw, vrw=vrw)
+def test_the_grade_is_that_of_instruments_so_good(arw, vrw, offset_deg_per_h, force_ug, grade) -> None:
+    offset = offset_deg_per_h * DEG_PER_H * np.array([1.0, -1.0, 1.0])
+    recording = parked(120.0, offset_radps=offset, arw=arw, vrw=vrw, force_ug=force_ug)
     assert measure_grade(recording, recording.imu.accelerometer).grade == grade
 
 
 def test_an_offset_rules_out_units_that_have_none() -> None:
     white = {"angle_random_walk_deg_per_sqrt_h": 0.15, "velocity_random_walk_ug_per_sqrt_hz": 102.0}
     assert nearest_unit(white, {}) == "stim300"
-    assert datasheets.unit(nearest_unit(white, {"gyro": 1400.0})).grade in ("consumer MEMS", "industrial MEMS")
+    assert datasheets.unit(nearest_unit(white, {"gyro": (1400.0, 20.0)})).grade in ("consumer MEMS", "industrial MEMS")
+
+
+def test_noise_of_the_place_makes_no_consumer_unit_of_one_without_offsets() -> None:
+    """As of laser gyros in a vehicle: wind and engine are seen, and offsets below the unknown part of Earth rate."""
+    white = {"angle_random_walk_deg_per_sqrt_h": 0.06, "velocity_random_walk_ug_per_sqrt_hz": 360.0}
+    offsets = {"gyro": (10.0, 12.0), "accelerometer": (100.0, 300.0)}
+    assert datasheets.unit(nearest_unit(white, offsets)).grade in ("tactical", "navigation")
 
 
 def test_a_recording_that_never_rests_bounds_the_noise_only() -> None:
@@ -178,7 +191,9 @@ def test_a_stated_sigma_gives_way_to_an_offset_that_was_measured() -> None:
     assert filled.belief.gyro.bias_sigma_deg_per_h < 50.0
     assert "in place of 1000 about 0 as stated" in filled.belief.gyro.source
     quiet = believed(parked(offset_radps=np.zeros(3), belief=Belief(gyro=GyroBelief(bias_sigma_deg_per_h=1000.0))))
-    assert quiet.belief.gyro.bias_sigma_deg_per_h == 1000.0 and not any(quiet.belief.gyro.bias_radps)
+    assert quiet.belief.gyro.bias_sigma_deg_per_h < 50.0 and not any(quiet.belief.gyro.bias_radps)
+    fine = believed(parked(offset_radps=np.zeros(3), belief=Belief(gyro=GyroBelief(bias_sigma_deg_per_h=0.01))))
+    assert fine.belief.gyro.bias_sigma_deg_per_h == 0.01  # the unknown part of Earth rate says nothing about it
 
 
 def test_gps_sigmas_come_from_the_fixes() -> None:

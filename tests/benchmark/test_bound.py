@@ -8,6 +8,7 @@ import pytest
 from benchmark.runners import bound
 from benchmark.scores.oracle import nominal
 from benchmark.worlds import cases
+from ins_eval.believed import believed
 from ins_eval.diagnosis.estimate.case import prepare
 from ins_eval.diagnosis.estimate.evidence import reduce
 from ins_eval.diagnosis.unnamed.locate import channels
@@ -23,7 +24,7 @@ SIZE = 0.02
 def test_what_has_no_name_is_drawn_again_as_it_acted(index, tmp_path):
     drawn = cases.draw("development", SEED, "limited", index, RATE_HZ)
     drawn.made[0].save(tmp_path / drawn.name)
-    case = prepare(form.read(tmp_path / drawn.name))
+    case = prepare(believed(form.read(tmp_path / drawn.name)))
     one = bound._nameless(drawn.truth, MANIFEST, case)
     (effect,) = drawn.truth["effects"]
     axis = effect["axis"].upper() if drawn.truth["channel"].startswith("gps") else effect["axis"]

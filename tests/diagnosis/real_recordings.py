@@ -38,7 +38,7 @@ def real(path: Path) -> Path:
 def laser(rotation: bool) -> Recording:
     """Parked laser gyros with an Earth that is believed to turn or not."""
     whole = psins_text.read(real(LASER), {})
-    return replace(whole, belief=whole.belief.model_copy(update={"earth": EarthBelief(rotation=rotation)}))
+    return replace(whole, belief=navigation_grade(earth=EarthBelief(rotation=rotation)))
 
 
 def shuffled_axes(recording: Recording, stretch_s: float, seed: int) -> Recording:

@@ -17,6 +17,7 @@ from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, Initialization
 from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on
+from ins_eval.recording.belief import ZERO
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
 
@@ -66,7 +67,7 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     finds_north = recording.belief.earth.rotation
     recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
     imu, belief = recording.imu, recording.belief
-    gyro = imu.gyro - np.asarray(belief.gyro.bias_radps) * interval_s
+    gyro = imu.gyro - np.asarray(belief.gyro.bias_radps or ZERO) * interval_s
     start, sigma_n = recording.start, None
     stand = beginning(recording, velocity, folder) if finds_north else standstill_to_align_on(recording)
     if isinstance(stand, Initialization):  # what it found of the biases stays in: it is what a diagnosis looks for
@@ -140,7 +141,7 @@ def corrected(
 def _velocity(recording: Recording, folder: str | Path, interval_s: np.ndarray) -> np.ndarray:
     believed = recording.belief.accelerometer
     if recording.imu.accelerometer_form != "pulse":
-        return recording.imu.accelerometer - np.asarray(believed.bias_mps2) * interval_s
+        return recording.imu.accelerometer - np.asarray(believed.bias_mps2 or ZERO) * interval_s
     if any(getattr(believed, axis) is None for axis in "xyz"):
         raise DataRefused(
             f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
