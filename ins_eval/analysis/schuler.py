@@ -43,7 +43,8 @@ class SchulerFit:
 
     `estimates` by name, each in the unit of `unit_of`; `alike` groups of names that make one curve: each of a group
     has the whole of it as its estimate. `inseparable` are groups whose curves differ but of which this span tells only
-    combinations; one of such a group may have no estimate. `time_s` (k,) and `curve` (k, 2) are the fitted velocity error north and east.
+    combinations; one of such a group may have no estimate. `curve` (k, 2) is the fitted velocity error north and east
+    at `time_s` (k,).
     """
 
     estimates: dict[str, Estimate]
