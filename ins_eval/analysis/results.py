@@ -115,7 +115,8 @@ def compare_results(folders: Sequence[Path]) -> RunComparison:
 
     Raises: UsageError for a folder without results, DataRefused where the runs have nothing in common.
     """
-    labels = [str(folder) for folder in folders]
+    names = [folder.name for folder in folders]
+    labels = names if len(set(names)) == len(names) and all(names) else [str(folder) for folder in folders]
     found = RunComparison(tuple(read_run(folder, label) for folder, label in zip(folders, labels, strict=True)))
     if not found.changes:
         raise DataRefused(

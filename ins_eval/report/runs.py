@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ins_eval.report.content import Section, paragraphs, table
+from ins_eval.report.several import called
 from ins_eval.report.style import label
 from ins_eval.report.vocabulary import measure_name
-from ins_eval.report.wording import MISSING, change, fixed, joined
+from ins_eval.report.wording import MISSING, change, fixed, joined, sentence
 
 DIGITS = {"velocity_rms": 3, "cep_rate": 3, "radial_error_rate": 3, "final_radial_error": 1}
 UNITS = {"velocity_rms": "m/s", "cep_rate": "nmi/h", "radial_error_rate": "nmi/h", "final_radial_error": "m"}
@@ -16,13 +17,14 @@ UNITS = {"velocity_rms": "m/s", "cep_rate": "nmi/h", "radial_error_rate": "nmi/h
 def runs_content(metrics: Mapping) -> tuple[str, list[Section]]:
     """The answer and the sections of runs that stand side by side."""
     runs, changes = metrics["runs"], metrics["changes"]
-    header = ["compensation", "measure", "unit", "recordings", runs[0]]
+    header = ["compensation", "measure", "unit", "pairs", runs[0]]
     for run in runs[1:]:
-        header += [run, f"change from {runs[0]}"]
+        header += [run, "change"]
     rows = [_row(one) for one in changes]
     note = (
-        "Over the recordings or instruments that all runs have: velocity RMS and radial error at the end as root mean "
-        "square, radial error rates as median. 95 % intervals of the change: bootstrap over the pairs."
+        f"Changes are from {runs[0]}. Over the pairs, the recordings or instruments that all runs have: velocity RMS "
+        "and radial error at the end as root mean square, radial error rates as median. 95 % intervals: bootstrap over "
+        "the pairs."
     )
     lost = metrics["lost"]
     words = f"Not in all runs, and left out: {joined(lost)}." if lost else ""
@@ -35,9 +37,10 @@ def _answer(runs: Sequence[str], changes: Sequence[Mapping]) -> str:
     lines = []
     for run, ratio in zip(runs[1:], one["ratios"], strict=True):
         lines.append(
-            f"{measure_name(one['measure'])[:1].upper()}{measure_name(one['measure'])[1:]} with compensation "
-            f"{label(one['compensation'])} changes by {_change(ratio)} from {runs[0]} to {run}, over "
-            f"{one['recordings']} recording{'s' if one['recordings'] > 1 else ''}."
+            sentence(
+                f"{measure_name(one['measure'])}, {called(one['compensation'])}, changes by {_change(ratio)} from "
+                f"{runs[0]} to {run}, over {one['recordings']} pair{'s' if one['recordings'] > 1 else ''}"
+            )
         )
     return "\n".join(lines)
 
