@@ -40,6 +40,7 @@ def _parser() -> argparse.ArgumentParser:
         _loop_report,
         _presets,
         _evaluate,
+        _results,
         _simulate,
         _calibrate,
         _import,
@@ -156,9 +157,14 @@ def _evaluate(verbs: argparse._SubParsersAction) -> None:
         type=Path,
         nargs="+",
         metavar="DIR",
-        help="recordings in the form ins-recording/1, or a PSINS .imu file",
+        help="recordings in the form ins-recording/1, or a PSINS .imu file; of several also one table and one page",
     )
-    parser.add_argument("--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME)")
+    parser.add_argument(
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="folder of the report (default: reports/NAME, of several reports/evaluation)",
+    )
     parser.add_argument(
         "--compensation",
         nargs="+",
@@ -174,6 +180,35 @@ def _evaluate(verbs: argparse._SubParsersAction) -> None:
         dest="restart_every_s",
         metavar="S",
         help="also navigate in pieces of S seconds, each from a fix: for instruments that drift away in minutes",
+    )
+    parser.add_argument("--quiet", action="store_true", help="no text on the terminal")
+
+
+def _results(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser(
+        "results", help="results of runs side by side, paired by recording; fails on a regression"
+    )
+    parser.add_argument(
+        "folders",
+        type=Path,
+        nargs="+",
+        metavar="DIR",
+        help="what evaluate or flight-report wrote; the first is held up to",
+    )
+    parser.add_argument(
+        "--fail-if",
+        action="append",
+        default=[],
+        metavar="KEY+P%",
+        help="exit with 1 where KEY is more than P %% above the first run; velocity_rms is its horizontal, cep_rate "
+        "and radial_error_rate their final; may be repeated",
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("reports/results"),
+        metavar="DIR",
+        help="folder of the report (default: %(default)s)",
     )
     parser.add_argument("--quiet", action="store_true", help="no text on the terminal")
 

@@ -27,6 +27,7 @@ from ins_eval.analysis.diagnose import belief_of, diagnose_folders
 from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.analysis.fly import FlightStudy
 from ins_eval.analysis.fly import fly as fly_instruments
+from ins_eval.analysis.results import compare_results
 from ins_eval.analysis.several import SeveralEvaluations, Summary
 from ins_eval.analysis.simulate import Simulated, simulate_recording
 from ins_eval.analysis.solution import evaluate_solution
@@ -53,6 +54,7 @@ from ins_eval.report.evaluation_figures import evaluation_figures
 from ins_eval.report.flight import flight_content
 from ins_eval.report.flight_figures import study_figures
 from ins_eval.report.results import write_results
+from ins_eval.report.runs import runs_content
 from ins_eval.report.several import several_content
 from ins_eval.report.solution_figures import solution_figures
 from ins_eval.tables import parse, read_toml
@@ -189,6 +191,20 @@ def evaluate_several(recordings: Sequence[Summary]) -> Result:
     """
     found = SeveralEvaluations(recordings)
     return Result(f"Evaluation of {len(recordings)} recordings", found, found.tree, *several_content(found.tree), dict)
+
+
+def results(folders: Sequence[PathLike]) -> Result:
+    """Results of runs side by side, each held against the first: see `analysis.results.compare_results`."""
+    if len(folders) < 2:
+        raise UsageError("results: one folder, expected two or more to hold against each other; name another")
+    found = compare_results([Path(folder) for folder in folders])
+    return Result(
+        f"Results: {' beside '.join(run.name for run in found.runs)}",
+        found,
+        found.tree,
+        *runs_content(found.tree),
+        dict,
+    )
 
 
 def compare(recording: Recording, use_found_offset: bool = False) -> Result:

@@ -43,8 +43,8 @@ class SchulerFit:
 
     `estimates` by name, each in the unit of `unit_of`; `alike` groups of names that make one curve: each of a group
     has the whole of it as its estimate. `inseparable` are groups whose curves differ but of which this span tells only
-    combinations; one of such a group may have no estimate. `time_s` (k,) and `curve` (k, 2) are the fitted velocity error
-    north and east.
+    combinations; one of such a group may have no estimate. `curve` (k, 2) is the fitted velocity error north and east
+    at `time_s` (k,).
     """
 
     estimates: dict[str, Estimate]
@@ -87,16 +87,13 @@ def responses(path: States, in_body: bool) -> dict[str, np.ndarray]:
     return {name: curve for name, curve in curves.items() if name != "accelerometer_down"}  # it moves the height only
 
 
-def fit_schuler(
-    time_s: np.ndarray, velocity_error: np.ndarray, path: States, in_body: bool, other: np.ndarray | None = None
-) -> SchulerFit | None:
+def fit_schuler(time_s: np.ndarray, velocity_error: np.ndarray, path: States, in_body: bool) -> SchulerFit | None:
     """Fit start and sensor errors to a velocity error.
 
     Parameters
     ----------
     time_s, velocity_error : (m,) and (m, 2), north and east in m/s; within the nodes of `path`
     in_body : see `responses`
-    other : (m, 2) a further curve that the velocity error may hold, as the acceleration does where clocks differ
 
     None where the span is too short or too sparse to fit.
     """
@@ -108,11 +105,10 @@ def fit_schuler(
     groups = _alike({name: at[name] / spread[name] for name in felt})
     first, made_of = _independent({group[0]: at[group[0]].ravel() / spread[group[0]] for group in groups})
     groups = [group for group in groups if group[0] in first]
-    columns = [at[name] for name in first] + ([] if other is None else [other])
     blocks = _blocks(time_s)
     block_s = _averaged(time_s, blocks)
     seen = _averaged(velocity_error, blocks)
-    design = np.stack([_averaged(column, blocks) for column in columns], axis=2)
+    design = np.stack([_averaged(at[name], blocks) for name in first], axis=2)
     found = regress([Series(block_s, design[:, axis], seen[:, axis]) for axis in range(2)])
     if found is None:
         return None
@@ -121,7 +117,7 @@ def fit_schuler(
     return SchulerFit(
         estimates=_estimates(found, groups, at),
         alike=tuple(group for group in groups if len(group) > 1),
-        inseparable=(*made_of, *_inseparable(found.covariance[: len(first), : len(first)], first)),
+        inseparable=(*made_of, *_inseparable(found.covariance, first)),
         span_s=float(time_s[-1] - time_s[0]),
         time_s=block_s,
         curve=curve,

@@ -79,17 +79,14 @@ def summary(name: str, found: RecordingEvaluation | SolutionEvaluation | InsEval
     """What is kept of a recording in the folder `name`, evaluated or refused."""
     if isinstance(found, InsEvalError):
         return Summary(({"name": name, "compensation": "", "refused": str(found)},))
-    return Summary(tuple(_rows(name, found)), _flights(found))
+    return Summary(tuple(rows_of(name, found.tree)), _flights(found))
 
 
-def _rows(name: str, one: RecordingEvaluation | SolutionEvaluation) -> list[dict[str, Any]]:
-    """One row a compensation, and one of the solution."""
-    tree = one.tree
-    arms = {arm: (values, one.first) for arm, values in tree.get("compensations", {}).items()}
+def rows_of(name: str, tree: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """One row a compensation, and one of the solution, of the tree of one recording."""
     rows = []
-    for arm, (values, evaluation) in arms.items():
-        errors, time_s = since_start(evaluation)
-        rows.append(_row(name, tree, arm, values, float(time_s[errors.valid][-1])))
+    for arm, values in tree.get("compensations", {}).items():
+        rows.append(_row(name, tree, arm, values, tree["reference"]["last_s"]))
     if (solution := tree.get(SOLUTION)) is not None:
         rows.append(_row(name, tree, SOLUTION, solution, solution["end_s"] - solution["start_s"]))
     return rows

@@ -187,7 +187,7 @@ def evaluate_solution(recording: Recording) -> SolutionEvaluation:
         clock_reason = "nothing moves at a standstill"
     elif "velocity" in errors:
         clock, clock_reason = _clock_offset(rows, stamp_s, arm, _only(fixes, "velocity"), offset_s)
-    schuler, schuler_reason = _schuler(recording, fixes, stamp_s, errors.get("velocity"), clock)
+    schuler, schuler_reason = _schuler(recording, fixes, stamp_s, errors.get("velocity"), clock, offset_s)
     return SolutionEvaluation(
         recording, kind, errors.get("velocity"), errors.get("position"), clock, clock_reason, schuler, schuler_reason,
         notes,
@@ -312,7 +312,12 @@ def _clock_offset(rows: Fixes, stamp_s, lever_arm_m, fixes: Fixes, believed_s: f
 
 
 def _schuler(
-    recording: Recording, fixes: Fixes, stamp_s: np.ndarray, errors: Errors | None, clock: Fit | None
+    recording: Recording,
+    fixes: Fixes,
+    stamp_s: np.ndarray,
+    errors: Errors | None,
+    clock: Fit | None,
+    believed_s: float,
 ) -> tuple[SchulerFit | None, str]:
     rows, other_s = recording.solution, fixes.time_s
     if errors is None:
@@ -346,11 +351,12 @@ def _schuler(
         axes = turning(np.clip(nodes_s, turning.times[0], turning.times[-1])).as_matrix()
     latitude, height = (np.interp(nodes_s, place[0], np.nan_to_num(x)) for x in place[1:])
     path = States(nodes_s, latitude, np.zeros_like(latitude), height, velocity, np.zeros_like(velocity), axes)
-    acceleration = None
-    if clock is not None:
+    error = errors.velocity_n[valid, :2]
+    if clock is not None:  # what the offset of the clocks makes is neither the start's nor a sensor's
         course = CubicSpline(stamp_s[moving], rows.velocity_n[moving, :2])
         acceleration = course(np.clip(time_s, stamp_s[moving][0], stamp_s[moving][-1]), 1)
-    found = fit_schuler(time_s, errors.velocity_n[valid, :2], path, in_body, acceleration)
+        error = error - (clock.coefficients[0] - believed_s) * acceleration
+    found = fit_schuler(time_s, error, path, in_body)
     return found, "" if found is not None else "the span is too short for so many unknowns"
 
 

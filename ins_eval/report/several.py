@@ -40,7 +40,7 @@ def _answer(metrics: Mapping) -> str:
         lines = [f"{done} of {len(names)} recordings were evaluated, {len(refused)} refused: the table says why."]
     for arm, numbers in _arms(metrics["ensemble"]).items():
         if rate := pick(numbers, "cep_rate_nmi_per_h", "final"):
-            lines.append(f"CEP rate (final) of {numbers['size']} flights, {_called(arm)}: {with_interval(rate)} nmi/h.")
+            lines.append(f"CEP rate (final) of {numbers['size']} flights, {called(arm)}: {with_interval(rate)} nmi/h.")
     return "\n".join(lines)
 
 
@@ -48,7 +48,8 @@ def _arms(ensemble: Mapping) -> dict[str, Mapping]:
     return {arm: numbers for arm, numbers in ensemble.items() if isinstance(numbers, Mapping)}
 
 
-def _called(arm: str) -> str:
+def called(arm: str) -> str:
+    """A compensation, or the solution beside them, as a reader sees it."""
     return "solution of the INS" if arm == "solution" else f"compensation {label(arm)}"
 
 
@@ -79,7 +80,7 @@ def _ensemble(ensemble: Mapping) -> list:
     """CEP under each definition and velocity RMS, a column a compensation."""
     arms = _arms(ensemble)
     full = {arm: numbers for arm, numbers in arms.items() if "cep_rate_nmi_per_h" in numbers}
-    few = [f"{_called(arm)}: {numbers['size']}" for arm, numbers in arms.items() if arm not in full]
+    few = [f"{called(arm)}: {numbers['size']}" for arm, numbers in arms.items() if arm not in full]
     words = []
     if short := ensemble["too_short"]:
         words.append(f"{short} lasted less than half a Schuler period or had no positions: no CEP follows from them.")
@@ -87,7 +88,7 @@ def _ensemble(ensemble: Mapping) -> list:
         words.append(
             f"A CEP needs at least {ensemble['fewest']} flights of half a Schuler period or longer; {joined(few)}."
         )
-    header = ("definition", *(f"{_called(arm)}, {numbers['size']} flights" for arm, numbers in full.items()))
+    header = ("definition", *(f"{called(arm)}, {numbers['size']} flights" for arm, numbers in full.items()))
     cep = [
         (definition_name(key), *(with_interval(numbers["cep_rate_nmi_per_h"][key]) for numbers in full.values()))
         for key in DEFINITIONS

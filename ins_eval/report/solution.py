@@ -128,8 +128,9 @@ def _schuler(solution: Mapping) -> list[Block]:
             ("error", "value", "unit", "differs from 0"),
             rows,
             f"Least squares over {fit['span_s']:.0f} s, {fixed(share, 0)} % of a Schuler period; "
-            f"{fixed(100.0 * fit['explained'], 0)} % of the mean square is explained. Values hold if nothing but "
-            "constant errors acts. Axes x, y, z are forward, right, down.",
+            f"{fixed(100.0 * fit['explained'], 0)} % of the mean square is explained. What the offset of the clocks "
+            "makes is taken out first. Values hold if nothing but constant errors acts. Axes x, y, z are forward, "
+            "right, down.",
             align="lrll",
         ),
         *paragraphs(

@@ -1,0 +1,23 @@
+"""``ins-eval results``: results of runs side by side, and whether one is worse than is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ins_eval.analysis.results import regression
+from ins_eval.errors import GateNotMet
+from ins_eval.interface import results
+
+
+def run(folders: Sequence[Path], output: Path, fail_if: Sequence[str] = (), quiet: bool = False) -> int:
+    """Hold each later run against the first, write the page into `output` and print its text.
+
+    Raises: GateNotMet where one of the limits `fail_if` (``KEY+P%``) is passed.
+    """
+    found = results(folders)
+    worse = [words for limit in fail_if if (words := regression(found.found, limit))]
+    found.write(output, quiet)
+    if worse:
+        raise GateNotMet(f"results: {worse[0]}")
+    return 0
