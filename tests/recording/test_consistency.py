@@ -23,7 +23,7 @@ from ins_eval.recording.consistency.alternatives import (
 )
 from ins_eval.recording.consistency.limits import LIMITS, check_limits, check_outliers
 from ins_eval.recording.consistency.track import check_baro, check_stamps, check_track
-from ins_eval.recording.consistency.triads import HANDED, RELATIVE
+from ins_eval.recording.consistency.windows import HANDED, RELATIVE
 from tests.recording import corpus
 
 RADIUS_M, LATITUDE, LONGITUDE = 6.37e6, 0.7, 0.3

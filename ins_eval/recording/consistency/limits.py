@@ -120,7 +120,8 @@ def _single(quantity, values, time_s, named, extra: float = 0.0, rows=None) -> I
     others = around[~own].reshape(n, 4)
     expected = np.median(values[others], axis=1)
     sides = values[others].reshape(n, 2, 2).mean(axis=2)
-    away = np.abs(values[:, None] - sides).min(axis=1)  # a step is far from one side only
+    # a ramp is near the median of both sides, a step near one of them
+    away = np.minimum(np.abs(values - expected), np.abs(values[:, None] - sides).min(axis=1))
     whole = time_s[around[:, -1]] - time_s[around[:, 0]] <= 6.0 * float(np.median(np.diff(time_s)))
     spread = 1.4826 * float(np.median(away))
     for share, log_odds in ((1.0, np.inf), (DOUBTFUL, WARNED)):
