@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
+from ins_eval.analysis.simulate import simulate_recording
 from ins_eval.errors import DataRefused, UsageError
+from ins_eval.recording import consistency
 from ins_eval.recording.readers import doctor, find, read
 from ins_eval.recording.validation import validate
 from tests.recording import corpus
@@ -121,3 +123,10 @@ def test_the_whole_corpus(tmp_path):
     counts = counted(files, tmp_path)
     assert counts[RIGHT] + counts[UNDECIDED] >= LEAST_RIGHT * len(files)
     assert counts[SILENT] <= MOST_SILENT * len(files)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("profile", ["climb-cruise-landing", "box", "straight", "wing-rock"])
+def test_a_simulated_flight_contradicts_nothing(profile):
+    recording = simulate_recording(profile, rate_hz=20.0).recording
+    assert not [found.seen for found in consistency.findings(recording) if found.decided]

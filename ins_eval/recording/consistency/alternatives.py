@@ -22,6 +22,7 @@ LIKELY = float(np.log(20.0))  # warned of
 NU = 4.0
 EXPLAINED = 0.85  # a channel is used only where the best residual is below this share of what it should show
 SIZE_FACTOR = 1.35  # between what is read and what should be shown; the units tried differ by more
+SMALLEST = 1e-12  # of anything that a channel shows, m or rad/s: below it there is nothing
 FEWEST = 8  # residuals of a channel that are worth judging
 AXIS_PRIOR, UNIT_PRIOR = -1.0, -2.0  # log prior of each axis and of each unit that is not as read
 LARGEST_CORRELATION = 0.98
@@ -77,7 +78,7 @@ def channel_scores(expected: np.ndarray, observed: np.ndarray, factors: np.ndarr
         columns = observed[:, rows].transpose(0, 2, 1)[:, :, None, None, :]
         residual = wanted - signed[None, None, :, :, None] * columns  # (a, 3, 2, s, n)
         # relative to what the channel should show, so that no alternative wins by making everything small
-        shown = np.maximum(_core_size(wanted)[..., None], 1e-300)  # (a, 1, 1, 1, 1)
+        shown = np.maximum(_core_size(wanted)[..., None], SMALLEST)  # (a, 1, 1, 1, 1)
         residual = residual / shown
         size = _core_size(residual)
         size = np.where(shown[..., 0] < floor[i], np.inf, size)  # too little to be told from noise

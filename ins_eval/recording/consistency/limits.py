@@ -110,7 +110,7 @@ def _of_fixes(fixes: Fixes, table: str) -> Iterator[Finding]:
 
 
 def _single(quantity, values, time_s, named, extra: float = 0.0, rows=None) -> Iterator[Finding]:
-    """Values far from the median of the two before and the two after them; `named`: table, column, scale and unit."""
+    """Values far from the two before and from the two after them; `named`: table, column, scale and unit."""
     n = len(values)
     jump = JUMPS[quantity] + extra
     if n < 6 or 2.0 * np.abs(np.diff(values)).max() < DOUBTFUL * jump:  # no value is that far from its neighbours
@@ -119,7 +119,9 @@ def _single(quantity, values, time_s, named, extra: float = 0.0, rows=None) -> I
     own = around == np.arange(n)[:, None]
     others = around[~own].reshape(n, 4)
     expected = np.median(values[others], axis=1)
-    away = np.abs(values - expected)
+    sides = values[others].reshape(n, 2, 2).mean(axis=2)
+    # a ramp is near the median of both sides, a step near one of them
+    away = np.minimum(np.abs(values - expected), np.abs(values[:, None] - sides).min(axis=1))
     whole = time_s[around[:, -1]] - time_s[around[:, 0]] <= 6.0 * float(np.median(np.diff(time_s)))
     spread = 1.4826 * float(np.median(away))
     for share, log_odds in ((1.0, np.inf), (DOUBTFUL, WARNED)):

@@ -49,8 +49,6 @@ def places(fixes: Fixes) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         "latitude and longitude exchanged": (longitude, latitude),
         "radians read as degrees": (latitude / DEG, longitude / DEG),
         "degrees read as radians": (latitude * DEG, longitude * DEG),
-        "the sign of the latitude": (-latitude, longitude),
-        "the sign of the longitude": (latitude, -longitude),
     }
     possible = {"as read": ways["as read"]}
     for words, (lat, lon) in ways.items():
@@ -120,8 +118,6 @@ def _finding(pair, matrix, unit: str, log_odds: float, table: str, way: list[lis
     if place == "latitude and longitude exchanged":
         return Finding(f"{table}.position", seen + f"{place.replace('exchanged', 'are exchanged')}",
                        "exchange these two columns", log_odds)  # fmt: skip
-    if place != "as read":
-        return Finding(f"{table}.position", f"{seen}{place} is wrong", "change that sign", log_odds)
     if turned == "course":
         return Finding("course.unit", f"{seen}the course is in radians and was read as degrees",
                        "convert the course to degrees, or state its unit", log_odds, value="rad")  # fmt: skip
@@ -131,8 +127,9 @@ def _finding(pair, matrix, unit: str, log_odds: float, table: str, way: list[lis
         mend = f"multiply the velocities by {factor:.5g}, or state their unit"
         return Finding("velocity.unit", seen + words, mend, log_odds, unit if "read" not in unit else "m/s", factor)
     words = f"velocity north, east, down is {_signed(matrix)} of those read"
-    return Finding("velocity.axes", f"{seen}{words}", "correct the order and signs of the velocity columns", log_odds,
-                   matrix=matrix)  # fmt: skip
+    mend = "correct order and signs of the velocity columns"
+    mend += "" if np.trace(matrix[:2, :2]) == 2.0 else ", or of latitude and longitude"
+    return Finding("velocity.axes", f"{seen}{words}", mend, log_odds, matrix=matrix)
 
 
 def _three(values: list[float]) -> str:

@@ -1,9 +1,10 @@
 """What a recording shows of itself, held against what its reader took it for.
 
 Of every reader's result alike: sample rate and its spread, size and direction of the specific force in the quietest
-second, gyro rates there, clocks, overlap of the streams, temperature. What is found is written into the notes; what
-cannot be right is refused in one sentence with the ``--assume`` that insists on it. Nothing is converted here: a
-reader took a value for g because a mapping, a format or the user said so.
+second, gyro rates there, clocks, overlap of the streams, temperature; and the list of `consistency`, which tries other
+orders, signs and units. What is found is written into the notes; what cannot be right is refused in one sentence with
+the ``--assume`` that mends it, where one does, and the one that insists. Nothing is converted here: a reader took a
+value for g because a mapping, a format or the user said so.
 """
 
 from __future__ import annotations

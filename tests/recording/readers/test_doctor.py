@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused, UsageError
-from ins_eval.recording import Fixes, Imu, Recording, Start
+from ins_eval.recording import Fixes, Imu, Recording, Start, consistency
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, GpsBelief, ScaleBelief
+from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
+from ins_eval.recording.readers import read
 from ins_eval.recording.readers.doctor import KEYS, examine
 from ins_eval.recording.readers.layout import Layout
 
@@ -192,3 +194,36 @@ def test_gyros_against_the_attitude_of_a_reference(flight, weaving, factor, said
 def test_what_was_found_is_not_said_twice(flight):
     once = examine(flight, {}, ALL_KEYS)
     assert examine(once, {}, ALL_KEYS).notes == once.notes
+
+
+REAL = {
+    "apm-mat": "plane_flight_gps_latency/TestLog2.mat",
+    "apm-text": "quad_flight_gps_latency/quad106.zip",
+    "psins-mat": "fog_mems_vehicle/transfer_align_fog_mems.mat",
+    "psins-text": "rlg_static_vehicle/lasergyro.imu",
+}
+
+
+@pytest.mark.parametrize("name", REAL)
+@pytest.mark.parametrize("attitude", [True, False])
+def test_nothing_contradicts_itself_in_a_real_recording(real, name, attitude):
+    recording = read(name, real(REAL[name]), {})
+    if not attitude and recording.reference is not None:
+        recording = replace(recording, reference=replace(recording.reference, attitude_rad=None))
+    assert not [found.seen for found in consistency.findings(recording) if found.decided]
+
+
+@pytest.mark.parametrize(
+    ("name", "columns", "said"),
+    [
+        ("apm-mat", [1, 0, 2], "left-handed"),
+        ("apm-text", [1, 0, 2], "left-handed"),
+        ("psins-mat", [1, 0, 2], "left-handed"),
+    ],
+)
+def test_two_exchanged_axes_of_a_real_recording_are_named(real, name, columns, said):
+    recording = read(name, real(REAL[name]), {})
+    imu = recording.imu
+    spoilt = with_imu(recording, gyro=imu.gyro[:, columns], accelerometer=imu.accelerometer[:, columns])
+    (found,) = [one for one in consistency.findings(spoilt) if one.decided]
+    assert "x=y,y=x,z=z" in found.seen and said in found.seen and found.log_odds > BEYOND_DOUBT
