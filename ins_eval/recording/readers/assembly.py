@@ -140,7 +140,8 @@ def _from_fix(
     if not np.isfinite(velocity_n).all():
         velocity_n = np.where(np.isfinite(velocity_n), velocity_n, _differenced(fixes, rows, k))
         notes.append(
-            f"The velocity of the start comes from differences of position, because {NAMES.get(name, name)} has none there."
+            "The velocity of the start comes from differences of position, because "
+            f"{NAMES.get(name, name)} has none there."
         )
     attitude = None
     for table in (tables.reference, tables.solution):
