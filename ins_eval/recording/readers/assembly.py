@@ -11,9 +11,9 @@ from ins_eval.earth import radii
 from ins_eval.errors import UsageError
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.belief import Belief
-from ins_eval.recording.readers.layout import Layout
+from ins_eval.recording.readers.layout import Layout, choose
 from ins_eval.recording.readers.mapping import GivenStart
-from ins_eval.recording.readers.options import believed_time_offset, number
+from ins_eval.recording.readers.options import NAMES, believed_time_offset, number
 from ins_eval.recording.readers.sampling import Readings, sampled
 from ins_eval.units import DEG
 
@@ -44,6 +44,7 @@ def recording(tables: Tables, where: str, assumed: Mapping[str, str], source: st
 
     Raises `UsageError` where nothing says where it begins, and what `sampled` raises.
     """
+    choose("kind", tables.kind, KINDS)
     layout = tables.layout.overridden(assumed)
     samples = sampled(tables.readings, layout, where)
     belief, offset_notes = _believed(tables, assumed, source)
@@ -135,10 +136,13 @@ def _from_fix(
     notes, height_m, velocity_n = [], float(fixes.height_m[k]), fixes.velocity_n[k]
     if not np.isfinite(height_m):
         height_m = 0.0
-        notes.append(f"The height of the start is taken as 0 m, because {name} has none there.")
+        notes.append(f"The height of the start is taken as 0 m, because {NAMES.get(name, name)} has none there.")
     if not np.isfinite(velocity_n).all():
         velocity_n = np.where(np.isfinite(velocity_n), velocity_n, _differenced(fixes, rows, k))
-        notes.append(f"The velocity of the start comes from differences of position, because {name} has none there.")
+        notes.append(
+            "The velocity of the start comes from differences of position, because "
+            f"{NAMES.get(name, name)} has none there."
+        )
     attitude = None
     for table in (tables.reference, tables.solution):
         if attitude is None and table is not None and table.attitude_rad is not None:

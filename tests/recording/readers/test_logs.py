@@ -65,6 +65,8 @@ def test_another_imu_of_px4(tmp_path, motion):
     raw = writers.ulog(motion)
     recording = imported(tmp_path, "ulog", "log.ulg", raw, imu__instance="1")
     np.testing.assert_allclose(recording.imu.gyro, 1.01 * STEP_S * motion.rate_b, rtol=SINGLE, atol=1e-9)
+    with pytest.raises(UsageError, match="kind: 'fly' is not known"):
+        imported(tmp_path, "ulog", "log.ulg", raw, kind="fly")
     with pytest.raises(UsageError, match="has the IMUs 1; choose one"):
         imported(tmp_path, "ulog", "log.ulg", raw, imu__instance="2")
 
