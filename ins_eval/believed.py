@@ -46,6 +46,8 @@ def believed(recording: Recording) -> Recording:
     What was filled in leads the notes and stands in ``source`` of its table. A belief without unknown keys comes back
     as it is. Raises: UsageError for a unit that has no sheet.
     """
+    if recording.imu is None:
+        return recording
     sheet = None if recording.unit is None else datasheets.unit(recording.unit)
     belief = recording.belief
     unknown = {table: _unknown(getattr(belief, table)) for table in FILLED}

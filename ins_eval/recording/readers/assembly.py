@@ -28,8 +28,8 @@ class Tables:
 
     name: str
     kind: str
-    readings: Readings
-    layout: Layout
+    readings: Readings | None  # None: only what an INS put out itself
+    layout: Layout | None
     gps: Fixes | None = None
     reference: Fixes | None = None
     solution: Fixes | None = None
@@ -45,22 +45,24 @@ def recording(tables: Tables, where: str, assumed: Mapping[str, str], source: st
     Raises `UsageError` where nothing says where it begins, and what `sampled` raises.
     """
     choose("kind", tables.kind, KINDS)
-    layout = tables.layout.overridden(assumed)
-    samples = sampled(tables.readings, layout, where)
+    imu, start_s, notes = None, float(tables.solution.time_s[0]) if tables.readings is None else 0.0, ()
+    if tables.readings is not None:
+        layout = tables.layout.overridden(assumed)
+        samples = sampled(tables.readings, layout, where)
+        imu, start_s, notes = samples.imu, samples.start_s, (*layout.notes(assumed, source), *samples.notes)
     belief, offset_notes = _believed(tables, assumed, source)
-    start, start_notes = _start(tables, belief, samples.start_s, where, assumed)
+    start, start_notes = _start(tables, belief, start_s, where, assumed)
     return Recording(
         name=tables.name,
         kind=tables.kind,
         start=start,
-        imu=samples.imu,
+        imu=imu,
         gps=tables.gps,
         reference=tables.reference,
         belief=belief,
         notes=(
             *tables.notes,
-            *layout.notes(assumed, source),
-            *samples.notes,
+            *notes,
             *offset_notes,
             *start_notes,
         ),

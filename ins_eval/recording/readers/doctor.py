@@ -64,7 +64,7 @@ def examine(recording: Recording, assumed: Mapping[str, str], keys: Collection[s
 
     Raises `DataRefused` for a finding that cannot be right and that `assumed` does not insist on.
     """
-    if len(recording.imu.time_s) < FEWEST_SAMPLES:
+    if recording.imu is None or len(recording.imu.time_s) < FEWEST_SAMPLES:
         return recording  # nothing to be found; validation refuses it
     if "overlap" in assumed:
         choose("overlap", assumed["overlap"], ("short",))

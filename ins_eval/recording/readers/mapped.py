@@ -40,17 +40,21 @@ def read(path: Path, assumed: Mapping[str, str], opened: Opened) -> Recording:
 def of_mapping(path: Path, file: Path, mapping: MappingFile, assumed: Mapping[str, str], opened: Opened) -> Recording:
     """As `read`, with the mapping that `file` holds."""
     source = opened(path, mapping.header)
-    unit = assumed.get("time.unit", mapping.time.unit)
-    time_s = stamps(source, mapping.time, f"{file}, time", unit)
+    described_time = mapping.time or mapping.solution.time
+    unit = assumed.get("time.unit", described_time.unit)
+    beside = source
+    if described_time.file is not None:
+        beside = opened(file.parent / described_time.file, isinstance(described_time.column, str))
+    time_s = stamps(beside, described_time, f"{file}, time", unit)
     origin_s, origin_note = _origin(time_s)
-    readings = _readings(source, mapping, file, time_s - origin_s)
+    readings = None if mapping.gyro is None else _readings(source, mapping, file, time_s - origin_s)
     others, other_notes = {}, []
     for name in OTHERS:
         described = getattr(mapping, name)
         if described is not None:
             others[name] = _others(path, source, described, (file, name), origin_s, assumed, opened)
     if mapping.gps is None and "gps.file" in assumed:
-        span_s = receivers.span(readings.time_s)
+        span_s = receivers.span(time_s - origin_s)
         others["gps"], found = receivers.read(Path(assumed["gps.file"]), span_s, origin_s)
         other_notes += found
     return assembly.recording(
@@ -58,13 +62,13 @@ def of_mapping(path: Path, file: Path, mapping: MappingFile, assumed: Mapping[st
             name=mapping.name or path.stem,
             kind=mapping.kind,
             readings=readings,
-            layout=Layout(mapping.gyro.unit, mapping.accelerometer.unit, mapping.axes),
+            layout=None if readings is None else Layout(mapping.gyro.unit, mapping.accelerometer.unit, mapping.axes),
             start=mapping.start,
             belief=mapping.belief,
             notes=(
                 f"The file {path.name} is a table of {len(time_s)} rows, read as {file.name} tells.",
                 *source.notes,
-                f"The column '{mapping.time.column}' is taken as time in {unit}, because "
+                f"The column '{described_time.column}' is taken as time in {unit}, because "
                 f"{'you assume so' if 'time.unit' in assumed else 'the mapping says so'}.",
                 *_week_note(mapping),
                 *origin_note,
@@ -91,12 +95,6 @@ def _mapping(path: Path, assumed: Mapping[str, str], opened: Opened) -> tuple[Pa
     described = read_toml(file)
     if "kind" in assumed:
         described["kind"] = assumed["kind"]
-    held = [name for name in OTHERS if name in described]
-    if held and "gyro" not in described and "accelerometer" not in described:
-        raise UsageError(
-            f"{file}: holds no imu columns, only {' and '.join(held)}; name the gyro and accelerometer columns, a "
-            "recording needs them"
-        )
     return file, parse(MappingFile, described, str(file))
 
 
@@ -141,7 +139,7 @@ def _others(
 
 
 def _week_note(mapping: MappingFile) -> list[str]:
-    weeks = [one.time for one in (mapping, *_described(mapping)) if one.time.week is not None]
+    weeks = [one.time for one in (mapping, *_described(mapping)) if one.time and one.time.week is not None]
     return [
         f"Second and week of GPS are taken to UTC with {leap_s:g} leap seconds; leap_s beside week states another."
         for leap_s in sorted({time.leap_s for time in weeks})

@@ -17,9 +17,11 @@ from ins_eval.tables import Strict
 class TimeColumn(Strict):
     """Stamps; with `week` the column counts from the beginning of that GPS week, and `leap_s` takes it to UTC.
 
-    Unit ``date`` is text such as 2024-05-01T10:20:30.5, in UTC unless it says otherwise.
+    Unit ``date`` is text such as 2024-05-01T10:20:30.5, in UTC unless it says otherwise. Where a logger keeps its
+    stamps apart, `file` beside the mapping holds one in each row; a column of a number means that it has no names.
     """
 
+    file: str | None = None
     column: Column
     unit: Literal["s", "ms", "us", "ns", "date"]
     week: Column | None = None
@@ -147,9 +149,9 @@ class MappingFile(Strict):
     axes: str
     name: str | None = None
     header: bool = True  # false: columns are numbered from 1
-    time: TimeColumn
-    gyro: Triad
-    accelerometer: Triad
+    time: TimeColumn | None = None  # of the samples
+    gyro: Triad | None = None
+    accelerometer: Triad | None = None
     temperature: One | None = None  # degC
     height_baro: One | None = None  # m
     speed: Speed | None = None  # kept as the further column speed_mps
@@ -159,3 +161,10 @@ class MappingFile(Strict):
     reference: Epochs | None = None
     solution: Epochs | None = None
     belief: Belief = Belief()
+
+    @model_validator(mode="after")
+    def _samples_or_solution(self) -> MappingFile:
+        missing = [name for name in ("time", "gyro", "accelerometer") if getattr(self, name) is None]
+        if missing and (len(missing) < 3 or self.solution is None):
+            raise ValueError(f"'{missing[0]}' is missing, expected the columns of the imu, or a [solution] alone")
+        return self

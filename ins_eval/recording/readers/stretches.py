@@ -21,9 +21,9 @@ def stretches(recording: Recording) -> list[Recording]:
     nearest to it and with an attitude that nobody states (parked: at the place of the start, in its attitude).
     Raises: DataRefused where no stretch is long enough.
     """
-    time_s = recording.imu.time_s
-    if len(time_s) < 2:
+    if recording.imu is None or len(recording.imu.time_s) < 2:
         return [recording]
+    time_s = recording.imu.time_s
     steps = np.diff(time_s)
     cuts = np.flatnonzero(steps > LONGEST_STEP * float(np.median(steps))) + 1
     if not cuts.size:
