@@ -201,7 +201,7 @@ QUIRKS = [
     Quirk(
         "clock jump",
         lambda c: replace(c, fix_s=c.fix_s + 0.3 * (c.fix_s > 0.55 * LASTED_S)),
-        r"jump.* 0\.(2[5-9]|3[0-5])\d* s",
+        r"jump.*[ +]0\.(2[5-9]|3[0-5])\d* s|a clock drifts or jumps",
     ),
     Quirk(
         "clock offset",

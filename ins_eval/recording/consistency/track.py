@@ -209,7 +209,10 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
     odd &= (np.abs(excess_s) > SMALLEST_JUMP_S) & (away_m < JUDGED_MPS * np.abs(excess_s))
     found = rows[odd & (np.abs(excess_s) > JUMP_SPREADS * spread_s)]
     if not found.size or found.size > MOST_JUMPS:
-        return _uneven(time_s, ~fast, table)
+        longer_s = np.abs(dt - usual_s)
+        told = np.zeros(len(dt), dtype=bool)
+        told[rows] = (np.abs(excess_s) < 0.5 * longer_s[fast]) & (longer_s[fast] > JUMP_SPREADS * spread_s)
+        return _uneven(time_s, ~told, table)
     k = int(found[0])
     size_s = float(dt[k] - usual_s)
     z = size_s / spread_s
@@ -223,19 +226,19 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
     return Finding(f"{table}.clock", seen, mend, log_odds)
 
 
-def _uneven(time_s: np.ndarray, slow: np.ndarray, table: str) -> Finding | None:
+def _uneven(time_s: np.ndarray, untold: np.ndarray, table: str) -> Finding | None:
     """A step of even stamps that no whole number of lost fixes makes, where no motion tells."""
     dt = np.diff(time_s)
     usual_s = float(np.median(dt))
     even = np.median(np.abs(dt - usual_s)) < EVEN * usual_s
-    odd = slow & (np.abs(dt / usual_s - np.rint(dt / usual_s)) > UNEVEN) & (np.abs(dt - usual_s) > SMALLEST_JUMP_S)
+    odd = untold & (np.abs(dt / usual_s - np.rint(dt / usual_s)) > UNEVEN) & (np.abs(dt - usual_s) > SMALLEST_JUMP_S)
     found = np.flatnonzero(odd)
     if not even or not found.size or found.size > MOST_JUMPS:
         return None
     k = int(found[0])
     seen = (
         f"{table}: the stamps jump by {dt[k] - usual_s:+.3f} s after {time_s[k]:.6g} s, no whole number of steps of "
-        f"{usual_s:.4g} s, expected stamps of one clock; the vehicle is too slow there to tell"
+        f"{usual_s:.4g} s, expected stamps of one clock; the vehicle is too slow there for its way to tell"
     )
     return Finding(f"{table}.clock", seen, "see whether later stamps are as much too late", UNEVEN_ODDS)
 
