@@ -110,9 +110,7 @@ def test_angle_random_walk_of_a_sheet_is_the_printed_density(name: str) -> None:
 
 
 def test_an_unknown_unit_is_refused() -> None:
-    with pytest.raises(
-        UsageError, match=r"^no inertial unit 'stim30'; did you mean 'stim300'\?; see"
-    ):
+    with pytest.raises(UsageError, match=r"^no inertial unit 'stim30'; did you mean 'stim300'\?; see"):
         datasheets.unit("stim30")
     with pytest.raises(UsageError, match="no inertial unit 'tested-ins'"):
         datasheets.unit("tested-ins")
