@@ -18,10 +18,9 @@ from ins_eval.errors import InsEvalError
 from ins_eval.grade import ANGLE_RANDOM_WALK, BIAS, VELOCITY_RANDOM_WALK, VISIBLE_SIGMAS, Grade, measure_grade, typical
 from ins_eval.navigation import compensate, samples
 from ins_eval.recording import Fixes, Recording
-from ins_eval.recording.belief import ZERO, Belief, FormTable
+from ins_eval.recording.belief import POSITION_SIGMA_M, VELOCITY_SIGMA_MPS, ZERO, Belief, FormTable
 from ins_eval.units import DEG_PER_H, UG
 
-POSITION_SIGMA_M, VELOCITY_SIGMA_MPS = 2.5, 0.05  # of a single-frequency receiver: its slow error shows in no spread
 QFA_BIAS_SIGMA_UG = 50.0  # Paper A, Table 5: an accelerometer of which only its own readings are known
 FILLED = ("gyro", "accelerometer", "gps")
 STATED = "stated"

@@ -17,6 +17,7 @@ from ins_eval.scale_factor import TERMS
 Vector = tuple[float, float, float]
 NotNegative = Annotated[float, Field(ge=0.0)]
 ZERO: Vector = (0.0, 0.0, 0.0)
+POSITION_SIGMA_M, VELOCITY_SIGMA_MPS = 2.5, 0.05  # of a single-frequency receiver: its slow error shows in no spread
 
 
 class FormTable(BaseModel):

@@ -10,7 +10,7 @@ import numpy as np
 from ins_eval.earth import radii
 from ins_eval.errors import UsageError
 from ins_eval.recording import Fixes, Recording, Start
-from ins_eval.recording.belief import Belief
+from ins_eval.recording.belief import POSITION_SIGMA_M, VELOCITY_SIGMA_MPS, Belief
 from ins_eval.recording.readers.layout import Layout, choose
 from ins_eval.recording.readers.mapping import GivenStart
 from ins_eval.recording.readers.options import NAMES, believed_time_offset, number
@@ -151,6 +151,10 @@ def _from_fix(
             known = np.flatnonzero(np.isfinite(table.attitude_rad).all(axis=1))
             if known.size:
                 attitude = table.attitude_rad[known[np.argmin(np.abs(table.time_s[known] - start_s))]]
+    sigmas = described.position_sigma_m, described.velocity_sigma_mps
+    if None in sigmas:
+        sigmas = POSITION_SIGMA_M, VELOCITY_SIGMA_MPS
+        notes.append(f"The start is believed to {sigmas[0]:g} m and {sigmas[1]:g} m/s, since nobody stated its sigmas.")
     start = Start(
         time_s=start_s,
         latitude_rad=float(fixes.latitude_rad[k]),
@@ -159,8 +163,8 @@ def _from_fix(
         velocity_n=tuple(velocity_n.tolist()),
         attitude_rad=None if attitude is None else tuple(attitude.tolist()),
         attitude_sigma_rad=None if attitude is None else tables.attitude_sigma_rad,
-        position_sigma_m=described.position_sigma_m,
-        velocity_sigma_mps=described.velocity_sigma_mps,
+        position_sigma_m=sigmas[0],
+        velocity_sigma_mps=sigmas[1],
     )
     return start, notes
 
