@@ -115,7 +115,8 @@ def _gyro(belief: Belief, sheet: UnitSheet | None, grade: Grade) -> dict[str, Fi
         away = offset - np.asarray(filled["bias_radps"].value if gyro.bias_radps is None else gyro.bias_radps)
         left = float(f"{np.hypot(away, sigma).max() / DEG_PER_H:.3g}")
         of_sheet = bias is not None and sheet is not None and not measured
-        if left < (bias.value if bias else stated) and not of_sheet:
+        grown = stated is None and measured and gyro.bias_radps is None
+        if (grown or left < (bias.value if bias else stated)) and not of_sheet:
             beside = "" if stated is None else f", in place of {stated:g} about 0 as stated"
             bias = Filled(left, f"what {grade.rest_s:.0f} s at rest leave of an offset{beside}")
     return filled if bias is None else {**filled, "bias_sigma_deg_per_h": bias}
@@ -142,6 +143,10 @@ def _white(key: str, table: str, sheet: UnitSheet | None, grade: Grade) -> Fille
         return Filled(value, f"data sheet of {sheet.name}, {sheet.source}")
     if key in grade.white:
         return Filled(float(f"{grade.white[key]:.3g}"), f"Allan deviation in {grade.rest_s:.0f} s at rest")
+    if grade.rests and key in grade.bounds:
+        return Filled(
+            float(f"{grade.bounds[key]:.3g}"), f"Allan deviation at 1 s in {grade.rest_s:.0f} s at rest, at most"
+        )
     return _of_grade(table, key, grade)
 
 

@@ -44,7 +44,8 @@ class Grade:
 
     `gyro_offset` (3,) rad/s and `force_offset` m/s^2, that of the norm of specific force from gravity, have one sigma
     beside them: how they wander in this recording and what rotation and gravity of the Earth leave open. They are None
-    without a rest. `bounds` are upper bounds of the white noise by its key, of a recording that never rests.
+    without a rest. `bounds` are upper bounds of the white noise by its key, for where none is seen: motion adds to it,
+    or a filter of the output hides it.
     """
 
     rests: tuple[Stretch, ...]
@@ -106,8 +107,8 @@ class Grade:
         near = datasheets.unit(self.nearest).name
         if not self.white:
             return (
-                f"Nothing is at rest: white noise is at most {noise}, so the grade is {self.grade} or better "
-                f"(nearest sheet: {near})."
+                f"{f'In {self.rest_s:.0f} s at rest' if self.rests else 'Nothing is at rest:'} white noise is at most "
+                f"{noise}, so the grade is {self.grade}{'' if self.rests else ' or better'} (nearest sheet: {near})."
             )
         each = ", ".join(f"{rest.duration_s:.0f} s" for rest in self.rests[:6]) + (
             ", ..." if len(self.rests) > 6 else ""
@@ -219,7 +220,7 @@ def measure_grade(recording: Recording, velocity: np.ndarray | None) -> Grade:
         force_offset,
         force_sigma,
         _temperature(imu, rows),
-        {},
+        _bounds(np.concatenate([columns[:, r] for r in rows], axis=1), step_s),
     )
 
 

@@ -12,8 +12,10 @@ import numpy as np
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Imu, Recording, consistency
+from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
 
+SHORTEST_REST_S = 10.0
 LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing
 GRAVITY_TOLERANCE = 0.03  # of gravity: far above any accelerometer error, far below any mix-up of units
 EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degrees for radians is a factor 57
@@ -174,8 +176,8 @@ def _check_fixes(fixes: Fixes, where: str) -> None:
 
 def _check_rest(recording: Recording, where: str) -> None:
     """At rest the accelerometers show gravity upwards and the gyros about Earth rate."""
-    imu, start = recording.imu, recording.start
-    duration_s = imu.time_s[-1] - start.time_s
+    start = recording.start
+    imu, duration_s = _at_rest(recording)
     force_b = imu.accelerometer.sum(axis=0) / duration_s
     size = float(np.linalg.norm(force_b))
     if imu.accelerometer_form == "increment":
@@ -189,21 +191,31 @@ def _check_rest(recording: Recording, where: str) -> None:
     if size > 0.0:
         _check_direction(force_b / size, start.attitude_rad, where)
 
-    _check_rate_at_rest(recording, force_b, where)
+    _check_rate_at_rest(recording, imu.gyro.sum(axis=0) / duration_s, force_b, where)
 
 
-def _check_rate_at_rest(recording: Recording, force_b: np.ndarray, where: str) -> None:
+def _at_rest(recording: Recording) -> tuple[Imu, float]:
+    """The samples of the longest quiet stretch, and its length: a parked unit may be handled before and between."""
+    imu = recording.imu
+    quiet = still_stretches(imu, SHORTEST_REST_S)
+    if not quiet:
+        return imu, float(imu.time_s[-1] - recording.start.time_s)
+    longest = max(quiet, key=lambda stretch: stretch.duration_s)
+    rows = slice(*np.searchsorted(imu.time_s, [longest.start_s + 1e-6, longest.end_s + 1e-6]))
+    return imu.rows(rows), float(recording.interval_s[rows].sum())
+
+
+def _check_rate_at_rest(recording: Recording, mean_b: np.ndarray, force_b: np.ndarray, where: str) -> None:
     """The gyros show Earth rate beside a bias that is believed, or that nobody ruled out.
 
     Where no bias is stated, a large one is refused only as a mix-up of units: it multiplies Earth rate by a known
     factor and keeps its direction, so that its part along gravity is sin(latitude). A bias seldom does both.
     """
-    imu, gyro = recording.imu, recording.belief.gyro
-    duration_s = imu.time_s[-1] - recording.start.time_s
-    mean_b = imu.gyro.sum(axis=0) / duration_s
+    gyro = recording.belief.gyro
+    duration_s = recording.imu.time_s[-1] - recording.start.time_s
     taken_off = np.zeros(3) if gyro.bias_radps is None else np.asarray(gyro.bias_radps)
     rate, left = float(np.linalg.norm(mean_b)), float(np.linalg.norm(mean_b - taken_off))
-    guess = _mix_up(left / EARTH_RATE, duration_s / len(imu.time_s), "gyro")
+    guess = _mix_up(left / EARTH_RATE, duration_s / len(recording.imu.time_s), "gyro")
     if gyro.bias_sigma_deg_per_h is not None:  # a unit too coarse for Earth rate
         most = max(EARTH_RATE_FACTOR * EARTH_RATE, BIAS_SIGMAS * DEG_PER_H * gyro.bias_sigma_deg_per_h)
     else:
