@@ -66,6 +66,8 @@ APART = np.log(20.0)  # a heading whose likelihood is nearer than this to the be
 LARGEST = 1e5  # of any error in its unit, beyond which a guess is given up
 GATE = 5.0  # sigmas beyond which a fix is an outlier
 MEDIAN_OF_SQUARE = 0.4549  # of a standard normal variable
+MEDIAN_SPREAD = 2.34  # sigma of the median of n such squares, relative to it, times sqrt(n)
+BEYOND_CHANCE = 2.0  # sigmas by which scatter or memory of the fixes must exceed chance to count
 
 
 @dataclass(frozen=True, eq=False)
@@ -699,8 +701,11 @@ def _scatter(window: Window, first: Initialization, prior: np.ndarray) -> tuple[
         size = float(np.median(mine**2)) / MEDIAN_OF_SQUARE
         bounded = np.clip(mine, -GATE * np.sqrt(size), GATE * np.sqrt(size))
         memory = float((bounded[1:] * bounded[:-1]).sum() / np.maximum((bounded**2).sum(), 1e-300))
-        memory = float(np.clip(memory, 0.0, 0.95))
-        out.append(float(np.sqrt(max(1.0, size * (1.0 + memory) / (1.0 - memory)))))
+        # what chance alone shows of either would widen every sigma a little, since nothing makes them narrower
+        chance = BEYOND_CHANCE / np.sqrt(mine.size)
+        memory = float(np.clip(memory, 0.0, 0.95)) if memory > chance else 0.0
+        size = size if size > 1.0 + MEDIAN_SPREAD * chance else 1.0
+        out.append(float(np.sqrt(size * (1.0 + memory) / (1.0 - memory))))
     return out[0], out[1]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,9 @@ DOCUMENTED_HEADING_DEG = 90.6  # of the parked laser-gyro unit, by its authors
 HEADING_TOLERANCE_DEG = 0.5
 BELIEF_GAIN = 10.0  # horizontal velocity RMS of the FOG/MEMS drive, without and with the authors' constant biases
 TRUSTED_S, TRUSTED_M = 10.0, 60.0  # how far a MEMS autopilot is off by itself after so long, at the most
+
+WARM_UP_OFFSETS_DEG_PER_S = (0.20, -0.03, 0.38)  # of the parked MEMS unit's gyros, measured independently
+OFFSET_TOLERANCE_DEG_PER_S = 0.005  # half of their last digit
 
 
 @pytest.fixture
@@ -124,6 +128,59 @@ def test_real_mems_flights_are_evaluated_between_fixes(real, tmp_path: Path, for
     growth = dict(zip(pieces["after_s"], pieces["position_rms_m"], strict=True))
     assert growth[TRUSTED_S] < TRUSTED_M < growth[30.0]
     assert "Started afresh from a fix" in (tmp_path / "report" / "report.txt").read_text()
+
+
+WARM_UP = """
+kind = "static"
+axes = "FRD"
+time = { file = "F00379_Bt.gz", column = 1, unit = "ms" }
+gyro = { columns = ["GyroX", "GyroY", "GyroZ"], unit = "rad/s" }
+accelerometer = { columns = ["AccX", "AccY", "AccZ"], unit = "m/s^2" }
+temperature = { column = "Temp" }
+[start]
+latitude_deg = 78.22
+longitude_deg = 15.65
+height_m = 0.0
+"""
+
+
+def test_a_parked_mems_unit_comes_from_its_raw_text_to_a_page(real, tmp_path: Path) -> None:
+    """Stamps stand in a file of their own, no attitude and no belief is stated, single samples are missing."""
+    for name in ("F00379_B.gz", "F00379_Bt.gz"):
+        shutil.copy(real("mems_static_warmup", name), tmp_path / name)
+    (tmp_path / "F00379_B.toml").write_text(WARM_UP)
+    found = evaluated(imported("csv", tmp_path / "F00379_B.gz", tmp_path / "vn"), tmp_path / "page")
+    assert found["recording"]["filled_samples"] > 30
+    assert found["alignment"]["heading_known"] is False
+    offsets = [found["grade"]["gyro_offset_deg_per_h"][axis]["value"] / 3600.0 for axis in "xyz"]
+    assert offsets == pytest.approx(WARM_UP_OFFSETS_DEG_PER_S, abs=OFFSET_TOLERANCE_DEG_PER_S)
+    assert found["grade"]["grade"] == "industrial MEMS"
+    assert (tmp_path / "page" / "figures" / "allan_deviation.svg").exists()
+
+
+RAF = """
+kind = "flight"
+axes = "FRD"
+[solution]
+time = { column = "Time", unit = "s" }
+velocity = { columns = ["VNS", "VEW"], axes = "NE" }
+attitude = { columns = ["ROLL", "PITCH", "THDG"], unit = "deg" }
+position = { columns = ["LATC", "LONC", "GGALT"], unit = "deg" }
+[gps]
+time = { column = "Time", unit = "s" }
+velocity = { columns = ["GGVNS", "GGVEW"], axes = "NE" }
+"""
+
+
+def test_what_a_real_ins_put_out_comes_from_its_netcdf_to_a_page(real, tmp_path: Path) -> None:
+    """There is no IMU; documented are means of -0.052 east and -0.059 m/s north, and that 5 minutes carry no CEP."""
+    shutil.copy(real("irs_solution_flight", "RAFdata.nc"), tmp_path / "raf.nc")
+    (tmp_path / "raf.toml").write_text(RAF)
+    found = evaluated(imported("netcdf", tmp_path / "raf.nc", tmp_path / "raf"), tmp_path / "page")["solution"]
+    mean = found["velocity_mean_mps"]
+    assert mean["east"]["value"] == pytest.approx(-0.052, abs=5e-4)
+    assert mean["north"]["value"] == pytest.approx(-0.059, abs=5e-4)
+    assert "no radial error rate and no CEP" in " ".join((tmp_path / "page" / "report.txt").read_text().split())
 
 
 @pytest.mark.parametrize(

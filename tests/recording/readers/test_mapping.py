@@ -178,8 +178,21 @@ def test_what_an_ins_put_out(tmp_path, motion, columns):
     np.testing.assert_allclose(recording.solution.velocity_n[:, :2], motion.velocity_n[:, :2], atol=ROUNDING)
     assert recording.gps is None
     only = '[solution]\ntime = { column = "t", unit = "s" }\n' + POSITIONS["geodetic"]
-    with pytest.raises(UsageError, match="holds no imu columns, only solution; name the gyro"):
-        imported(tmp_path, writers.csv(columns), 'kind = "flight"\naxes = "FRD"\n' + only)
+    alone = imported(tmp_path, writers.csv(columns), 'kind = "drive"\naxes = "FRD"\n' + only)
+    assert alone.imu is None
+    np.testing.assert_allclose(alone.solution.latitude_rad, recording.solution.latitude_rad)
+    with pytest.raises(UsageError, match="'time' is missing, expected the columns of the imu"):
+        imported(tmp_path, writers.csv(columns), 'kind = "drive"\naxes = "FRD"\n' + START)
+
+
+def test_stamps_in_a_file_of_their_own(tmp_path, motion, columns):
+    (tmp_path / "stamps.txt").write_text("\n".join(f"{1e3 * t:.6f}" for t in columns["t"]) + "\n")
+    told = (IMU + START).replace('column = "t", unit = "s"', 'file = "stamps.txt", column = 1, unit = "ms"')
+    recording = imported(tmp_path, writers.csv(columns), told)
+    np.testing.assert_allclose(recording.imu.time_s, imported(tmp_path, writers.csv(columns), IMU + START).imu.time_s)
+    (tmp_path / "stamps.txt").write_text("1.0\n2.0\n3.0\n")
+    with pytest.raises(DataRefused, match="rows"):
+        imported(tmp_path, writers.csv(columns), told)
 
 
 def test_rows_without_a_value_are_outages(tmp_path, motion, columns):
