@@ -35,7 +35,7 @@ from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import write_model
 from ins_eval.compensation.registry import FILE
 from ins_eval.diagnosis.estimate.case import with_effects
-from ins_eval.errors import UsageError, did_you_mean
+from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.recording import ChamberReadings, Recording, form
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.form.description import CHAMBER, open_folder
@@ -210,7 +210,7 @@ def results(folders: Sequence[PathLike]) -> Result:
 def compare(recording: Recording, use_found_offset: bool = False) -> Result:
     """The recorded IMU against what its reference implies: see `analysis.compare.compare_recording`."""
     if recording.imu is None:
-        raise UsageError(f"{recording.name}: holds no imu, only the solution that an INS put out; evaluate it")
+        raise DataRefused(f"{recording.name}: holds no imu, only the solution that an INS put out; evaluate it")
     found = compare_recording(recording, use_found_offset)
     words = comparison_content(found.tree)
     draw = partial(comparison_figures, found, found.tree)

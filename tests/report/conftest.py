@@ -30,6 +30,8 @@ DEFINITIONS = {
     "trms": 1.12,
 }
 
+TAUS_S = 0.1 * 2.0 ** np.arange(10)
+
 
 def statistic(value: float, spread: float = 0.07) -> dict:
     return {"value": value, "interval95": [value * (1 - spread), value * (1 + spread)]}
@@ -283,6 +285,22 @@ def make_figures(s: dict, metrics: dict) -> dict:
             reading_c=s["reading_c"],
             rate_c_per_min=s["rate_c_per_min"],
             phases=phases,
+        ),
+        "allan_deviation": figures.allan_deviation(
+            channels=[
+                {
+                    "name": f"{sensor} {axis}",
+                    "unit": "deg/h",
+                    "tau_s": TAUS_S,
+                    "deviation": 3.0 / np.sqrt(TAUS_S),
+                    "fit": None if axis == "x" else 2.9 / np.sqrt(TAUS_S),
+                    "terms": {"white": 2.9 / np.sqrt(TAUS_S)},
+                    "words": "N = 2.9 [2.8, 3.0]",
+                }
+                for sensor in ("gyro", "accelerometer")
+                for axis in "xyz"
+            ],
+            rest_s=300.0,
         ),
         "east_velocity_error": figures.velocity_error(
             errors_mps=s["east"], component="east", raw_mps=s["raw"], rms_mps={n: 1.2 for n in s["east"]}, **traces

@@ -268,9 +268,8 @@ def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Findin
         parts = [f"gyro {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=0)))]
         parts += [f"accelerometer {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=1)))]
         return undecided(f"the motion against {by}", [f"order and sign of {', '.join(parts)}"] if parts else [])
-    if not certain:  # how the vehicle points is not known: only the triads against each other are
-        told = 0.0 if relative is None else float(relative.max() - relative[0, 0, 0])
-        log_odds = min(log_odds, told if told > BEYOND_DOUBT else BEYOND_DOUBT - 1.0)
+    if not certain:  # how the vehicle points is not known, and an antenna on an arm that rocks does not move with it
+        log_odds = min(log_odds, BEYOND_DOUBT - 1.0)
     near = sorted(
         zip(*np.nonzero(total[best[0]] > total[best] - LIKELY), strict=True), key=lambda k: -total[best[0]][k]
     )
