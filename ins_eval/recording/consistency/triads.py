@@ -185,7 +185,7 @@ def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table:
     observed = seen("velocity", force)
     by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR))
     relative = relative_scores(integrals, at_s, velocity_n, down)
-    return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table, wheels)
+    return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table, certain=False)
 
 
 def _velocities(recording: Recording, moving: Fixes, table: str) -> tuple[np.ndarray, np.ndarray, float]:
@@ -268,7 +268,7 @@ def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Findin
         parts = [f"gyro {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=0)))]
         parts += [f"accelerometer {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=1)))]
         return undecided(f"the motion against {by}", [f"order and sign of {', '.join(parts)}"] if parts else [])
-    if not certain:  # how the vehicle points is not known, and an antenna on an arm that rocks does not move with it
+    if not certain:  # no attitude: arms of antennas that rock and offsets of a MEMS are no part of the relations
         log_odds = min(log_odds, BEYOND_DOUBT - 1.0)
     near = sorted(
         zip(*np.nonzero(total[best[0]] > total[best] - LIKELY), strict=True), key=lambda k: -total[best[0]][k]
