@@ -68,9 +68,10 @@ test: lint ## lint, then all tests that are not marked slow
 test-all: lint ## lint, then all tests
 	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile
 
-lint: env ## import directions and style
+lint: env ## import directions, style and types
 	@$(VENV)/bin/lint-imports --no-logo
 	@$(VENV)/bin/ruff check
+	@$(VENV)/bin/mypy --cache-dir .cache/mypy
 
 wheel: env ## build the wheel into dist/
 	@$(PIP) wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .

@@ -16,7 +16,7 @@ DRAWN = ("none", "simple", "quadratic", "hysteresis")
 
 def calibration_figures(calibration: ChamberCalibration) -> dict[str, Figure]:
     """Every figure by its name, the axis before it where there are three."""
-    drawn = {}
+    drawn: dict[str, Figure] = {}
     for one in calibration.accelerometers:
         ahead = f"{one.readings.axis}_" if len(calibration.accelerometers) > 1 else ""
         drawn |= {ahead + name: figure for name, figure in _figures_of(one.calibration).items()}

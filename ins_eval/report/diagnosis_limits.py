@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Block, paragraphs, table
@@ -19,7 +20,8 @@ def limits(tree: Mapping) -> list[Block]:
     for one in tree["limits"]:
         if one["expected_log_bayes_factor"] < INVISIBLE:
             of_name.setdefault(one["name"], []).append(one)
-    rows, shown_by = [], {}
+    rows: list[Any] = []
+    shown_by: dict[Any, Any] = {}
     for name, ones in sorted(of_name.items()):
         words = effect_words({"name": name})
         best = max(one["expected_log_bayes_factor"] for one in ones)

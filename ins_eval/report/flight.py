@@ -75,7 +75,8 @@ def _answer(metrics: Mapping) -> str:
     velocity, cep = (improvement(metrics, HEADLINE, measure) for measure in (VELOCITY, CEP))
     if not velocity and not cep:
         return "These metrics hold no paired comparison of hysteresis and simple compensation."
-    who, parts = "Hysteresis compensation", []
+    parts: list[str] = []
+    who = "Hysteresis compensation"
     for measure, ratio in ((VELOCITY, velocity), (CEP, cep)):
         if ratio:
             against = "" if parts else f" against simple compensation over {_instruments(metrics)}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,7 +25,7 @@ from ins_eval.report.style import (
 from ins_eval.report.vocabulary import PAPER_ARM, definition_name, measure_name, source_name
 from ins_eval.units import NMI
 
-Statistic = Mapping[str, object]  # {"value": float, "interval95": [low, high]}
+Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
 
 RATIO_TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 RATIO_RANGE = (0.1, 5.0)

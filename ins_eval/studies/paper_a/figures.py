@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,7 +31,7 @@ from ins_eval.report.style import (
 )
 from ins_eval.report.wording import fixed
 
-Statistic = Mapping[str, object]  # {"value": float, "interval95": [low, high]}
+Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
 Columns = Mapping[str, np.ndarray]
 
 FALLING, RISING = "#35978f", "#d08a00"
@@ -428,7 +429,7 @@ def refinement(
 
 @styled
 def sensitivity(
-    *, cases: Mapping[str, Mapping[str, object]], title: str = "Sensitivity to what the paper does not say"
+    *, cases: Mapping[str, Mapping[str, Any]], title: str = "Sensitivity to what the paper does not say"
 ) -> Figure:
     """One assumption changed at a time: case -> `words`, `against_base` (name -> statistic of a ratio), `ratio`.
 
@@ -589,7 +590,7 @@ def _statistics_in_rows(ax: Axes, rows: Sequence[tuple[float, Statistic]], tint:
         ax.plot(values, [row for row, _ in rows], "o", color=tint, markersize=4.5, label=text)
 
 
-def _reach(case: Mapping[str, object]) -> float:
+def _reach(case: Mapping[str, Any]) -> float:
     """How far a case moves either compensation, as |ln ratio|, for the order of the rows."""
     moved = [entry["value"] for entry in (case.get("against_base") or {}).values()]
     return max((abs(np.log(value)) for value in moved if value > 0.0), default=0.0)
