@@ -63,10 +63,10 @@ concealed: env ## effects concealed in recordings: does diagnose find them? writ
 	@$(VENV)/bin/python -m benchmark.runners.report $(CONCEALED) $(CONCEALED)/answers
 
 test: lint ## lint, then all tests that are not marked slow
-	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile -m "not slow"
+	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadgroup --no-loadscope-reorder -m "not slow"
 
 test-all: lint ## lint, then all tests
-	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile
+	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadgroup --no-loadscope-reorder
 
 lint: env ## import directions, style and types
 	@$(VENV)/bin/lint-imports --no-logo
