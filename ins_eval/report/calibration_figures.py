@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from ins_eval.analysis.calibrate import WANTED, ChamberCalibration
 from ins_eval.calibration import Calibration
-from ins_eval.report.figures import calibration as figures
+from ins_eval.figures import calibration as figures
 
 POINTS = ("temperature_c", "rate_c_per_min", "ramp_c_per_min", "elapsed_s", "scale", "bias_ug")
 DRAWN = ("none", "simple", "quadratic", "hysteresis")

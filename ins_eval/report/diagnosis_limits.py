@@ -8,7 +8,7 @@ from typing import Any
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Block, paragraphs, table
 from ins_eval.report.diagnosis_words import effect_words, figures
-from ins_eval.report.wording import MISSING, fixed, joined, sentence
+from ins_eval.wording import MISSING, fixed, joined, sentence
 
 INVISIBLE = 1.0  # expected log Bayes factor below which an effect of usual size does not show
 FAR = 1000.0  # usual sizes, beyond which no size is said to show

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, MultipleLocator, NullFormatter, NullLocator, StrMethodFormatter
 
-from ins_eval.report.style import (
+from ins_eval.figures.style import (
     ACCENT,
     COLOUR,
     INK,
@@ -29,7 +29,7 @@ from ins_eval.report.style import (
     sheet,
     styled,
 )
-from ins_eval.report.wording import fixed
+from ins_eval.wording import fixed
 
 Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
 Columns = Mapping[str, np.ndarray]

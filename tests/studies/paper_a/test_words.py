@@ -11,11 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ins_eval import figures
 from ins_eval.calibration.four_point import four_point
 from ins_eval.ensemble.sensitivity import CASES
+from ins_eval.figures import style
 from ins_eval.laboratory import Chamber, draw_printed_units, magnet
 from ins_eval.laboratory.creep_rig import CreepRig
-from ins_eval.report import figures, page, style, text
+from ins_eval.report import page, text
 from ins_eval.report.content import Paragraph, Picture, Section, Table
 from ins_eval.streams import Streams
 from ins_eval.studies.paper_a import figures as of_paper

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
 
-from ins_eval.report.style import (
+from ins_eval.figures.style import (
     ACCENT,
     INK,
     QUIET,
@@ -22,8 +22,8 @@ from ins_eval.report.style import (
     sheet,
     styled,
 )
-from ins_eval.report.vocabulary import PAPER_ARM, definition_name, measure_name, source_name
 from ins_eval.units import NMI
+from ins_eval.vocabulary import PAPER_ARM, definition_name, measure_name, source_name
 
 Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
 

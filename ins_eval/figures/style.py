@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from ins_eval.report.wording import unbroken
+from ins_eval.wording import unbroken
 
 WIDTH_IN = 8.0
 TITLE_PT = 11.0
