@@ -251,7 +251,8 @@ def test_the_further_column_of_a_chamber_that_is_used_stands_in_the_page(reposit
 # ------------------------------------------------------------------------------------------------ effects
 
 # how a multiplier and a slow factor stand in the page
-FACTORS = {"1": "", "creep": "(y - y(0))", "branch": "h", "step": "s", "f f_pendulous": "f f_p", "f f_output": "f f_o"}
+FACTORS = {"1": "", "creep": "(y - y(0))", "branch": "h", "step": "s", "f f_pendulous": "f f_p", "f f_output": "f f_o",
+           "|f|": "abs(f)", "|w|": "abs(w)"}  # fmt: skip
 
 
 def effects() -> dict[str, Row]:

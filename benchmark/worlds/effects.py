@@ -137,6 +137,9 @@ VOCABULARY: dict[str, Row] = {
         parameters=lambda rng: {"branch_width_c": float(np.round(log_uniform(rng, 0.7, 7.0), 2)),
                                 "begin": float(np.round(rng.uniform(-1, 1), 2))}),
     "accelerometer.scale_drift": Row("ppm/h", 35.0, PPM, lambda f, i, p: hours(f), kinds=ALL),
+    "accelerometer.scale_step": Row("ppm", 150.0, PPM, step, kinds=MOVING, parameters=_at),
+    "accelerometer.asymmetry": Row(
+        "ppm", 250.0, UG, lambda f, i, p: np.abs(f.force_g[:, i]), kinds=MOVING),
     "accelerometer.quadratic": Row("ug/g^2", 120.0, UG, lambda f, i, p: f.force_g[:, i] ** 2, kinds=MOVING),
     "accelerometer.cubic": Row("ug/g^3", 120.0, UG, lambda f, i, p: f.force_g[:, i] ** 3, kinds=MOVING),
     "accelerometer.cross_pendulous": Row(
@@ -154,6 +157,9 @@ VOCABULARY: dict[str, Row] = {
     "gyro.bias_step": Row("deg/h", 0.03, DPH, step, kinds=ALL, parameters=_at),
     "gyro.bias_drift": Row("(deg/h)/h", 0.02, DPH, lambda f, i, p: hours(f), kinds=ALL),
     "gyro.scale": Row("ppm", 100.0, DPH, lambda f, i, p: 1e-6 * f.turn[:, i] / (ARCSEC), kinds=MOVING),
+    "gyro.scale_step": Row(
+        "ppm", 100.0, DPH, lambda f, i, p: 1e-6 * f.turn[:, i] * step(f, i, p) / ARCSEC, kinds=MOVING, parameters=_at),
+    "gyro.asymmetry": Row("ppm", 250.0, DPH, lambda f, i, p: 1e-6 * np.abs(f.turn[:, i]) / ARCSEC, kinds=MOVING),
     "gyro.misalignment": Row(
         "urad", 80.0, DPH, lambda f, i, p: 1e-6 * f.turn[:, _index(p["other_axis"])] / ARCSEC, kinds=MOVING,
         parameters=_other),

@@ -109,9 +109,9 @@ def multiplied(sensor: str, multiplier: str, axis: str, force: np.ndarray, rate:
     own = AXES.index(axis)
     if multiplier == "1":
         return 1.0
+    if multiplier.startswith("|"):
+        return np.abs((rate if sensor == GYRO else force)[:, own])
     if sensor == GYRO:
-        if multiplier == "|w|":
-            return np.abs(rate[:, own])
         taken = AXES.index(taken_axis(GYRO, multiplier, axis))
         return (rate if multiplier.startswith("w") else force)[:, taken]
     f = force[:, own]

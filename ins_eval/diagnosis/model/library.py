@@ -21,7 +21,6 @@ from ins_eval.effects.lag import SPREAD
 from ins_eval.effects.parts import SENSORS, EffectPart, conditions, parts, possible
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.effects.vocabulary import VOCABULARY
-from ins_eval.navigation import PARKED
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.model.null import Believed
@@ -122,11 +121,6 @@ def composed_candidates(
                         _member(model, slow, given, VOCABULARY[composed.NAME], axis, {"driver": driver, "form": form})
                         for axis in AXES
                     ]
-    if believed.recording.kind not in PARKED:
-        for axis in AXES:
-            driver = f"gyro_{axis}"
-            parameters = {"driver": driver, "form": composed.form("gyro bias", composed.MAGNITUDE, driver)}
-            found.append(_member(model, slow, given, VOCABULARY[composed.NAME], axis, parameters))
     return found
 
 
@@ -156,9 +150,7 @@ def sized(
     if effect.enters == "temperature":
         return effect.unit, SPREAD * float(parameters["lag_s"]), 1.0 / SPREAD
     if effect.name == composed.NAME:
-        target, shape, *_ = composed.parse_form(str(parameters["form"]))
-        if shape == composed.MAGNITUDE:
-            return f"{target.unit} per rad/s", composed.ASYMMETRY / target.si, 0.0
+        target, *_ = composed.parse_form(str(parameters["form"]))
         spread = float(np.std(of_parts[0].slow(time_s)))
         return f"{target.unit} per unit of {parameters['driver']}", target.size / max(spread, 1e-12), 0.0
     coarse = 1.0
