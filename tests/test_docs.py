@@ -270,7 +270,7 @@ def test_an_effect_has_the_unit_axes_and_parameters_of_the_page(name: str) -> No
     assert row["axis"] == ", ".join(axis or "none" for axis in effect.axes)
     expected = {parameter.name for parameter in effect.parameters}
     expected |= {"other_axis"} if len(effect.multipliers) > 1 else set()
-    expected |= {"driver", "form"} if name == "composed" else set()
+    expected |= set(effect.words)
     assert once(named(row["parameters"])) == expected
 
 
@@ -294,7 +294,7 @@ def test_every_symbol_of_an_error_is_explained_and_no_other() -> None:
 def test_every_parameter_stands_in_the_page_with_its_unit_and_range() -> None:
     page = {named(row["parameter"])[0]: row for row in rows("effects.md", "parameter")}
     parameters = {p.name: p for effect in VOCABULARY.values() for p in effect.parameters}
-    assert set(page) == {*parameters, "other_axis", "driver", "form"}
+    assert set(page) == {*parameters, "other_axis", *(word for effect in VOCABULARY.values() for word in effect.words)}
     for name, parameter in parameters.items():
         assert page[name]["unit"] == (parameter.unit or "-")
         if parameter.low is not None:

@@ -48,7 +48,7 @@ EFFECTS = (
     Effect(
         name=NAME,
         physics="a sensor's error follows a column that was recorded beside it",
-        enters="any", unit="as stated", si=1.0, nominal=1.0,
+        enters="any", unit="as stated", si=1.0, nominal=1.0, words=("driver", "form"),
         excited_by="a driver that changes", reference="none: the recording itself suggests it",
     ),
 )  # fmt: skip

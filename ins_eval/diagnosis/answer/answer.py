@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 FORMAT = "ins-diagnosis/1"
 Q95 = 1.96
-WORDS = ("other_axis", "driver", "form")  # parameters that are no numbers
+WORDS = ("other_axis", "driver", "form", "sensor", "unit_found", "frame_found")  # parameters that are no numbers
 
 
 def answer(found: Diagnosis) -> dict[str, Any]:

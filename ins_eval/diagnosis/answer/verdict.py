@@ -100,6 +100,8 @@ def channel_of(name: str, axis: str | None, parameters: dict) -> str:
         return f"{str(parameters['form']).partition(' ')[0]}.{axis}"
     if sensor in SENSORS:
         return f"{sensor}.{axis}"
+    if sensor == "recording":
+        return "clock" if "clock" in name else sensor
     if sensor in ("alignment", "earth"):
         return "navigation"
     if sensor == "reference":

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.policy import Policy
 
 # geometry, clocks and the equations themselves: their form is exact
-EXACT = ("earth.", "alignment.", "gps.", "reference.")
+EXACT = ("earth.", "alignment.", "gps.", "reference.", "recording.")
 STAR = 0.25  # prior sigmas from the centre to the points of the quadrature
 LEAST_CURVATURE = 0.3  # of a log posterior whose prior has 1
 _THREADS = 2

@@ -13,14 +13,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.model.columns import Column, Drive, Measured, Missing, SlowFactor
+from ins_eval.diagnosis.model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
 from ins_eval.diagnosis.model.error_model import STATES, ErrorModel
+from ins_eval.diagnosis.model.observations import CHANNELS
 from ins_eval.effects import composed
+from ins_eval.effects.description import FAMILY
 from ins_eval.effects.effect import AXES, Effect
 from ins_eval.effects.lag import SPREAD
 from ins_eval.effects.parts import SENSORS, EffectPart, conditions, parts, possible
+from ins_eval.effects.slow import slow_factor
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.recording.mending import MAGNETIC
+from ins_eval.units import DEG, PPM
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.model.null import Believed
@@ -128,6 +133,7 @@ def tried(effect: Effect, axis: str | None, given: Conditions) -> Iterator[dict[
     """The further parameters that are worth a try, each value of each with every other axis."""
     for other in effect.others(axis) if axis in AXES else (None,):
         which = {} if other is None else {"other_axis": other}
+        which |= {"frame_found": MAGNETIC} if effect.name == "recording.reference_frame" else {}
         asked = [one for one in effect.parameters if not one.assumed or _short(given)]
         grids = [parameter.grid(given.start_s, given.end_s) for parameter in asked]
         for values in product(*grids):
@@ -173,6 +179,8 @@ def _member(
             for part, name in zip(of_parts, names, strict=True)
         ]
         column = Column("", tuple(drives))
+    elif effect.enters == FAMILY:
+        column = _of_description(effect, nominal, parameters, (model, slow, given))
     else:
         column = _not_of_a_sensor(effect, axis, nominal * effect.si)
     return Candidate(effect.name, axis, unit, nominal, column, dict(parameters), centre)
@@ -197,10 +205,31 @@ def _not_of_a_sensor(effect: Effect, axis: str | None, size: float) -> Column:
     return Column("", (Measured(response, size),))
 
 
+def _of_description(
+    effect: Effect, size: float, parameters: Parameters, of: tuple[ErrorModel, SlowFactor, Conditions]
+) -> Column:
+    """A clock of the IMU that is late or fast is a delay of the stamps of the fixes, the other way; see `mending`."""
+    model, slow, given = of
+    what = effect.name.partition(".")[2]
+    if what == "clock_step":
+        name = slow.add_window(float(parameters["at_s"]), float(model.nodes_s[-1]) + 1.0, model)
+        return Column("", (Measured("delay", -size, name),))
+    if what == "clock_drift":
+        since = slow.add("t", slow_factor("t", given, 0, {}), model)
+        return Column("", (Measured("delay", -PPM * size, since), Elapsed(PPM * size)))
+    return Column("", (Measured(f"channel_{CHANNELS - 1}", DEG * size),))
+
+
 def _elsewhere(effect: Effect, believed: Believed) -> bool:
     """Whether a recording could show an effect that is not of a sensor; of the Earth, where its flag is false."""
     recording = believed.recording
     reference = recording.reference
+    if effect.name.startswith("recording.clock"):
+        return recording.gps is not None or reference is not None
+    if effect.enters == FAMILY:  # the others are tried on the recording itself, see `consistency`
+        return (
+            effect.name == "recording.reference_frame" and reference is not None and reference.attitude_rad is not None
+        )
     if effect.enters == "earth":
         return not getattr(recording.belief.earth, effect.name.partition(".")[2])
     if effect.name == "reference.misalignment":

@@ -18,6 +18,7 @@ from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, Initialization
 from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on
 from ins_eval.recording.belief import ZERO
+from ins_eval.recording.mending import mended
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
 
@@ -54,7 +55,7 @@ class Believed:
 
 
 def believe(recording: Recording, folder: str | Path = ".") -> Believed:
-    """Compensate a recording as it believes, take off the effects it believes in, align where it gives no attitude.
+    """Mend a recording, compensate it, take off the effects it believes in, align where it gives no attitude.
 
     Where the gyros do not find north either, the attitude is found from rest, motion and fixes (`initialization`).
 
@@ -63,6 +64,7 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
 
     Raises DataRefused where nothing says what a pulse is worth, or where there is nothing to align on.
     """
+    recording = mended(recording)
     interval_s = recording.interval_s[:, None]
     finds_north = recording.belief.earth.rotation
     recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
