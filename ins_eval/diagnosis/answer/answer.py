@@ -29,7 +29,7 @@ def answer(found: Diagnosis) -> dict[str, Any]:
         "format": FORMAT,
         "verdict": found.verdict,
         "mismatch": [_mismatch(found, one) for one in found.mismatches],
-        "effects": [_effect(one) for one in found.effects],
+        "effects": [_effect(one) for one in (*found.described, *found.effects)],
         "indistinguishable": [_rival(one) for one in found.rivals],
         "unexplained": {
             "significance_sigma": round(left.significance_sigma, 2),

@@ -12,6 +12,8 @@ triads against each other: `windows`.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -268,6 +270,7 @@ def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Findin
         parts = [f"gyro {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=0)))]
         parts += [f"accelerometer {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=1)))]
         return undecided(f"the motion against {by}", [f"order and sign of {', '.join(parts)}"] if parts else [])
+    relation = log_odds
     if not certain:  # no attitude: arms of antennas that rock and offsets of a MEMS are no part of the relations
         log_odds = min(log_odds, BEYOND_DOUBT - 1.0)
     near = sorted(
@@ -275,7 +278,8 @@ def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Findin
     )
     near = [(int(p), int(g)) for p, g in near if p or g]
     orders = list(dict.fromkeys([*near[:MOST_NAMED], *[(p, g) for p, g in near if p == g][:1]]))
-    return [_named(int(best[0]), orders, float(RATE_FACTORS[units[0]]), float(FORCE_FACTORS[units[1]]), log_odds, by)]
+    named = _named(int(best[0]), orders, float(RATE_FACTORS[units[0]]), float(FORCE_FACTORS[units[1]]), log_odds, by)
+    return [replace(named, relation=relation)]
 
 
 def _named(a: int, orders: list[tuple[int, int]], rate: float, force: float, log_odds: float, by: str) -> Finding:
@@ -298,7 +302,8 @@ def _named(a: int, orders: list[tuple[int, int]], rate: float, force: float, log
     words = " or ".join(_order_words(p, g) for p, g in orders)
     matrix = MATRICES[orders[0][0]] if orders[0][0] == orders[0][1] else None
     mend = f"correct order and signs of the columns ({words})"
-    return Finding("axes", f"{seen}{words}", mend, log_odds, matrix=matrix)
+    return Finding("axes", f"{seen}{words}", mend, log_odds, matrix=matrix,
+                   orders=tuple((MATRICES[p], MATRICES[g]) for p, g in orders))  # fmt: skip
 
 
 def _order_words(p: int, g: int) -> str:
