@@ -15,6 +15,7 @@ import numpy as np
 
 from ins_eval.believed import believed
 from ins_eval.diagnosis.estimate.case import prepare, with_effects
+from ins_eval.diagnosis.estimate.evidence import log_evidence
 from ins_eval.errors import InsEvalError
 from ins_eval.recording import Recording, consistency
 from ins_eval.recording.belief import EffectBelief
@@ -81,7 +82,7 @@ def wrong_descriptions(recording: Recording) -> list[WrongDescription]:
 
 def _best(recording: Recording, here: Recording, found: Finding, options: Sequence[_Changes]) -> _Changes | None:
     """The option whose navigation is the most probable, None where that of what was read is no worse."""
-    if len(options) == 1 and found.log_odds > BEYOND_DOUBT:
+    if len(options) == 1 and _log_odds(found) > BEYOND_DOUBT:
         return options[0]
     heights = [_evidence(one.on(recording)) for one in options]
     if all(height is None for height in heights):  # the relation alone decides
@@ -92,10 +93,11 @@ def _best(recording: Recording, here: Recording, found: Finding, options: Sequen
 
 
 def _evidence(recording: Recording) -> float | None:
-    """log evidence of a recording under its belief, at its best noise; None where it cannot be navigated."""
+    """log evidence of a recording under its belief, at the expected noise; None where it cannot be navigated."""
     try:
         with np.errstate(all="ignore"):
-            height = prepare(believed(recording), recording.folder).fitted().log_evidence
+            case = prepare(believed(recording), recording.folder)
+            height = log_evidence(case.whitened([], np.zeros(len(case.noise.free)), case.block))
     except (InsEvalError, ArithmeticError, np.linalg.LinAlgError, ValueError):  # a wrong sign makes any solution absurd
         return None
     return height if np.isfinite(height) else None

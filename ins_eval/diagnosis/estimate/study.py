@@ -84,6 +84,7 @@ def space(hypotheses: Sequence[Hypothesis], policy: Policy) -> Space:
         handicap=np.array([policy.handicap * (one.candidate.name == COMPOSED) for one in hypotheses]),
         exact=np.array([one.candidate.name.startswith(EXACT) for one in hypotheses]),
         odds=policy.odds,
+        largest=np.array([one.candidate.largest for one in hypotheses]),
     )
 
 

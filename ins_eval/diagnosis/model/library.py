@@ -41,6 +41,10 @@ COMPOSED = {
     "lag": (150.0, 600.0, 2400.0, 9600.0),
     "branch": (0.03, 0.1, 0.3),
 }
+# of what is felt, on any axis: consumer MEMS are sold with 1 to 3 % uncalibrated, and nothing that is sold has 10 %
+COARSEST_PPM, LARGEST_PPM = 1e4, 1e5
+LARGEST = 400.0  # usual sizes that no instrument of its grade exceeds: consumer sheets over those of navigation grade
+PROPORTIONAL = ("ppm", "urad")
 SHORT = 5.0  # times of the filter: in less, its rate is hardly another thing than the temperature
 
 
@@ -55,6 +59,15 @@ class Candidate:
     column: Column
     parameters: dict[str, float | str] = field(default_factory=dict)
     centre: float = 0.0  # other than 0: what physics fixes the coefficient to, in nominal sizes
+
+    @property
+    def largest(self) -> float:
+        """The coefficient that no such sensor exceeds, inf where there is none; beyond it something else is wrong."""
+        effect = VOCABULARY[self.name]
+        if effect.enters not in SENSORS or effect.multipliers == ("1",):
+            return np.inf
+        most = LARGEST * self.nominal
+        return (min(most, LARGEST_PPM) if effect.unit in PROPORTIONAL else most) / self.nominal
 
     @property
     def key(self) -> tuple[str, str | None, str | None]:
@@ -151,7 +164,8 @@ def sized(
 ) -> tuple[str, float, float]:
     """Unit, nominal size, and the centre of the prior in nominal sizes.
 
-    Of a unit whose stated bias is larger than the usual one, all errors are as many times larger.
+    Of a unit whose stated bias is larger than the usual one, all errors are as many times larger, but none in
+    proportion to what is felt is larger than those of the coarsest units.
     """
     if effect.enters == "temperature":
         return effect.unit, SPREAD * float(parameters["lag_s"]), 1.0 / SPREAD
@@ -162,6 +176,8 @@ def sized(
     coarse = 1.0
     if effect.enters in SENSORS:
         coarse = max(1.0, given.bias_sigma[effect.enters] / VOCABULARY[f"{effect.enters}.bias"].nominal)
+        if effect.multipliers != ("1",) and effect.unit.startswith((*PROPORTIONAL, "ug")):
+            coarse = min(coarse, COARSEST_PPM / VOCABULARY[f"{effect.enters}.scale"].nominal)
     return effect.unit, coarse * effect.nominal, effect.centre / effect.nominal
 
 
