@@ -40,6 +40,12 @@ WRONG = [
     ("recording.reference_frame", None, 0.0, {"frame_found": "ENU"}),
 ]
 GRADES = ("navigation", "industrial")
+QUICK = {("navigation", UNIT, "gyro"), ("industrial", SIGN, "gyro"), ("industrial", EXCHANGED, "accelerometer")}
+CASES = [
+    pytest.param(grade, one, marks=() if (grade, one[0], one[3].get("sensor")) in QUICK else pytest.mark.slow)
+    for grade in GRADES
+    for one in WRONG
+]
 
 
 @cache
@@ -64,8 +70,7 @@ def said(folder: Path) -> list[tuple]:
     return [(one.effect.name, one.effect.axis, one.effect.value, one.effect.sensor) for one in found]
 
 
-@pytest.mark.parametrize("grade", GRADES)
-@pytest.mark.parametrize("wrong", WRONG, ids=lambda one: f"{one[0]} {one[1]} {one[3].get('sensor')}")
+@pytest.mark.parametrize(("grade", "wrong"), CASES)
 def test_a_wrong_description_is_named_and_nothing_else(tmp_path, grade: str, wrong: tuple) -> None:
     name, axis, value, parameters = wrong
     ((found, of, factor, sensor),) = said(spoilt(tmp_path / "drive", grade, wrong))
@@ -73,13 +78,14 @@ def test_a_wrong_description_is_named_and_nothing_else(tmp_path, grade: str, wro
     assert factor == pytest.approx(value, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grade", GRADES)
 def test_two_wrong_descriptions_are_both_named(tmp_path, grade: str) -> None:
     both = (WRONG[4], WRONG[6])
     assert {one[0] for one in said(spoilt(tmp_path / "drive", grade, *both))} == {UNIT, "recording.gps_velocity"}
 
 
-@pytest.mark.parametrize("trajectory", ["drive", "climb, cruise, landing"])
+@pytest.mark.parametrize("trajectory", ["drive", pytest.param("climb, cruise, landing", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("grade", [*GRADES, "consumer", "tactical"])
 def test_a_sound_recording_has_none(tmp_path, grade: str, trajectory: str) -> None:
     assert said(spoilt(tmp_path / "sound", grade, trajectory=trajectory)) == []

@@ -187,7 +187,22 @@ def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table:
     observed = seen("velocity", force)
     by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR))
     relative = relative_scores(integrals, at_s, velocity_n, down)
+    if relative is not None:
+        turned = integrals.rates("angle", at_s[first], at_s[last])
+        relative[:, :, ~_of_that_size(rate[:, 2], turned)] = relative.min()
     return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table, certain=False)
+
+
+def _of_that_size(turning: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """Which of `RELATIVE_FACTORS` bring the gyros (n, 3) nearer to the size of the turns of the course (n,).
+
+    In a window an offset of the gyros cannot be told from turns, and gyros that are read as next to nothing have none.
+    """
+    known = np.isfinite(turning) & np.isfinite(turned).all(axis=1)
+    if known.sum() < FEWEST_FIXES or np.std(turning[known]) < RATE_FLOOR[2]:
+        return np.ones(RELATIVE_FACTORS.size, dtype=bool)
+    size = float(np.sqrt(turned[known].var(axis=0).sum())) / float(np.std(turning[known]))
+    return (RELATIVE_FACTORS == 1.0) | (np.abs(np.log(size * RELATIVE_FACTORS)) < abs(np.log(size)))
 
 
 def _velocities(recording: Recording, moving: Fixes, table: str) -> tuple[np.ndarray, np.ndarray, float]:
