@@ -20,6 +20,7 @@ from ins_eval.grade import ANGLE_RANDOM_WALK, BIAS, VELOCITY_RANDOM_WALK, VISIBL
 from ins_eval.navigation import compensate, samples
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.belief import POSITION_SIGMA_M, VELOCITY_SIGMA_MPS, ZERO, Belief, FormTable
+from ins_eval.recording.mending import mended
 from ins_eval.units import DEG_PER_H, UG
 
 QFA_BIAS_SIGMA_UG = 50.0  # Paper A, Table 5: an accelerometer of which only its own readings are known
@@ -36,7 +37,7 @@ class Filled:
 
 
 def believed(recording: Recording) -> Recording:
-    """The same recording with every unknown key of gyro, accelerometer and GPS filled in.
+    """The same recording, wrong descriptions mended, with every unknown key of gyro, accelerometer and GPS filled in.
 
     1. The data sheet of ``recording.unit``, where it is named.
     2. What its stretches at rest show.
@@ -48,6 +49,7 @@ def believed(recording: Recording) -> Recording:
     """
     if recording.imu is None:
         return recording
+    recording = mended(recording)
     sheet = None if recording.unit is None else datasheets.unit(recording.unit)
     belief = recording.belief
     unknown = {table: _unknown(getattr(belief, table)) for table in FILLED}

@@ -132,10 +132,14 @@ def read(source: PathLike, belief: PathLike | None = None, unit: str | None = No
     Raises: UsageError, DataRefused.
     """
     source = Path(source)
+    stated = None
+    if belief is not None:
+        tables = {key: table for key, table in read_toml(Path(belief)).items() if key in Belief.model_fields}
+        stated = parse(Belief, tables, str(belief))
     if source.is_dir():
         if open_folder(source).description.kind == CHAMBER:
             raise UsageError(f"{source}: it is a chamber recording; calibrate or diagnose it")
-        recording = form.read(source, solution_alone=True)
+        recording = form.read(source, solution_alone=True, belief=stated)
     elif source.suffix == ".imu" or not source.exists():
         recording = replace(validate(psins_text.read(source, {})), folder=source.parent)
     else:
@@ -145,10 +149,7 @@ def read(source: PathLike, belief: PathLike | None = None, unit: str | None = No
         )
     if unit is not None:
         recording = replace(recording, unit=unit)
-    if belief is None:
-        return recording
-    tables = {key: table for key, table in read_toml(Path(belief)).items() if key in Belief.model_fields}
-    return replace(recording, belief=parse(Belief, tables, str(belief)))
+    return recording if stated is None else replace(recording, belief=stated)
 
 
 def simulate(

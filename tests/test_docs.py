@@ -251,7 +251,8 @@ def test_the_further_column_of_a_chamber_that_is_used_stands_in_the_page(reposit
 # ------------------------------------------------------------------------------------------------ effects
 
 # how a multiplier and a slow factor stand in the page
-FACTORS = {"1": "", "creep": "(y - y(0))", "branch": "h", "step": "s", "f f_pendulous": "f f_p", "f f_output": "f f_o"}
+FACTORS = {"1": "", "creep": "(y - y(0))", "branch": "h", "step": "s", "f f_pendulous": "f f_p", "f f_output": "f f_o",
+           "|f|": "abs(f)", "|w|": "abs(w)"}  # fmt: skip
 
 
 def effects() -> dict[str, Row]:
@@ -269,7 +270,7 @@ def test_an_effect_has_the_unit_axes_and_parameters_of_the_page(name: str) -> No
     assert row["axis"] == ", ".join(axis or "none" for axis in effect.axes)
     expected = {parameter.name for parameter in effect.parameters}
     expected |= {"other_axis"} if len(effect.multipliers) > 1 else set()
-    expected |= {"driver", "form"} if name == "composed" else set()
+    expected |= set(effect.words)
     assert once(named(row["parameters"])) == expected
 
 
@@ -293,7 +294,7 @@ def test_every_symbol_of_an_error_is_explained_and_no_other() -> None:
 def test_every_parameter_stands_in_the_page_with_its_unit_and_range() -> None:
     page = {named(row["parameter"])[0]: row for row in rows("effects.md", "parameter")}
     parameters = {p.name: p for effect in VOCABULARY.values() for p in effect.parameters}
-    assert set(page) == {*parameters, "other_axis", "driver", "form"}
+    assert set(page) == {*parameters, "other_axis", *(word for effect in VOCABULARY.values() for word in effect.words)}
     for name, parameter in parameters.items():
         assert page[name]["unit"] == (parameter.unit or "-")
         if parameter.low is not None:

@@ -14,7 +14,7 @@ from scipy.special import logsumexp
 
 from benchmark.scores import linear
 from benchmark.worlds.earth import G0, W, gravity, radii
-from benchmark.worlds.effects import AXES, VOCABULARY, Effect
+from benchmark.worlds.effects import AXES, DESCRIPTION, VOCABULARY, Effect
 from benchmark.worlds.instruments import DEG_PER_H, UG, Departures, Felt, compensated, element_temperature, scale_factor
 from benchmark.worlds.outside import FORMS, Outside, Window
 from benchmark.worlds.record import Made
@@ -28,6 +28,8 @@ def library(seconds: float, with_steps: bool = True) -> list[Effect]:
     """Every name on every axis at its nominal size, hyper-parameters on a grid."""
     out = []
     for name, row in VOCABULARY.items():
+        if row.target == DESCRIPTION:
+            continue
         grid: list[dict] = [{}]
         if name.endswith("creep"):
             grid = [{"time_constant_s": float(t), "law": "one"} for t in np.geomspace(300, 10000, 6)]

@@ -25,7 +25,6 @@ ALIKE = 3.0  # and below which it cannot
 SILENT = "no mismatch"
 MEMORY = ("time_constant_s", "branch_width_c", "at_s")
 PROBABILITY_EDGES = (0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.9, 0.97, 1.0)
-OWN_OUTPUT = {"outside.rate_scale": "gyro"}  # driven by what the sensor itself reads, which every recording holds
 LEVELS = (0.1, 0.25, 0.5, 0.75, 0.9)
 
 
@@ -77,12 +76,6 @@ def confidently_wrong(answer: dict, truths: set, driver: str | None = None) -> b
     return not (truths & listed(answer)) and not composed(answer, driver)
 
 
-def driver_of(effect: dict) -> str | None:
-    """The recorded column that drives an effect outside the vocabulary, None where none is recorded."""
-    own = OWN_OUTPUT.get(effect["name"])
-    return f"{own}_{effect['axis']}" if own else effect.get("driver")
-
-
 def composed(answer: dict, driver: str | None) -> bool:
     """Whether the answer names the column that really drives the effect."""
     return driver is not None and any(
@@ -124,7 +117,7 @@ def judged(truth: dict, answer: dict | None, seconds: float | None = None) -> di
     effects = answer.get("effects") or []
     targets = {key(one) for one in truth["effects"]}
     names = listed(answer)
-    driver = driver_of(truth["effects"][0]) if truth["outside"] else None
+    driver = truth["effects"][0].get("driver") if truth["outside"] else None
     record = {
         "case": truth["case"], "kind": truth["kind"], "where": " + ".join(kinds), "several": len(kinds) > 1,
         "null": truth["kind"] in NULLS, "inside": truth["kind"] not in NULLS and not truth["outside"],

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from benchmark.worlds import noise
-from benchmark.worlds.effects import VOCABULARY, Effect, an_effect
+from benchmark.worlds.description import misdescribe
+from benchmark.worlds.effects import DESCRIPTION, VOCABULARY, Effect, an_effect
 from benchmark.worlds.instruments import Departures, believe
 from benchmark.worlds.outside import FORMS, a_window, an_outside
 from benchmark.worlds.record import Made, Unit, feel, measure
@@ -86,6 +87,9 @@ def a_recording(rng, unit, trajectory, rate_hz, effects=(), reference=None, colu
     reference = bool(rng.random() < 0.08) if reference is None else reference
     columns = shown_columns(rng) if columns is None else columns
     made = measure(rng, felt, unit, departures, trajectory, name or trajectory, reference and moving, columns)
+    for effect in effects:
+        if isinstance(effect, Effect) and VOCABULARY[effect.name].target == DESCRIPTION:
+            misdescribe(made.tables, effect.name, effect.axis, effect.value, effect.parameters)
     if rng.random() < 0.2:
         made.shift_s = float(rng.integers(10, 80000))
         made.head["start"]["time_s"] = made.shift_s
@@ -142,7 +146,7 @@ def columns_for(rng, names) -> tuple[str, ...]:
 
 def single(rng, index, options, chamber=True):
     """One effect of the vocabulary; each name in its turn."""
-    names = list(VOCABULARY)
+    names = [name for name, row in VOCABULARY.items() if row.target != DESCRIPTION]
     name = names[index % len(names)]
     unit = a_unit(rng, "plain", pulses=name == "temperature.lag")
     row = VOCABULARY[name]
@@ -169,7 +173,8 @@ def known(effects, made: Made | None = None) -> dict:
 
 def pair(rng, index, options):
     """Two effects of the vocabulary with different names, large enough that both should show."""
-    names = [name for name, row in VOCABULARY.items() if "flight" in row.kinds and not name.startswith("reference.")]
+    other = ("reference.", "recording.")
+    names = [name for name, row in VOCABULARY.items() if "flight" in row.kinds and not name.startswith(other)]
     first, second = rng.choice(len(names), 2, replace=False)
     chosen = [names[first], names[second]]
     low, high = options.spread
@@ -256,8 +261,11 @@ def unidentifiable(rng, index, options):
 
 def multi(rng, index, options):
     """One effect in several recordings of an instrument: flight and flight, chamber or oven."""
-    names = [name for name, row in VOCABULARY.items()
-             if "oven" in row.kinds and not name.endswith("step") and not name.startswith(("earth", "alignment"))]
+    names = [
+        name
+        for name, row in VOCABULARY.items()
+        if "oven" in row.kinds and not name.endswith("step") and not name.startswith(("earth", "alignment"))
+    ]
     name = names[int(rng.integers(len(names)))]
     unit = a_unit(rng, "plain", pulses=True)
     effect = an_effect(rng, name, options.spread)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numba
 import numpy as np
 
+from benchmark.worlds.description import a_description
 from benchmark.worlds.heat import lag
 from benchmark.worlds.instruments import Departures, Felt
 from benchmark.worlds.noise import log_uniform
@@ -110,6 +111,7 @@ def _index(axis: str) -> int:
 
 MOVING, HOT, ALL = ("flight", "drive"), ("flight", "oven"), ("flight", "drive", "oven", "static")
 UG, PPM, DPH = "accel_ug", "accel_ppm", "gyro_deg_per_h"
+DESCRIPTION = "description"  # written into the files, see `description`
 rate = lambda f, i, p: f.rate[:, i]  # noqa: E731
 step = lambda f, i, p: (f.time_s >= p["at_s"]).astype(float)  # noqa: E731
 
@@ -137,6 +139,9 @@ VOCABULARY: dict[str, Row] = {
         parameters=lambda rng: {"branch_width_c": float(np.round(log_uniform(rng, 0.7, 7.0), 2)),
                                 "begin": float(np.round(rng.uniform(-1, 1), 2))}),
     "accelerometer.scale_drift": Row("ppm/h", 35.0, PPM, lambda f, i, p: hours(f), kinds=ALL),
+    "accelerometer.scale_step": Row("ppm", 150.0, PPM, step, kinds=MOVING, parameters=_at),
+    "accelerometer.asymmetry": Row(
+        "ppm", 250.0, UG, lambda f, i, p: np.abs(f.force_g[:, i]), kinds=MOVING),
     "accelerometer.quadratic": Row("ug/g^2", 120.0, UG, lambda f, i, p: f.force_g[:, i] ** 2, kinds=MOVING),
     "accelerometer.cubic": Row("ug/g^3", 120.0, UG, lambda f, i, p: f.force_g[:, i] ** 3, kinds=MOVING),
     "accelerometer.cross_pendulous": Row(
@@ -154,6 +159,9 @@ VOCABULARY: dict[str, Row] = {
     "gyro.bias_step": Row("deg/h", 0.03, DPH, step, kinds=ALL, parameters=_at),
     "gyro.bias_drift": Row("(deg/h)/h", 0.02, DPH, lambda f, i, p: hours(f), kinds=ALL),
     "gyro.scale": Row("ppm", 100.0, DPH, lambda f, i, p: 1e-6 * f.turn[:, i] / (ARCSEC), kinds=MOVING),
+    "gyro.scale_step": Row(
+        "ppm", 100.0, DPH, lambda f, i, p: 1e-6 * f.turn[:, i] * step(f, i, p) / ARCSEC, kinds=MOVING, parameters=_at),
+    "gyro.asymmetry": Row("ppm", 250.0, DPH, lambda f, i, p: 1e-6 * np.abs(f.turn[:, i]) / ARCSEC, kinds=MOVING),
     "gyro.misalignment": Row(
         "urad", 80.0, DPH, lambda f, i, p: 1e-6 * f.turn[:, _index(p["other_axis"])] / ARCSEC, kinds=MOVING,
         parameters=_other),
@@ -168,6 +176,13 @@ VOCABULARY: dict[str, Row] = {
     **{f"earth.{flag}": Row("fraction", 1.0, "earth", axes=(None,), kinds=kinds) for flag, kinds in (
         ("rotation", ALL), ("coriolis", MOVING), ("transport_rate", MOVING), ("gravity_height", ALL),
         ("gravity_latitude", ALL))},
+    "recording.axis_sign": Row("factor", 1.0, DESCRIPTION, kinds=MOVING),
+    "recording.axes_exchanged": Row("factor", 1.0, DESCRIPTION, kinds=MOVING),
+    "recording.unit": Row("factor", 1.0, DESCRIPTION, axes=(None,), kinds=MOVING),
+    "recording.clock_step": Row("s", 0.1, DESCRIPTION, axes=(None,), kinds=MOVING),
+    "recording.clock_drift": Row("ppm", 50.0, DESCRIPTION, axes=(None,), kinds=MOVING),
+    "recording.gps_velocity": Row("factor", 1.0, DESCRIPTION, axes=(None, "down"), kinds=MOVING),
+    "recording.reference_frame": Row("deg", 5.0, DESCRIPTION, axes=(None,), kinds=MOVING),
 }  # fmt: skip
 
 
@@ -200,7 +215,7 @@ class Effect:
             departures.reference_offset_s += value
         elif row.target == "reference_tilt":
             departures.reference_rad[_index(self.axis)] += value * 1e-6
-        else:
+        elif row.target == "earth":
             departures.earth += (self.name.split(".")[1],)
 
     def settle(self, seconds: float) -> None:
@@ -220,7 +235,8 @@ class Effect:
         if group in ("accelerometer", "gyro"):
             return f"{group}.{self.axis}"
         return {"temperature": "temperature", "alignment": "navigation", "earth": "navigation",
-                "gps": "gps.velocity", "reference": "reference.attitude"}[group]  # fmt: skip
+                "gps": "gps.velocity", "reference": "reference.attitude",
+                "recording": "clock" if "clock" in self.name else "recording"}[group]  # fmt: skip
 
 
 def an_effect(rng, name: str, spread=(0.2, 5.0), axis: str | None = "draw") -> Effect:
@@ -235,6 +251,9 @@ def an_effect(rng, name: str, spread=(0.2, 5.0), axis: str | None = "draw") -> E
         parameters["other_axis"] = AXES[(AXES.index(axis) + 1 + int(rng.integers(2))) % 3]
     if name.startswith("earth."):
         return Effect(name, None, 1.0, parameters)
+    if row.target == DESCRIPTION:
+        value, parameters = a_description(rng, name, axis)
+        return Effect(name, axis, value, parameters)
     sign = 1.0 if name == "temperature.lag" else rng.choice((-1.0, 1.0))
     value = float(f"{sign * row.nominal * log_uniform(rng, *spread):.5g}")
     return Effect(name, axis, value, parameters)

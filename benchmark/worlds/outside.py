@@ -6,15 +6,12 @@ driving sensor exists, `driver` names its column; whether the recording shows th
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from benchmark.worlds.noise import log_uniform
-
-DEG = math.pi / 180.0
 
 
 def _second(felt, values):
@@ -99,8 +96,6 @@ FORMS = {
               lambda f, i, p: np.sin(2 * np.pi * f.time_s / p["period_s"] + p["phase_rad"]), ALL),
     "dead zone": ("output that sticks towards zero at small input", "accel_ug", 250.0, "ug", {"width_g": (0.01, 0.05)},
                   None, lambda f, i, p: -f.force_g[:, i] / (np.abs(f.force_g[:, i]) + p["width_g"]), MOVING),
-    "rate scale": ("gyro error in proportion to the magnitude of its rate", "gyro_deg_per_h", 250.0, "ppm", {}, None,
-                   lambda f, i, p: 1e-6 * np.abs(f.turn[:, i]) / (DEG / 3600.0), ("flight",)),
     "turn velocity": ("GPS velocity wrong while turning", "gps_velocity", 2.0, "m/s per rad/s", {}, None, None, MOVING),
     "height velocity": ("GPS height in error in proportion to height", "gps_position", 0.004, "m/m", {}, None, None,
                         ("flight",)),

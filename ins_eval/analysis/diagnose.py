@@ -12,14 +12,17 @@ import pandas as pd
 
 from ins_eval.believed import belief_rows, believed, believed_of_chamber
 from ins_eval.diagnosis.answer.answer import answer
+from ins_eval.diagnosis.answer.described import with_descriptions
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import Diagnosis
-from ins_eval.diagnosis.estimate.case import Case, prepare
+from ins_eval.diagnosis.estimate.case import Case, prepare, with_effects
 from ins_eval.diagnosis.estimate.chamber import prepare_chamber
+from ins_eval.diagnosis.estimate.description import WrongDescription, wrong_descriptions
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.form.description import CHAMBER, open_folder
+from ins_eval.recording.mending import FAMILY
 from ins_eval.tables import parse, read_toml
 
 STEPS = 4  # of the search, beside one for each recording
@@ -68,9 +71,9 @@ def diagnose_folders(
     for folder, name in zip(folders, _names(folders), strict=True):
         step(folder.name)
         made.append(_made_ready(folder, name, belief_file, unit))
-    cases, beliefs, stated = zip(*made, strict=True)
+    cases, beliefs, stated, wrong = zip(*made, strict=True)
     named = {case.name: rows for case, rows in zip(cases, stated, strict=True)}
-    return RecordingsDiagnosis(judge(cases, step, beliefs[0]), beliefs[0], named)
+    return RecordingsDiagnosis(with_descriptions(judge(cases, step, beliefs[0]), wrong), beliefs[0], named)
 
 
 def prepare_folders(folders: Sequence[Path]) -> list[Case]:
@@ -88,8 +91,8 @@ def belief_of(folder: Path, belief_file: Path | None) -> tuple[Belief, Path]:
 
 def _made_ready(
     folder: Path, name: str, belief_file: Path | None = None, unit: str | None = None
-) -> tuple[Case, Belief, list[dict[str, str]]]:
-    """A recording made ready to be judged, what is believed of it, and the same as rows for the page."""
+) -> tuple[Case, Belief, list[dict[str, str]], list[WrongDescription]]:
+    """A recording made ready to be judged, its belief, the same as rows for the page, and what was mended in it."""
     if not folder.is_dir():
         raise UsageError(
             f"{folder}: diagnose takes a folder in the form ins-recording/1; bring this file into the form first: "
@@ -98,10 +101,14 @@ def _made_ready(
     belief, where = belief_of(folder, belief_file)
     if open_folder(folder).description.kind == CHAMBER:
         belief = believed_of_chamber(belief)
-        return prepare_chamber(form.read_chamber(folder), belief, name, where), belief, []
-    recording = replace(form.read(folder), name=name, belief=belief, folder=where)
-    recording = believed(recording if unit is None else replace(recording, unit=unit))
-    return prepare(recording, where), recording.belief, belief_rows(recording)
+        return prepare_chamber(form.read_chamber(folder), belief, name, where), belief, [], []
+    doubted = form.read(folder, belief=belief, doubted=True)
+    doubted = doubted if unit is None else replace(doubted, unit=unit)
+    wrong = wrong_descriptions(replace(doubted, name=name, folder=where))
+    right = replace(doubted, belief=with_effects(belief, [one.effect for one in wrong]))
+    recording = believed(replace(form.validated(right), name=name, folder=where))
+    stated = tuple(one for one in belief.effects if one.name.startswith(FAMILY))  # mended, and still believed
+    return prepare(recording, where), with_effects(recording.belief, stated), belief_rows(recording), wrong
 
 
 def _names(folders: Sequence[Path]) -> list[str]:

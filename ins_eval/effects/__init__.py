@@ -1,7 +1,7 @@
 """What may have been left out: one library of physical effects, for a diagnosis to find and for a belief to state.
 
     effect         what an effect is
-    accelerometer, gyro, lag, receiver, start, earth, composed    the effects, one row each
+    accelerometer, gyro, lag, receiver, start, earth, description, composed    the effects, one row each
     vocabulary     all of them by name, and what a belief may say of them
     slow           what the error of a sensor follows: temperature, its rate, memory, time
     temperature    the temperature that the elements had

@@ -14,6 +14,7 @@ CREEP_TIME = Parameter("time_constant_s", "s", 120.0, 15000.0, 8, form=0.5)
 BRANCH_WIDTH = Parameter("branch_width_c", "degC", 0.3, 12.0, 7, form=0.2)
 BRANCH_BEGIN = Parameter("branch_begin", "", -1.0, 1.0, 3, even=True)
 RATE_FILTER = Parameter("rate_filter_s", "s", 2.0, 180.0, 7, assumed=True)
+SUPPLY = "a range is switched, a supply or a loop's current source changes"
 AT = Parameter("at_s", "s", None, None, 40)
 TEMPERATURES, RATES = "a temperature that changes", "a temperature that changes at several rates"
 FORCES = "specific force that changes: turns, climbs, a tumble; gravity alone where it is vertical"
@@ -110,6 +111,20 @@ EFFECTS = (
         physics="the gain of the loop, its current source or the magnet move steadily with time",
         unit="ppm/h", si=PPM / HOUR, nominal=30.0, multipliers=("f",), slow="t",
         excited_by=f"hours, and {FORCES}", reference="Paper B (IEEE Access 2019), eqs (13) and (28)",
+    ),
+    _of(
+        name="accelerometer.scale_step",
+        physics=f"{SUPPLY}: the scale factor jumps",
+        unit="ppm", si=PPM, nominal=50.0, multipliers=("f",), slow="step", parameters=(AT,), local=True,
+        excited_by=f"time on both sides of the jump, and {FORCES}",
+        reference="Willsky and Jones, IEEE Trans. AC 21 (1976) 108",
+    ),
+    _of(
+        name="accelerometer.asymmetry",
+        physics="specific force one way is measured larger than the other way: an error that follows the magnitude",
+        unit="ppm", si=PPM, nominal=50.0, multipliers=("|f|",),
+        excited_by="specific force along it in both directions",
+        reference="IEEE Std 1293-2018, scale factor asymmetry",
     ),
     _of(
         name="accelerometer.quadratic",

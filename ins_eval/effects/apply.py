@@ -29,7 +29,7 @@ from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.units import STANDARD_GRAVITY
 
 SUBSTITUTIONS = 3  # each leaves a part in a thousand of an error of 1000 ppm
-OF_INPUT = ("1", "f", "f^2", "f^3")  # multipliers that are known where only the input axis is
+OF_INPUT = ("1", "f", "f^2", "f^3", "|f|")  # multipliers that are known where only the input axis is
 
 
 class _Applied(NamedTuple):
@@ -136,7 +136,7 @@ def parameters(effect: Effect, believed: EffectBelief) -> dict[str, float | str]
 
 
 def _require_driver(believed: EffectBelief, given: Conditions) -> None:
-    if believed.driver not in (*given.columns, *(f"gyro_{axis}" for axis in AXES)):
+    if believed.driver not in given.columns:
         raise DataRefused(
             f"effects ({believed.name}): the recording has no column '{believed.driver}', expected what the effect is "
             "driven by; leave the effect out for this recording"

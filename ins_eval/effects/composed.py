@@ -10,7 +10,6 @@ such as ``accelerometer bias = value * lag(supply_v, 600)``. With u the driver a
     rate      60 (u - y) / tau with tau y' = u - y, y(0) = u(0), per minute; argument tau in s
     lag       y - y(0) of the same filter; argument tau in s
     branch    +1 where u falls, -1 where it rises; argument: the change over which 63 % of the other branch is reached
-    magnitude |u|, of a gyro's own rate in rad/s only: ``gyro bias = value * magnitude(gyro_z)`` for axis z
 """
 
 from __future__ import annotations
@@ -24,9 +23,7 @@ from ins_eval.units import DEG_PER_H, PPM, UG
 
 NAME = "composed"
 # whether it has an argument
-SHAPES = {"change": False, "square": False, "rate": True, "lag": True, "branch": True, "magnitude": False}
-MAGNITUDE = "magnitude"
-ASYMMETRY = 1e-4  # usual error in proportion to the magnitude of a rate
+SHAPES = {"change": False, "square": False, "rate": True, "lag": True, "branch": True}
 
 
 class Target(NamedTuple):
@@ -51,7 +48,7 @@ EFFECTS = (
     Effect(
         name=NAME,
         physics="a sensor's error follows a column that was recorded beside it",
-        enters="any", unit="as stated", si=1.0, nominal=1.0,
+        enters="any", unit="as stated", si=1.0, nominal=1.0, words=("driver", "form"),
         excited_by="a driver that changes", reference="none: the recording itself suggests it",
     ),
 )  # fmt: skip

@@ -53,7 +53,7 @@ class Effect:
 
     name : as in docs/effects.md
     physics : what it is, in words
-    enters : "accelerometer", "gyro", "gps", "reference", "start", "earth", "temperature" or "any"
+    enters : "accelerometer", "gyro", "gps", "reference", "start", "earth", "temperature", "recording" or "any"
     unit, si : of a value, and the SI value of one unit
     nominal : one sigma of the middle scale of the prior on the value, in `unit`
     excited_by : what a recording must contain for it to show
@@ -62,6 +62,7 @@ class Effect:
     multipliers : of a sensor's error; several where another axis has to be named
     slow : the slow factor by which the multiplier is multiplied, see `slow`
     parameters : what it has besides a value
+    words : keys of what else it has, which is no number
     centre : what physics fixes the value to, in `unit`; 0 where it does not, then `nominal` is around 0
     local : it belongs to one recording only
     form : one sigma of the value that its law and the sampling leave open however long it is measured, as a part of it
@@ -82,6 +83,7 @@ class Effect:
     centre: float = 0.0
     local: bool = False
     form: float = 1e-3
+    words: tuple[str, ...] = ()
 
     def others(self, axis: str | None) -> tuple[str | None, ...]:
         """The other axes between which has to be chosen for `axis`; (None,) where there is nothing to choose."""
@@ -109,9 +111,9 @@ def multiplied(sensor: str, multiplier: str, axis: str, force: np.ndarray, rate:
     own = AXES.index(axis)
     if multiplier == "1":
         return 1.0
+    if multiplier.startswith("|"):
+        return np.abs((rate if sensor == GYRO else force)[:, own])
     if sensor == GYRO:
-        if multiplier == "|w|":
-            return np.abs(rate[:, own])
         taken = AXES.index(taken_axis(GYRO, multiplier, axis))
         return (rate if multiplier.startswith("w") else force)[:, taken]
     f = force[:, own]

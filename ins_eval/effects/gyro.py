@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from ins_eval.effects.accelerometer import AT, RATE_FILTER, RATES, TEMPERATURES
+from ins_eval.effects.accelerometer import AT, RATE_FILTER, RATES, SUPPLY, TEMPERATURES
 from ins_eval.effects.effect import GYRO, Effect
 from ins_eval.units import DEG_PER_H, HOUR, PPM, STANDARD_GRAVITY
 
@@ -50,6 +50,18 @@ EFFECTS = (
         physics="the angle is measured too large by a constant part",
         unit="ppm", si=PPM, nominal=50.0, multipliers=("w",),
         excited_by=TURNS, reference=f"{PAPER}, 20 ppm",
+    ),
+    _of(
+        name="gyro.scale_step",
+        physics=f"{SUPPLY}: the scale factor jumps",
+        unit="ppm", si=PPM, nominal=50.0, multipliers=("w",), slow="step", parameters=(AT,), local=True,
+        excited_by=f"{TURNS} on both sides of the jump", reference="Willsky and Jones, IEEE Trans. AC 21 (1976) 108",
+    ),
+    _of(
+        name="gyro.asymmetry",
+        physics="turns one way are measured larger than turns the other way: an error that follows the magnitude",
+        unit="ppm", si=PPM, nominal=50.0, multipliers=("|w|",),
+        excited_by=f"{TURNS}, both ways", reference="IEEE Std 1431-2004, scale factor asymmetry",
     ),
     _of(
         name="gyro.misalignment",

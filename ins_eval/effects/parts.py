@@ -20,7 +20,6 @@ from ins_eval.effects import composed, lag
 from ins_eval.effects.effect import ACCELEROMETER, AXES, GYRO, Effect
 from ins_eval.effects.slow import Conditions, OfTime, known, of_column, slow_factor
 from ins_eval.effects.temperature import SmoothedTemperature, chamber_temperature, temperature
-from ins_eval.errors import UsageError
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import Belief
 
@@ -120,13 +119,6 @@ def _of_lag(lag_s: float, given: Conditions) -> list[EffectPart]:
 
 def _composed(form: str, axis: str, given: Conditions) -> list[EffectPart]:
     target, shape, driver, argument = composed.parse_form(form)
-    if shape == composed.MAGNITUDE:
-        if target.sensor != GYRO or target.multiplier != "1" or driver != f"gyro_{axis}":
-            raise UsageError(
-                f"composed: the form '{form}' of axis {axis} is not understood, expected 'gyro bias = value * "
-                f"magnitude(gyro_{axis})'; write it so"
-            )
-        return [EffectPart(GYRO, axis, "|w|", target.si, "1", np.ones_like)]
     slow = _through(*of_column(shape, given, driver, argument))
     return [EffectPart(target.sensor, axis, target.multiplier, target.si, f"{shape} {driver} {argument:.9g}", slow)]
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ins_eval.effects import accelerometer, composed, earth, gyro, lag, receiver, start
+from ins_eval.effects import accelerometer, composed, description, earth, gyro, lag, receiver, start
 from ins_eval.effects.effect import Effect
 from ins_eval.errors import UsageError, did_you_mean
+from ins_eval.recording import mending
 from ins_eval.recording.belief import EffectBelief
 
 VOCABULARY: dict[str, Effect] = {
     effect.name: effect
-    for module in (accelerometer, lag, gyro, start, receiver, earth, composed)
+    for module in (accelerometer, lag, gyro, start, receiver, earth, description, composed)
     for effect in module.EFFECTS
 }
 ONE_OF_EARTH = (0.5, 1.5)  # a fraction that stands for the whole term
@@ -48,6 +49,8 @@ def _check(believed: EffectBelief, where: str) -> None:
             continue
         if parameter.name in EffectBelief.model_fields and getattr(believed, parameter.name) is None:
             raise UsageError(f"{where}: '{parameter.name}' is missing; add it")
+    if effect.enters == description.FAMILY:
+        mending.check(believed, where)
     if effect.enters == "earth" and not ONE_OF_EARTH[0] < believed.value < ONE_OF_EARTH[1]:
         raise UsageError(f"{where}: the fraction is {believed.value:g}, expected near 1; physics allows no other")
     if effect.enters == "temperature" and believed.value < 0.0:

@@ -81,6 +81,10 @@ class Fixes:
     position_sigma_m: np.ndarray | None = None  # (m,) where each fix states its own
     velocity_sigma_mps: np.ndarray | None = None
 
+    def rows(self, chosen: np.ndarray) -> Fixes:
+        """Some of the fixes."""
+        return Fixes(**{name: None if values is None else values[chosen] for name, values in vars(self).items()})
+
 
 def whole_rows(motion: np.ndarray) -> np.ndarray:
     """Which rows of latitude, longitude, height and velocity (m, 6) hold what the table delivers, (m,) bool.

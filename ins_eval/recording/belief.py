@@ -135,7 +135,7 @@ class EffectBelief(FormTable):
     """
 
     name: str
-    axis: Literal["x", "y", "z", "north", "east"] | None = None
+    axis: Literal["x", "y", "z", "north", "east", "down"] | None = None
     value: float
     unit: str | None = None  # None: that of the vocabulary
     recording: str | None = None
@@ -147,6 +147,9 @@ class EffectBelief(FormTable):
     at_s: float | None = None
     driver: str | None = None
     form: str | None = None
+    sensor: Literal["gyro", "accelerometer"] | None = None
+    unit_found: str | None = None
+    frame_found: str | None = None
 
 
 class Belief(FormTable):

@@ -22,6 +22,7 @@ from ins_eval.wording import sentence
 
 BLOCK_S = 60.0  # over which a whitened residual is averaged
 FAMILIES = 12  # in the figure of the evidence
+NOT_SHOWN = ("earth", "any", "recording")  # that no recording would show better
 
 
 def page(
@@ -35,10 +36,11 @@ def page(
     count = len(diagnosis.cases)
     first = diagnosis.effects[0] if diagnosis.effects else None
     places = evidence(of, first)
+    physics = found["effects"][len(diagnosis.described) :]
     both = [before_after(diagnosis, r) for r in range(count)]
     seen = [
         (entry, located(diagnosis, one))
-        for one, entry in zip([*diagnosis.effects, None], [*found["effects"], None], strict=True)
+        for one, entry in zip([*diagnosis.effects, None], [*physics, None], strict=True)
     ]
     seen = [(entry, one) for entry, one in seen if one is not None]
     asked = {one.candidate.name for one in of.hypotheses}
@@ -47,7 +49,7 @@ def page(
         "recordings": [_facts(diagnosis, r, both[r]) for r in range(count)],
         "statistics": diagnosis.statistics,
         "evidence": {
-            "in_place_of": effect_words(found["effects"][0]) if first is not None else None,
+            "in_place_of": effect_words(physics[0]) if first is not None else None,
             "threshold": of.space.cost,
             "families": [_family(one) for one in places[:FAMILIES]],
         },
@@ -55,9 +57,7 @@ def page(
         "written": [{"unit": VOCABULARY[one.name].unit} | one.model_dump(exclude_none=True) for one in written],
         "limits": [asdict(one) for one in limits(of)],
         # the Earth is asked about where the belief leaves a term out, what is composed where a column suggests it
-        "absent": [
-            name for name, one in VOCABULARY.items() if name not in asked and one.enters not in ("earth", "any")
-        ],
+        "absent": [name for name, one in VOCABULARY.items() if name not in asked and one.enters not in NOT_SHOWN],
     }
 
     def draw() -> dict[str, Figure]:

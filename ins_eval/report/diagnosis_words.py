@@ -18,6 +18,8 @@ SPOKEN = {
     "reference.velocity": "velocity of the reference",
     "reference.attitude": "attitude of the reference",
     "temperature": "temperature",
+    "clock": "the clock",
+    "recording": "the description of the recording",
     "navigation": "the navigation",
 }
 FRACTION = "fraction"  # the unit that stands before its number
@@ -38,7 +40,8 @@ def effect_words(one: Mapping) -> str:
         words = of["form"]
     axis = one.get("axis")
     towards = f" with {of['other_axis']}" if of.get("other_axis") else ""
-    return f"{words}, {axis}{towards}" if axis else words
+    where = " ".join(filter(None, (of.get("sensor"), axis)))
+    return f"{words}, {where}{towards}" if where else words
 
 
 def _parameters(one: Mapping) -> Mapping:

@@ -104,18 +104,6 @@ def test_outside_wants_unexplained_or_the_driving_column():
     assert result["outside"]["confidently wrong"]["hits"] == 1
 
 
-def test_the_magnitude_of_a_rate_is_driven_by_the_column_of_that_gyro():
-    hidden = {"name": "outside.rate_scale", "axis": "y", "value": 400.0, "driver": None}
-    truths = [truth(case, "outside", [hidden], outside=True) for case in "ab"]
-    answers = {
-        case: answer("explained", [{"name": "composed", "axis": axis, "driver": f"gyro_{axis}"}])
-        for case, axis in (("a", "y"), ("b", "z"))
-    }
-    result = score(truths, answers)
-    assert result["outside"]["unexplained or the driving column, D >= 8"]["hits"] == 1
-    assert result["outside"]["confidently wrong"]["hits"] == 1
-
-
 def test_intervals_cover_or_not():
     truths = [truth("a", "single", [CREEP]), truth("b", "single", [CREEP | {"law": "power"}])]
     tau = {"time_constant_s_interval95": [2100.0, 3000.0]}

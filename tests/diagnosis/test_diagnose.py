@@ -42,7 +42,7 @@ OF_UNEXPLAINED = {"significance_sigma", "channel", "interval_s"}
 OF_FIT = {"held_out", "velocity_rms_mps", "radial_error_rate_nmi_per_h"}
 VERDICTS = {"no mismatch", "explained", "not identifiable", "partly explained", "unexplained"}
 CHANNELS = {f"{sensor}.{axis}" for sensor in ("accelerometer", "gyro") for axis in "xyz"} | {
-    "temperature", "gps.position", "gps.velocity", "reference.attitude", "navigation"
+    "temperature", "gps.position", "gps.velocity", "reference.attitude", "navigation", "clock", "recording"
 }  # fmt: skip
 WORSE = 1.1  # held-out ratio of an effect that does harm
 

@@ -9,7 +9,7 @@ import pytest
 
 from ins_eval.diagnosis.estimate import whitening
 from ins_eval.diagnosis.model import columns, error_model, geometry, null, observations
-from ins_eval.diagnosis.model.columns import Column, Drive, Measured, Missing
+from ins_eval.diagnosis.model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.recording.belief import EarthBelief
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
@@ -21,7 +21,7 @@ EARTH_COEFFICIENT = 0.02
 ARC_SAMPLES, IN_ARCS = 400, 0.01
 
 
-def fitted(believed: null.Believed, column: Column) -> tuple[float, float]:
+def fitted(believed: null.Believed, column: Column, slow=None) -> tuple[float, float]:
     """Coefficient of `column` in the residual of `believed`, and the share of the residual's energy that it leaves."""
     solution = null.solve(believed)
     end_s = solution[-1].time_s[-1]
@@ -38,13 +38,16 @@ def fitted(believed: null.Believed, column: Column) -> tuple[float, float]:
         wander_sigma=np.zeros(6),
         wander_time_s=np.full(6, 1800.0),
     )
-    sums = whitening.whiten(columns.assemble(model, seen, columns.SlowFactor(), [column]), levels)
+    factors = SlowFactor()
+    for name, of_time in (slow or {}).items():
+        factors.add(name, of_time, model)
+    sums = whitening.whiten(columns.assemble(model, seen, factors, [column]), levels)
     a, b = sums.normal[0, 0], sums.projection[0]
     return b / a, 1.0 - b * b / a / sums.square
 
 
-def check(believed: null.Believed, column: Column, value: float, tolerance: float = COEFFICIENT) -> None:
-    found, left = fitted(believed, column)
+def check(believed: null.Believed, column: Column, value: float, tolerance: float = COEFFICIENT, slow=None) -> None:
+    found, left = fitted(believed, column, slow)
     assert found == pytest.approx(value, rel=tolerance)
     assert left < (LEFT_OVER if tolerance == COEFFICIENT else tolerance)
 
@@ -130,6 +133,33 @@ def test_stamps_that_are_late(believed) -> None:
     fixes = believed.recording.gps
     late = replace(believed, recording=replace(believed.recording, gps=replace(fixes, time_s=fixes.time_s + delay_s)))
     check(late, Column("", (Measured("delay", 1.0),)), delay_s)
+
+
+def test_a_clock_that_is_fast(believed) -> None:
+    """Gravity, velocity and the turning of n go on for longer than they did, and the stamps run ahead."""
+    fast, start_s = 5e-5, believed.start.time_s
+    time_s = start_s + (believed.time_s - start_s) * (1.0 + fast)
+    column = Column("", (Measured("delay", -1.0, "t"), Elapsed(1.0)))
+    check(replace(believed, time_s=time_s), column, fast, slow={"t": lambda at_s: at_s - start_s})
+
+
+def test_a_clock_that_jumps(believed) -> None:
+    at_s, late_s = 2000.0, 0.05
+    fixes = believed.recording.gps
+    time_s = fixes.time_s - late_s * (fixes.time_s >= at_s)
+    jumped = replace(believed, recording=replace(believed.recording, gps=replace(fixes, time_s=time_s)))
+    after = {"after": lambda time_s: (time_s >= at_s - 0.5).astype(float)}
+    check(jumped, Column("", (Measured("delay", -1.0, "after"),)), late_s, slow=after)
+
+
+@pytest.mark.parametrize(("axis", "multiplier", "value"), [("accelerometer", "|f|", 1e-4), ("gyro", "|w|", 1e-4)])
+def test_an_error_that_follows_a_magnitude(believed, axis: str, multiplier: str, value: float) -> None:
+    errors = {"accelerometer": (believed.velocity, 1), "gyro": (believed.gyro, 2)}
+    indicated, k = errors[axis]
+    wrong = indicated.copy()
+    wrong[:, k] += value * np.abs(indicated[:, k])
+    changed = {"accelerometer": {"velocity": wrong}, "gyro": {"gyro": wrong}}[axis]
+    check(replace(believed, **changed), Column("", (Drive(axis, k, multiplier, 1.0),)), value)
 
 
 def test_a_correction_takes_an_error_off(believed) -> None:

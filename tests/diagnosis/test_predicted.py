@@ -51,12 +51,14 @@ def drawn(coefficient: float, sigma: float = 1.0) -> float:
 def test_what_is_written_are_values_in_their_units() -> None:
     found = linearisation({BIAS_Z: SURE, BIAS_X: LIKELY})
     one_case = SimpleNamespace(name="first")
-    written = Diagnosis.predicted.fget(SimpleNamespace(effects=(object(),), linearisation=found, cases=(one_case,)))
+    written = Diagnosis.predicted.fget(
+        SimpleNamespace(described=(), effects=(object(),), linearisation=found, cases=(one_case,))
+    )
     assert {(one.name, one.axis): one.value for one in written} == {
         (found.hypotheses[k].candidate.name, found.hypotheses[k].candidate.axis): pytest.approx(coefficient)
         for k, coefficient in told(found).items()  # their nominal size is 1
     }
-    assert Diagnosis.predicted.fget(SimpleNamespace(effects=(), linearisation=None, cases=())) == []
+    assert Diagnosis.predicted.fget(SimpleNamespace(described=(), effects=(), linearisation=None, cases=())) == []
 
 
 def test_beside_a_sure_thermal_effect_a_likely_one_is_believed_and_drawn_towards_nothing() -> None:

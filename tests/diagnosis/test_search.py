@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -40,7 +41,8 @@ def of(families, centre=None, handicap=None) -> Space:
     zeros = np.zeros(families.size)
     centre = zeros if centre is None else np.array(centre)
     handicap = zeros if handicap is None else handicap
-    return Space(families, centre, handicap, np.zeros(families.size, dtype=bool), Policy.odds)
+    nothing = np.full(families.size, np.inf)
+    return Space(families, centre, handicap, np.zeros(families.size, dtype=bool), Policy.odds, nothing)
 
 
 @pytest.fixture(scope="module")
@@ -233,3 +235,14 @@ def test_nothing_is_grown_from_nothing() -> None:
     ranked = search(50.0 * np.eye(30), np.zeros(30), space, Policy.share, Policy())
     assert ranked[0].members == ()
     assert max(len(one.members) for one in ranked) == 1
+
+
+def test_a_size_that_no_sensor_has_is_no_explanation():
+    """Two columns alike: the better one would need 20 times what is possible, so the other one stands in the answer."""
+    a = 100.0 * np.array([[1.0, 0.99], [0.99, 1.0]])
+    b = a @ np.array([20.0, 0.0])
+    free = of([0, 1])
+    assert search(a, b, free, 0.0, Policy())[0].members == (0,)
+    bounded = replace(free, largest=np.array([1.0, np.inf]))
+    sets = [one.members for one in search(a, b, bounded, 0.0, Policy())]
+    assert (0,) not in sets and (1,) in sets

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 FORMAT = "ins-diagnosis/1"
 Q95 = 1.96
-WORDS = ("other_axis", "driver", "form")  # parameters that are no numbers
+WORDS = ("other_axis", "driver", "form", "sensor", "unit_found", "frame_found")  # parameters that are no numbers
 
 
 def answer(found: Diagnosis) -> dict[str, Any]:
@@ -29,7 +29,7 @@ def answer(found: Diagnosis) -> dict[str, Any]:
         "format": FORMAT,
         "verdict": found.verdict,
         "mismatch": [_mismatch(found, one) for one in found.mismatches],
-        "effects": [_effect(one) for one in found.effects],
+        "effects": [_effect(one) for one in (*found.described, *found.effects)],
         "indistinguishable": [_rival(one) for one in found.rivals],
         "unexplained": {
             "significance_sigma": round(left.significance_sigma, 2),

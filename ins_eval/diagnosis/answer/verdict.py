@@ -59,7 +59,7 @@ class Diagnosis:
 
     `null` and `fitted` are the noise of each recording under the belief and under the answer; `innovations` of the
     null (nodes, 9) of each recording, everything uncertain at its best; `statistics` the numbers of the search;
-    `policy` the thresholds that decided.
+    `policy` the thresholds that decided; `described` wrong descriptions: `cases` are of the recordings as mended.
     """
 
     cases: tuple[Case, ...]
@@ -76,6 +76,7 @@ class Diagnosis:
     after: tuple[Case, ...]
     linearisation: Linearisation | None
     policy: Policy
+    described: tuple[FoundEffect, ...] = ()  # wrong descriptions, mended before anything else
 
     @property
     def believed(self) -> list[EffectBelief]:
@@ -88,9 +89,19 @@ class Diagnosis:
     @property
     def predicted(self) -> list[EffectBelief]:
         """What is believed of the instrument's next recordings: see `Linearisation.predicted`."""
+        mended = [self._of_recording(one) for one in self.described]
         if not self.effects:
-            return []
-        return [believed_effect(one, coefficient, self.cases) for one, coefficient in self.linearisation.predicted]
+            return mended
+        found = [believed_effect(one, coefficient, self.cases) for one, coefficient in self.linearisation.predicted]
+        return [*mended, *found]
+
+    def _of_recording(self, one: FoundEffect) -> EffectBelief:
+        """A wrong description as a belief states it: of one recording, where not all have it."""
+        here = [
+            case.name for case, column in zip(self.cases, one.hypothesis.columns, strict=True) if column is not None
+        ]
+        effect = believed_effect(one.hypothesis, one.value, self.cases)
+        return effect if len(here) == len(self.cases) else effect.model_copy(update={"recording": here[0]})
 
 
 def channel_of(name: str, axis: str | None, parameters: dict) -> str:
@@ -100,6 +111,8 @@ def channel_of(name: str, axis: str | None, parameters: dict) -> str:
         return f"{str(parameters['form']).partition(' ')[0]}.{axis}"
     if sensor in SENSORS:
         return f"{sensor}.{axis}"
+    if sensor == "recording":
+        return "clock" if "clock" in name else sensor
     if sensor in ("alignment", "earth"):
         return "navigation"
     if sensor == "reference":

@@ -72,6 +72,7 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         missing=np.zeros((epochs, 5, 6)),
         known=np.zeros((epochs, 9)),
         arc=np.zeros(epochs + 1, dtype=int),
+        elapsed=np.zeros((epochs, 3, 3)),
     )
     slow = SlowFactor()
     bench = ChamberCandidates(readings, chamber_conditions(readings, belief, folder, temperature), slow)
@@ -179,8 +180,9 @@ class ChamberCandidates:
         for effect in VOCABULARY.values():
             if effect.enters not in (ACCELEROMETER, "temperature") or not possible(effect, self.given):
                 continue
-            constant = effect.multipliers == ("1",) and effect.slow in ("1", "step")  # as the constant of a run is
-            if effect.enters == ACCELEROMETER and (constant or effect.multipliers[0] not in OF_INPUT):
+            constant = effect.multipliers == ("1",) and effect.slow == "1"  # as the constant of a run is
+            jumps = effect.slow == "step"
+            if effect.enters == ACCELEROMETER and (constant or jumps or effect.multipliers[0] not in OF_INPUT):
                 continue
             axis = None if effect.enters == "temperature" else self.given.axes[0]
             for parameters in tried(effect, axis, self.given):

@@ -22,6 +22,7 @@ from scipy.optimize import minimize
 
 from ins_eval.diagnosis.estimate.evidence import log_evidence
 from ins_eval.diagnosis.estimate.whitening import NoiseLevels, Whitened
+from ins_eval.diagnosis.model import drives
 from ins_eval.diagnosis.model.observations import CHANNELS, Observations
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
@@ -124,7 +125,11 @@ def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_dens
     accelerometer, gyro = belief.accelerometer, belief.gyro
     density = accelerometer.velocity_random_walk_ug_per_sqrt_hz
     axes = np.stack(
-        [model.integrals[:, 8 * axis] / model.interval_s[:, None] for axis in range(3)], axis=1
+        [
+            model.integrals[:, drives.source("accelerometer", axis, "1")] / model.interval_s[:, None]
+            for axis in range(3)
+        ],
+        axis=1,
     )  # (epochs, axis, n): unit vectors of the accelerometers, shortened where the body turned
     steps = np.einsum("ka,kai,kaj->kij", step_density * model.interval_s[:, None], axes, axes)
     return NoiseModel(

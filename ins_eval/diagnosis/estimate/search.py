@@ -39,7 +39,8 @@ class Space:
     """The hypotheses of a search: `families` (m,) number of the family of each column, `centre` (m,) as in the text.
 
     `handicap` (m,) nats that a column pays more than others, `exact` (m,) whether its form is geometry, of which
-    nothing is left over, `odds` of a further effect being there at all.
+    nothing is left over, `odds` of a further effect being there at all, `largest` (m,) coefficients that no sensor of
+    its grade exceeds.
     """
 
     families: np.ndarray
@@ -47,6 +48,7 @@ class Space:
     handicap: np.ndarray
     exact: np.ndarray
     odds: float
+    largest: np.ndarray
 
     @cached_property
     def order(self) -> np.ndarray:
@@ -188,7 +190,7 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
             of_family, best, _ = one_more(a, b, state.members, space)
             for family in np.argsort(of_family)[::-1][: policy.beam]:
                 members = (*state.members, int(best[family]))
-                if not np.isfinite(of_family[family]) or not _possible(a, b, members, space.centre):
+                if not np.isfinite(of_family[family]) or not _possible(a, b, members, space):
                     continue
                 gain = state.log_bayes_factor + float(of_family[family])
                 one = Explanation(members, gain, gain - cost * len(members))
@@ -207,14 +209,14 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
     return ranked
 
 
-def _possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], centre: np.ndarray) -> bool:
-    """Whether every effect whose size physics fixes comes out with the sign that physics gives, the others free."""
+def _possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], space: Space) -> bool:
+    """Whether every effect comes out with the sign that physics gives it, if any, and with a size that sensors have."""
     m = list(members)
-    c = centre[m]
-    if not c.any():
+    c = space.centre[m]
+    if not c.any() and not np.isfinite(space.largest[m]).any():
         return True
     mean, _ = posterior(a[np.ix_(m, m)], b[m], c, np.where(c == 0.0, SCALES[-1], 1.0))
-    return bool((mean * c >= 0.0).all())
+    return bool((mean * c >= 0.0).all() and (np.abs(mean) <= space.largest[m]).all())
 
 
 def _judged(one: Explanation, first: float, share: float, space: Space) -> float:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.policy import Policy
 
 # geometry, clocks and the equations themselves: their form is exact
-EXACT = ("earth.", "alignment.", "gps.", "reference.")
+EXACT = ("earth.", "alignment.", "gps.", "reference.", "recording.")
 STAR = 0.25  # prior sigmas from the centre to the points of the quadrature
 LEAST_CURVATURE = 0.3  # of a log posterior whose prior has 1
 _THREADS = 2
@@ -84,6 +84,7 @@ def space(hypotheses: Sequence[Hypothesis], policy: Policy) -> Space:
         handicap=np.array([policy.handicap * (one.candidate.name == COMPOSED) for one in hypotheses]),
         exact=np.array([one.candidate.name.startswith(EXACT) for one in hypotheses]),
         odds=policy.odds,
+        largest=np.array([one.candidate.largest for one in hypotheses]),
     )
 
 

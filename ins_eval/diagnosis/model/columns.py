@@ -21,6 +21,7 @@ EARTH_TERMS = ("rotation", "coriolis", "transport_rate", "gravity_height", "grav
 TO_POSITION, TO_VELOCITY, TO_ATTITUDE = 0, 3, 6
 _EARTH = drives.SOURCES
 _KNOWN = _EARTH + 2 * len(EARTH_TERMS)
+_ELAPSED = _KNOWN + 3
 # what a node can show, before the nine channels themselves
 _RESIDUAL, _DELAY, _ARM, _MOUNT, _CHANNEL = 0, 1, 2, 5, 8
 
@@ -53,12 +54,18 @@ class Measured(NamedTuple):
     slow: str = "1"
 
 
+class Elapsed(NamedTuple):
+    """weight x what the equations add in time that did not pass: gravity, velocity, the turning of n."""
+
+    weight: float
+
+
 @dataclass(frozen=True)
 class Column:
     """One column: `terms`, the state (9,) it begins with, and what it is called."""
 
     name: str
-    terms: tuple[Drive | Missing | Measured, ...] = ()
+    terms: tuple[Drive | Missing | Measured | Elapsed, ...] = ()
     start: tuple[float, ...] = ()
 
 
@@ -139,10 +146,13 @@ def assemble(
                 k = EARTH_TERMS.index(term.term)
                 driven += [(c, TO_VELOCITY, _EARTH + 2 * k, 0), (c, TO_ATTITUDE, _EARTH + 2 * k + 1, 0)]
                 driven_weights += [by * term.weight, by * term.weight]
+            elif isinstance(term, Elapsed):
+                driven += [(c, target, _ELAPSED + target // 3, 0) for target in (TO_POSITION, TO_VELOCITY, TO_ATTITUDE)]
+                driven_weights += [by * term.weight] * 3
             else:
                 shown.append((c, _response(term.response), place[term.slow]))
                 shown_weights.append(by * term.weight)
-    triples = [of.reshape(epochs, -1, 3) for of in (model.integrals, model.missing, model.known)]
+    triples = [of.reshape(epochs, -1, 3) for of in (model.integrals, model.missing, model.known, model.elapsed)]
     sources = np.concatenate(triples, axis=1)
     observed = np.zeros((nodes, _CHANNEL + CHANNELS, CHANNELS))
     observed[:, _RESIDUAL] = np.nan_to_num(seen.residual)

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.model.null import Believed
 
 # of specific force f along input, pendulous and output axis, in m/s^2
-FORCE_MULTIPLIERS = ("1", "f", "f_pendulous", "f_output", "f^2", "f^3", "f f_pendulous", "f f_output")
+FORCE_MULTIPLIERS = ("1", "f", "f_pendulous", "f_output", "f^2", "f^3", "f f_pendulous", "f f_output", "|f|")
 # of body rate w about the own axis and the two others in turn, in rad/s, and of specific force along them
-RATE_MULTIPLIERS = ("1", "w", "w_next", "w_last", "f", "f_next", "f_last", "|w|")
+RATE_MULTIPLIERS = ("1", "w", "w_next", "w_last", "f", "f_next", "f_last", "|w|")  # as many rows as of force: one spare
 CALM_S = 60.0
 _AXES = np.array([SENSOR_AXES[axis] for axis in "xyz"])
 _PER_AXIS = len(FORCE_MULTIPLIERS)
@@ -72,8 +72,8 @@ def _calm(time_s: np.ndarray, increments: np.ndarray) -> np.ndarray:
 @numba.njit(cache=True, nogil=True)
 def _integrate(time_s, start_s, gyro, velocity, quaternions, nodes_s, axes):
     epochs = nodes_s.size - 1
-    out = np.zeros((epochs, 48, 3))
-    m = np.empty(48)
+    out = np.zeros((epochs, SOURCES, 3))
+    m = np.zeros(SOURCES)
     q = np.empty(4)
     epoch = 0
     t0 = start_s
@@ -101,12 +101,13 @@ def _integrate(time_s, start_s, gyro, velocity, quaternions, nodes_s, axes):
         for i in range(3):
             p, o = axes[i, 1], axes[i, 2]
             f, fp, fo = velocity[k, i] / dt, velocity[k, p] / dt, velocity[k, o] / dt
-            row = 8 * i
+            row = _PER_AXIS * i
             m[row], m[row + 1], m[row + 2], m[row + 3] = 1.0, f, fp, fo
             m[row + 4], m[row + 5], m[row + 6], m[row + 7] = (f * f, f * f * f, f * fp, f * fo)
+            m[row + 8] = abs(f)
             ahead, last = (i + 1) % 3, (i + 2) % 3
             w = gyro[k, i] / dt
-            row = 24 + 8 * i
+            row = _PER_AXIS * (3 + i)
             m[row], m[row + 1], m[row + 2], m[row + 3] = (1.0, w, gyro[k, ahead] / dt, gyro[k, last] / dt)
             m[row + 4], m[row + 5], m[row + 6] = (f, velocity[k, ahead] / dt, velocity[k, last] / dt)
             m[row + 7] = abs(w)
@@ -123,15 +124,13 @@ def _integrate(time_s, start_s, gyro, velocity, quaternions, nodes_s, axes):
             part = end - max(begin, nodes_s[epoch])
             for i in range(3):
                 cx, cy, cz = columns[i]
-                for r in range(8):
-                    x = m[8 * i + r] * part
-                    out[epoch, 8 * i + r, 0] += cx * x
-                    out[epoch, 8 * i + r, 1] += cy * x
-                    out[epoch, 8 * i + r, 2] += cz * x
-                    x = m[24 + 8 * i + r] * part
-                    out[epoch, 24 + 8 * i + r, 0] += cx * x
-                    out[epoch, 24 + 8 * i + r, 1] += cy * x
-                    out[epoch, 24 + 8 * i + r, 2] += cz * x
+                for sensor in range(2):
+                    first = _PER_AXIS * (3 * sensor + i)
+                    for row in range(first, first + _PER_AXIS):
+                        x = m[row] * part
+                        out[epoch, row, 0] += cx * x
+                        out[epoch, row, 1] += cy * x
+                        out[epoch, row, 2] += cz * x
             begin = end
         t0 = t1
     return out

@@ -44,7 +44,8 @@ class ErrorModel:
     `transition` and `half` (k, 9, 9) over an epoch and over its second half; `integrals` (k, sources, 3) as in
     `drives`; `missing` (k, 5, 6) what the equations lack where a term of the Earth is left out, to velocity and phi;
     `known` (k, 9) what was done to the solution and is no error: by the height loop, by arcs that begin afresh; `arc`
-    (nodes,) the arc to whose end each node belongs.
+    (nodes,) the arc to whose end each node belongs; `elapsed` (k, 3, 3) what the equations alone
+    add to position, velocity and phi.
     """
 
     nodes_s: np.ndarray
@@ -55,6 +56,7 @@ class ErrorModel:
     missing: np.ndarray
     known: np.ndarray
     arc: np.ndarray
+    elapsed: np.ndarray
 
     @property
     def middle_s(self) -> np.ndarray:
@@ -95,6 +97,7 @@ def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> 
         missing=missing * dt[:, None],
         known=known,
         arc=np.searchsorted(begins, np.arange(nodes_s.size), side="left"),
+        elapsed=_elapsed(believed.recording.belief.earth, states) * dt[:, None],
     )
 
 
@@ -151,6 +154,23 @@ def dynamics(earth: EarthBelief, states: States, force_n: np.ndarray) -> tuple[n
     missing[:, 3, 2] = gravity(level, 0.0 * height) - gravity(level, height)
     missing[:, 4, 2] = gravity(0.0 * latitude + 0.25 * np.pi, formula) - gravity(latitude, formula)
     return f, missing
+
+
+def _elapsed(earth: EarthBelief, states: States) -> np.ndarray:
+    """Velocity, gravity less Coriolis, and w_in (k, 3, 3): what changes where nothing is felt, between k + 1 nodes."""
+
+    def middle(values: np.ndarray) -> np.ndarray:
+        return 0.5 * (values[1:] + values[:-1])
+
+    latitude, height, v = middle(states.latitude_rad), middle(states.height_m), middle(states.velocity_n)
+    meridian, transverse = (radius + height for radius in radii(latitude))
+    zero = np.zeros_like(latitude)
+    ie = earth.rotation * EARTH_RATE * np.column_stack([np.cos(latitude), zero, -np.sin(latitude)])
+    en = earth.transport_rate * np.column_stack(
+        [v[:, 1] / transverse, -v[:, 0] / meridian, -v[:, 1] * np.tan(latitude) / transverse]
+    )
+    down = np.column_stack([zero, zero, gravity(*_gravity_arguments(earth, latitude, height))])
+    return np.stack([v, down - np.cross(en + 2.0 * earth.coriolis * ie, v), ie + en], axis=1)
 
 
 def _gravity_arguments(earth, latitude: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,15 +13,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.model.columns import Column, Drive, Measured, Missing, SlowFactor
+from ins_eval.diagnosis.model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
 from ins_eval.diagnosis.model.error_model import STATES, ErrorModel
+from ins_eval.diagnosis.model.observations import CHANNELS
 from ins_eval.effects import composed
+from ins_eval.effects.description import FAMILY
 from ins_eval.effects.effect import AXES, Effect
 from ins_eval.effects.lag import SPREAD
 from ins_eval.effects.parts import SENSORS, EffectPart, conditions, parts, possible
+from ins_eval.effects.slow import slow_factor
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.effects.vocabulary import VOCABULARY
-from ins_eval.navigation import PARKED
+from ins_eval.recording.mending import MAGNETIC
+from ins_eval.units import DEG, PPM
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.model.null import Believed
@@ -37,6 +41,10 @@ COMPOSED = {
     "lag": (150.0, 600.0, 2400.0, 9600.0),
     "branch": (0.03, 0.1, 0.3),
 }
+# of what is felt, on any axis: consumer MEMS are sold with 1 to 3 % uncalibrated, and nothing that is sold has 10 %
+COARSEST_PPM, LARGEST_PPM = 1e4, 1e5
+LARGEST = 400.0  # usual sizes that no instrument of its grade exceeds: consumer sheets over those of navigation grade
+PROPORTIONAL = ("ppm", "urad")
 SHORT = 5.0  # times of the filter: in less, its rate is hardly another thing than the temperature
 
 
@@ -51,6 +59,15 @@ class Candidate:
     column: Column
     parameters: dict[str, float | str] = field(default_factory=dict)
     centre: float = 0.0  # other than 0: what physics fixes the coefficient to, in nominal sizes
+
+    @property
+    def largest(self) -> float:
+        """The coefficient that no such sensor exceeds, inf where there is none; beyond it something else is wrong."""
+        effect = VOCABULARY[self.name]
+        if effect.enters not in SENSORS or effect.multipliers == ("1",):
+            return np.inf
+        most = LARGEST * self.nominal
+        return (min(most, LARGEST_PPM) if effect.unit in PROPORTIONAL else most) / self.nominal
 
     @property
     def key(self) -> tuple[str, str | None, str | None]:
@@ -122,11 +139,6 @@ def composed_candidates(
                         _member(model, slow, given, VOCABULARY[composed.NAME], axis, {"driver": driver, "form": form})
                         for axis in AXES
                     ]
-    if believed.recording.kind not in PARKED:
-        for axis in AXES:
-            driver = f"gyro_{axis}"
-            parameters = {"driver": driver, "form": composed.form("gyro bias", composed.MAGNITUDE, driver)}
-            found.append(_member(model, slow, given, VOCABULARY[composed.NAME], axis, parameters))
     return found
 
 
@@ -134,6 +146,7 @@ def tried(effect: Effect, axis: str | None, given: Conditions) -> Iterator[dict[
     """The further parameters that are worth a try, each value of each with every other axis."""
     for other in effect.others(axis) if axis in AXES else (None,):
         which = {} if other is None else {"other_axis": other}
+        which |= {"frame_found": MAGNETIC} if effect.name == "recording.reference_frame" else {}
         asked = [one for one in effect.parameters if not one.assumed or _short(given)]
         grids = [parameter.grid(given.start_s, given.end_s) for parameter in asked]
         for values in product(*grids):
@@ -151,19 +164,20 @@ def sized(
 ) -> tuple[str, float, float]:
     """Unit, nominal size, and the centre of the prior in nominal sizes.
 
-    Of a unit whose stated bias is larger than the usual one, all errors are as many times larger.
+    Of a unit whose stated bias is larger than the usual one, all errors are as many times larger, but none in
+    proportion to what is felt is larger than those of the coarsest units.
     """
     if effect.enters == "temperature":
         return effect.unit, SPREAD * float(parameters["lag_s"]), 1.0 / SPREAD
     if effect.name == composed.NAME:
-        target, shape, *_ = composed.parse_form(str(parameters["form"]))
-        if shape == composed.MAGNITUDE:
-            return f"{target.unit} per rad/s", composed.ASYMMETRY / target.si, 0.0
+        target, *_ = composed.parse_form(str(parameters["form"]))
         spread = float(np.std(of_parts[0].slow(time_s)))
         return f"{target.unit} per unit of {parameters['driver']}", target.size / max(spread, 1e-12), 0.0
     coarse = 1.0
     if effect.enters in SENSORS:
         coarse = max(1.0, given.bias_sigma[effect.enters] / VOCABULARY[f"{effect.enters}.bias"].nominal)
+        if effect.multipliers != ("1",) and effect.unit.startswith((*PROPORTIONAL, "ug")):
+            coarse = min(coarse, COARSEST_PPM / VOCABULARY[f"{effect.enters}.scale"].nominal)
     return effect.unit, coarse * effect.nominal, effect.centre / effect.nominal
 
 
@@ -181,6 +195,8 @@ def _member(
             for part, name in zip(of_parts, names, strict=True)
         ]
         column = Column("", tuple(drives))
+    elif effect.enters == FAMILY:
+        column = _of_description(effect, nominal, parameters, (model, slow, given))
     else:
         column = _not_of_a_sensor(effect, axis, nominal * effect.si)
     return Candidate(effect.name, axis, unit, nominal, column, dict(parameters), centre)
@@ -205,10 +221,31 @@ def _not_of_a_sensor(effect: Effect, axis: str | None, size: float) -> Column:
     return Column("", (Measured(response, size),))
 
 
+def _of_description(
+    effect: Effect, size: float, parameters: Parameters, of: tuple[ErrorModel, SlowFactor, Conditions]
+) -> Column:
+    """A clock of the IMU that is late or fast is a delay of the stamps of the fixes, the other way; see `mending`."""
+    model, slow, given = of
+    what = effect.name.partition(".")[2]
+    if what == "clock_step":
+        name = slow.add_window(float(parameters["at_s"]), float(model.nodes_s[-1]) + 1.0, model)
+        return Column("", (Measured("delay", -size, name),))
+    if what == "clock_drift":
+        since = slow.add("t", slow_factor("t", given, 0, {}), model)
+        return Column("", (Measured("delay", -PPM * size, since), Elapsed(PPM * size)))
+    return Column("", (Measured(f"channel_{CHANNELS - 1}", DEG * size),))
+
+
 def _elsewhere(effect: Effect, believed: Believed) -> bool:
     """Whether a recording could show an effect that is not of a sensor; of the Earth, where its flag is false."""
     recording = believed.recording
     reference = recording.reference
+    if effect.name.startswith("recording.clock"):
+        return recording.gps is not None or reference is not None
+    if effect.enters == FAMILY:  # the others are tried on the recording itself, see `consistency`
+        return (
+            effect.name == "recording.reference_frame" and reference is not None and reference.attitude_rad is not None
+        )
     if effect.enters == "earth":
         return not getattr(recording.belief.earth, effect.name.partition(".")[2])
     if effect.name == "reference.misalignment":

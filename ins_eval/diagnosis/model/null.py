@@ -20,6 +20,7 @@ from ins_eval.initialization import ATTITUDE, HEADING_SIGMA_RAD, TILT_SIGMA_RAD,
 from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on
 from ins_eval.recording import Start
 from ins_eval.recording.belief import ZERO
+from ins_eval.recording.mending import mended
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
 
@@ -59,7 +60,7 @@ class Believed:
 
 
 def believe(recording: Recording, folder: str | Path = ".") -> Believed:
-    """Compensate a recording as it believes, take off the effects it believes in, align where it gives no attitude.
+    """Mend a recording, compensate it, take off the effects it believes in, align where it gives no attitude.
 
     Where the gyros do not find north either, the attitude is found from rest, motion and fixes (`initialization`).
 
@@ -148,6 +149,7 @@ def start_at(path: Solution, time_s: float) -> Start:
 
 def _compensated(recording: Recording, folder: str | Path) -> tuple[Recording, np.ndarray, np.ndarray]:
     """The recording without the effects that it believes in, its angle and velocity increments (n, 3)."""
+    recording = mended(recording)
     interval_s = recording.interval_s[:, None]
     recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
     return recording, recording.imu.gyro - np.asarray(recording.belief.gyro.bias_radps or ZERO) * interval_s, velocity

@@ -83,7 +83,7 @@ def sources(believed: Believed, end_s: float) -> tuple[MeasurementSource, ...]:
         inside = (instants >= believed.start.time_s - _CLOCK_S) & (instants <= end_s + _CLOCK_S)
         inside &= _not_too_many(inside)
         if (inside & _tells(fixes)).sum() >= 2:
-            found.append(MeasurementSource(name, _rows(fixes, inside), belief, np.clip(instants[inside], None, end_s)))
+            found.append(MeasurementSource(name, fixes.rows(inside), belief, np.clip(instants[inside], None, end_s)))
     if not found and recording.kind in PARKED:
         found.append(_standstill(believed, end_s))
     if not found:
@@ -253,10 +253,3 @@ def _standstill(believed: Believed, end_s: float) -> MeasurementSource:
         attitude_rad=np.array([one.attitude_rad for one in states])[state] if believed.arcs else None,
     )
     return MeasurementSource("standstill", fixes, GpsBelief(), time_s)
-
-
-def _rows(fixes: Fixes, chosen: np.ndarray) -> Fixes:
-    def part(values):
-        return None if values is None else values[chosen]
-
-    return Fixes(*(part(getattr(fixes, name)) for name in Fixes.__dataclass_fields__))

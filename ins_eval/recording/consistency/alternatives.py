@@ -42,6 +42,8 @@ class Finding:
 
     `key` is what a user assumes to mend it or to insist; `mend` says in words what to correct; `factor` is the right
     scale over the one read and `matrix` (3, 3) turns what was read to what is right. Infinite odds: impossible.
+    `orders` are such matrices of accelerometers and of gyros, likeliest first; `jump` the instant of a jump of stamps
+    and its size in s; `relation` the log odds of the relation alone, where something else may break it.
     """
 
     key: str
@@ -51,6 +53,9 @@ class Finding:
     value: str | None = None  # of the key, where it does not depend on what was assumed before
     factor: float = 1.0
     matrix: np.ndarray | None = None
+    orders: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
+    jump: tuple[float, float] | None = None
+    relation: float | None = None
 
     @property
     def decided(self) -> bool:

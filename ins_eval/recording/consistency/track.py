@@ -223,7 +223,8 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
         f"{more}, which the way between these fixes at their velocity contradicts, expected stamps of one clock"
     )
     mend = f"take {size_s:.3f} s off every stamp after {time_s[k]:.6g} s, or cut the recording there"
-    return Finding(f"{table}.clock", seen, mend, log_odds)
+    jump = (float(time_s[k] + 0.5 * usual_s), size_s)
+    return Finding(f"{table}.clock", seen, mend, log_odds, jump=jump)
 
 
 def _uneven(time_s: np.ndarray, untold: np.ndarray, table: str) -> Finding | None:

@@ -12,6 +12,8 @@ triads against each other: `windows`.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -185,7 +187,22 @@ def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table:
     observed = seen("velocity", force)
     by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR))
     relative = relative_scores(integrals, at_s, velocity_n, down)
+    if relative is not None:
+        turned = integrals.rates("angle", at_s[first], at_s[last])
+        relative[:, :, ~_of_that_size(rate[:, 2], turned)] = relative.min()
     return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table, certain=False)
+
+
+def _of_that_size(turning: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """Which of `RELATIVE_FACTORS` bring the gyros (n, 3) nearer to the size of the turns of the course (n,).
+
+    In a window an offset of the gyros cannot be told from turns, and gyros that are read as next to nothing have none.
+    """
+    known = np.isfinite(turning) & np.isfinite(turned).all(axis=1)
+    if known.sum() < FEWEST_FIXES or np.std(turning[known]) < RATE_FLOOR[2]:
+        return np.ones(RELATIVE_FACTORS.size, dtype=bool)
+    size = float(np.sqrt(turned[known].var(axis=0).sum())) / float(np.std(turning[known]))
+    return (RELATIVE_FACTORS == 1.0) | (np.abs(np.log(size * RELATIVE_FACTORS)) < abs(np.log(size)))
 
 
 def _velocities(recording: Recording, moving: Fixes, table: str) -> tuple[np.ndarray, np.ndarray, float]:
@@ -268,6 +285,7 @@ def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Findin
         parts = [f"gyro {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=0)))]
         parts += [f"accelerometer {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=1)))]
         return undecided(f"the motion against {by}", [f"order and sign of {', '.join(parts)}"] if parts else [])
+    relation = log_odds
     if not certain:  # no attitude: arms of antennas that rock and offsets of a MEMS are no part of the relations
         log_odds = min(log_odds, BEYOND_DOUBT - 1.0)
     near = sorted(
@@ -275,7 +293,8 @@ def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Findin
     )
     near = [(int(p), int(g)) for p, g in near if p or g]
     orders = list(dict.fromkeys([*near[:MOST_NAMED], *[(p, g) for p, g in near if p == g][:1]]))
-    return [_named(int(best[0]), orders, float(RATE_FACTORS[units[0]]), float(FORCE_FACTORS[units[1]]), log_odds, by)]
+    named = _named(int(best[0]), orders, float(RATE_FACTORS[units[0]]), float(FORCE_FACTORS[units[1]]), log_odds, by)
+    return [replace(named, relation=relation)]
 
 
 def _named(a: int, orders: list[tuple[int, int]], rate: float, force: float, log_odds: float, by: str) -> Finding:
@@ -298,7 +317,8 @@ def _named(a: int, orders: list[tuple[int, int]], rate: float, force: float, log
     words = " or ".join(_order_words(p, g) for p, g in orders)
     matrix = MATRICES[orders[0][0]] if orders[0][0] == orders[0][1] else None
     mend = f"correct order and signs of the columns ({words})"
-    return Finding("axes", f"{seen}{words}", mend, log_odds, matrix=matrix)
+    return Finding("axes", f"{seen}{words}", mend, log_odds, matrix=matrix,
+                   orders=tuple((MATRICES[p], MATRICES[g]) for p, g in orders))  # fmt: skip
 
 
 def _order_words(p: int, g: int) -> str:

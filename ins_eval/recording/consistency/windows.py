@@ -5,7 +5,8 @@ but for a rotation:
 
     min over C_w of  sum |dv - g dt - C_w sum R f dt|^2       (Wahba's problem; only singular values are needed)
 
-That tells the order of one triad against the other and whether they are right-handed, of 96 in all.
+That tells the order of one triad against the other and whether they are right-handed, of 96 in all. An offset of the
+gyros turns R f as well: what they turn by on the mean is taken off, where that makes the best alternative better.
 """
 
 from __future__ import annotations
@@ -79,13 +80,21 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float) -> np.n
     if size == 0.0:
         return None
     speed = speed * (down / size) if not 0.8 < size / down < 1.25 else speed
-    turned = np.stack(
-        [_turned_force(angle @ MATRICES.transpose(0, 2, 1)[:, None] * factor, speed) for factor in RELATIVE_FACTORS]
-    )  # (4, 48, windows, steps + 1, 3)
     first, last = rows[:, :-1], rows[:, 1:]
     wanted = velocity_n[last] - velocity_n[first]
     wanted[:, :, 2] -= down * (at_s[last] - at_s[first])
-    return _window_scores(turned, grid_s, at_s, rows, wanted)
+    lasted_s = float(integrals.time_s[-1] - integrals.time_s[0])
+    mean = (integrals.angle[:, -1] - integrals.angle[:, 0]) * (STEP_S / lasted_s)  # a few turns, and any offset
+    tried = []
+    for offset in (np.zeros(3), mean):
+        turned = np.stack(
+            [
+                _turned_force((angle - offset) @ MATRICES.transpose(0, 2, 1)[:, None] * factor, speed)
+                for factor in RELATIVE_FACTORS
+            ]
+        )  # (4, 48, windows, steps + 1, 3)
+        tried.append(_window_scores(turned, grid_s, at_s, rows, wanted))
+    return min(tried, key=lambda one: one[1])[0]
 
 
 def _windows(integrals: Integrals, at_s, velocity_n):
@@ -126,8 +135,11 @@ def _turned_force(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
     return total
 
 
-def _window_scores(turned, grid_s, at_s, rows, wanted) -> np.ndarray:
-    """log L (2, 48, 4) by the residual of the best rotation of each window, at the best offset of the clocks."""
+def _window_scores(turned, grid_s, at_s, rows, wanted) -> tuple[np.ndarray, float]:
+    """log L (2, 48, 4) by the residual of the best rotation of each window, at the best offset of the clocks.
+
+    And the variance of a residual under the best of these alternatives.
+    """
     w, m = rows.shape
     squares = []
     for offset_s in OFFSETS_S[np.abs(OFFSETS_S) < MARGIN_S]:
@@ -144,10 +156,11 @@ def _window_scores(turned, grid_s, at_s, rows, wanted) -> np.ndarray:
     freedom = 3.0 * (m - 1) - 3.0
     k = int(np.argmin(np.median(squares, axis=-1).min(axis=(1, 2, 3))))
     least = squares[k]
-    sigma2 = max(float(np.median(least, axis=-1).min()) / freedom, WINDOW_FLOOR_MPS**2)
+    smallest = float(np.median(least, axis=-1).min()) / freedom
+    sigma2 = max(smallest, WINDOW_FLOOR_MPS**2)
     counted = 0.5 * freedom  # velocities are smoothed, and the increments of one fix have opposite errors
     log = -0.5 * (NU + counted) * np.log1p(least * (counted / freedom) / (NU * sigma2)).sum(axis=-1)
-    return log.transpose(0, 2, 1)
+    return log.transpose(0, 2, 1), smallest
 
 
 def _class_of() -> tuple[np.ndarray, np.ndarray]:

@@ -29,6 +29,7 @@ from ins_eval.recording.form.names import (
     VELOCITY,
 )
 from ins_eval.recording.form.plausibility import check_plausible
+from ins_eval.recording.mending import mended
 from ins_eval.recording.validation import validate
 from ins_eval.units import DEG
 
@@ -36,12 +37,17 @@ CLOCK_TOLERANCE = 0.1  # of the step that rate_hz states; milliseconds for secon
 POSITION_TOLERANCE_G = 0.1  # an index head stands within a few degrees, and local gravity within 0.5 %
 
 
-def read(folder: str | Path, solution_alone: bool = False) -> Recording:
+def read(
+    folder: str | Path, solution_alone: bool = False, belief: Belief | None = None, doubted: bool = False
+) -> Recording:
     """Read a recording of kind flight, drive, oven or static; with `solution_alone` also one without ``imu``.
 
     Rates (at their times) become increments over the sample, by the trapezoid with the sample before:
 
         increment_k = (rate_k-1 + rate_k) / 2 (t_k - t_k-1),   the first: rate_0 (t_0 - start)
+
+    A `belief` stands in place of its own. What it says of a wrong description (`mending`) counts when the content is
+    checked, and is not taken off. A `doubted` one may contradict itself: the caller mends and validates it.
 
     Its notes say what was assumed and what is suspicious, one sentence each.
     Raises UsageError for a folder that does not exist or holds a chamber, StorageError for a file that cannot be
@@ -75,13 +81,13 @@ def read(folder: str | Path, solution_alone: bool = False) -> Recording:
         imu=imu,
         gps=gps,
         reference=reference,
-        belief=opened.belief,
+        belief=opened.belief if belief is None else belief,
         notes=tuple(dict.fromkeys(notes)),
         unit=None if description.imu is None else description.imu.unit,
         folder=Path(folder),
         solution=solution,
     )
-    return _validated(recording, opened)
+    return recording if doubted else validated(recording)
 
 
 def _start_and_imu(opened: Opened) -> tuple[Start, Imu, list[str]]:
@@ -284,17 +290,18 @@ def _check_groups(table: Columns) -> None:
         table.require(("time_s", *POSITION, *VELOCITY))
 
 
-def _validated(recording: Recording, opened: Opened) -> Recording:
+def validated(recording: Recording) -> Recording:
     """The recording with what `validate` has to say of it; of an incomplete reference it sees nothing."""
-    reference = recording.reference
+    right = mended(recording)
+    reference = right.reference
     complete = reference is not None and bool(
         np.isfinite([reference.latitude_rad, reference.longitude_rad, reference.height_m]).any(axis=1).all()
     )
     try:
-        checked = validate(recording if complete else replace(recording, reference=None))
-        check_plausible(recording)
+        checked = validate(right if complete else replace(right, reference=None))
+        check_plausible(right)
     except DataRefused as refused:
-        raise DataRefused(one_line(f"{opened.folder}: {refused}")) from None
+        raise DataRefused(one_line(f"{recording.folder}: {refused}")) from None
     return replace(recording, notes=checked.notes)
 
 
