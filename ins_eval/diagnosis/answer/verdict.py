@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 NO_MISMATCH, EXPLAINED, NOT_IDENTIFIABLE = "no mismatch", "explained", "not identifiable"
 PARTLY, UNEXPLAINED = "partly explained", "unexplained"
+Q95 = 1.96  # sigmas to either end of a 95 % interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +55,20 @@ class Rival:
 
 
 @dataclass(frozen=True, eq=False)
+class Withdrawn:
+    """An effect that was found and is not named, with the invariant that it would violate."""
+
+    effect: FoundEffect
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
 class Diagnosis:
     """The verdict over all recordings, and what led to it.
 
     `null` and `fitted` are the noise of each recording under the belief and under the answer; `innovations` of the
     null (nodes, 9) of each recording, everything uncertain at its best; `statistics` the numbers of the search;
-    `policy` the thresholds that decided.
+    `policy` the thresholds that decided; `withdrawn` what was found and is not named (`invariants`).
     """
 
     cases: tuple[Case, ...]
@@ -76,6 +85,7 @@ class Diagnosis:
     after: tuple[Case, ...]
     linearisation: Linearisation | None
     policy: Policy
+    withdrawn: tuple[Withdrawn, ...] = ()
 
     @property
     def believed(self) -> list[EffectBelief]:
