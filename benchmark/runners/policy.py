@@ -23,11 +23,11 @@ from tqdm import tqdm
 
 FACTORS = (0.5, 2.0)
 DECIDE = ("least_gain_chamber", "interval", "interval_position", "interval_velocity", "interval_navigation",
-          "interval_attitude", "harm", "left_open", "open_margin", "most_of_one", "near")  # fmt: skip
+          "interval_attitude", "harm", "left_open", "open_margin", "most_of_one", "near", "probable")  # fmt: skip
 COLLECT = ("odds", "worth_sets", "share", "share_chamber", "handicap", "worth_refitting", "stay", "earth",
            "remarkable", "hopeless", "promising", "alone", "stated")  # fmt: skip
 OF_WORK = ("most_effects", "beam", "suspects")  # how much is looked at; more of it can only be slower
-OF_LISTS = ("listed", "alike", "experiment_enough", "experiment_worth")  # no verdict asks for them
+OF_LISTS = ("twin", "listed", "alike", "experiment_enough", "experiment_worth")  # no verdict asks for them
 
 
 def findings_of(case: Path, policy):
@@ -42,6 +42,14 @@ def findings_of(case: Path, policy):
         return collect(prepare_folders(folders), policy)
 
 
+def verdict(findings, policy) -> str:
+    """The verdict that is given, after the invariants."""
+    from ins_eval.diagnosis.answer.decision import decide
+    from ins_eval.diagnosis.answer.judge import consistent
+
+    return consistent(findings, decide(findings, policy), policy).verdict
+
+
 def changed(policy, name: str, factor: float):
     """The policy with one threshold times a factor."""
     return replace(policy, **{name: factor * getattr(policy, name)})
@@ -49,25 +57,23 @@ def changed(policy, name: str, factor: float):
 
 def decided(case: Path) -> dict[tuple[str, float], str]:
     """The verdict as it is, under ("", 1), and with each threshold of `decide` halved and doubled."""
-    from ins_eval.diagnosis.answer.decision import decide
     from ins_eval.diagnosis.policy import Policy
 
     policy = Policy()
     findings = findings_of(case, policy)
-    verdicts = {("", 1.0): decide(findings, policy).verdict}
+    verdicts = {("", 1.0): verdict(findings, policy)}
     for name in DECIDE:
         for factor in FACTORS:
-            verdicts[name, factor] = decide(findings, changed(policy, name, factor)).verdict
+            verdicts[name, factor] = verdict(findings, changed(policy, name, factor))
     return verdicts
 
 
 def collected(case: Path, name: str, factor: float) -> str:
     """The verdict of a whole diagnosis with one threshold changed."""
-    from ins_eval.diagnosis.answer.decision import decide
     from ins_eval.diagnosis.policy import Policy
 
     policy = changed(Policy(), name, factor)
-    return decide(findings_of(case, policy), policy).verdict
+    return verdict(findings_of(case, policy), policy)
 
 
 def moves(before: dict[Path, str], after: dict[Path, str]) -> str:

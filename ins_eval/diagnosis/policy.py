@@ -57,8 +57,10 @@ class Policy:
     left_open: float = _chosen(1e-3, DEVELOPMENT, "share of what effects gain that linear sums leave open")
     open_margin: float = _chosen(6.0, DEVELOPMENT, "nats by which a form without a name must lead effects")
     most_of_one: float = _chosen(4, DEVELOPMENT, "effects of one sensor, constants aside, that explain something")
+    probable: float = _chosen(0.5, REASONING, "probability that an effect must have to be named")
     # what else is listed
     near: float = _chosen(3.0, REASONING, "nats below the answer within which another effect is a rival")
+    twin: float = _chosen(9.0, REASONING, "more of chi-square, at any size, up to which another is listed: 3 sigma")
     listed: float = _chosen(4.6, REASONING, "nats within which others are listed where there is a rival")
     alike: float = _chosen(0.25, REASONING, "nats of likelihood below which only priors tell two apart")
     experiment_enough: float = _chosen(5.0, REASONING, "nats that an experiment must add to be recommended")

@@ -22,7 +22,7 @@ def _answer(tree: Mapping) -> str:
     found = tree["diagnosis"]
     names = joined([one["name"] for one in tree["recordings"]])
     lines = [f"{names}: {_headline(found)}", *_what(found), *_seen(tree), *_how_sure(tree), *_else(tree), *_gain(found)]
-    return "\n".join([*lines, *_remainder(found)])
+    return "\n".join([*lines, *_remainder(found), *_withdrawn(found)])
 
 
 def _headline(found: Mapping) -> str:
@@ -163,6 +163,15 @@ def _remainder(found: Mapping) -> list[str]:
     begin, end = left["interval_s"]
     where = f"{channel(left['channel'])}, {begin:.0f} to {end:.0f} s"
     return [f"Left beside {_them(found)}: {where}, {sigma} sigma; look there next."]
+
+
+def _withdrawn(found: Mapping) -> list[str]:
+    """What was found and is not named, with the reason."""
+    return [
+        sentence(f"Not named: {effect_words(one)}, for this does not hold of it: {one['reason'][:1].lower()}"
+                 f"{one['reason'][1:]}")
+        for one in found.get("withdrawn", ())
+    ]  # fmt: skip
 
 
 def _them(found: Mapping) -> str:

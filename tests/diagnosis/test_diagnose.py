@@ -20,6 +20,7 @@ from ins_eval.diagnosis.answer.verdict import (
     Diagnosis,
     FoundEffect,
     Rival,
+    Withdrawn,
     channel_of,
 )
 from ins_eval.diagnosis.estimate.study import Hypothesis
@@ -33,7 +34,7 @@ from ins_eval.recording import form
 from ins_eval.units import DEG_PER_H, NMI
 
 # of docs/answer.md
-KEYS = {"format", "verdict", "mismatch", "effects", "indistinguishable", "unexplained", "fit"}
+KEYS = {"format", "verdict", "mismatch", "effects", "indistinguishable", "unexplained", "withdrawn", "fit"}
 OF_MISMATCH = {"recording", "channel", "interval_s", "where", "significance_sigma"}
 OF_EFFECT = {"name", "axis", "parameters", "probability", "log_evidence_gain", "false_alarm_probability"}
 OF_RIVAL = {"from", "name", "axis", "probability", "log_evidence_below_best", "told_apart_by_prior_only", "experiment",
@@ -174,7 +175,10 @@ OF_VERDICT = {
     NO_MISMATCH: diagnosis(NO_MISMATCH),
     EXPLAINED: diagnosis(EXPLAINED, NAMED, (), [LEFT]),
     NOT_IDENTIFIABLE: diagnosis(NOT_IDENTIFIABLE, NAMED, RIVALS, [LEFT]),
-    PARTLY: diagnosis(PARTLY, NAMED, RIVALS, [LEFT, LEFT], UnnamedDisturbance(LEFT, 9.0, 5.123456)),
+    PARTLY: replace(
+        diagnosis(PARTLY, NAMED, RIVALS, [LEFT, LEFT], UnnamedDisturbance(LEFT, 9.0, 5.123456)),
+        withdrawn=(Withdrawn(FoundEffect(DRIFT, 1.0, 2.0, 0.2, 1.0, 0.5), "its probability is below a half"),),
+    ),
     UNEXPLAINED: diagnosis(UNEXPLAINED, (), (), [LEFT], UnnamedDisturbance(LEFT, 9.0, 5.123456)),
 }
 

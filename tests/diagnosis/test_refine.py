@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.estimate.case import Case, prepare
-from ins_eval.diagnosis.estimate.refine import Q95, RefinedFit, believed_effect, refine
+from ins_eval.diagnosis.estimate.refine import Q95, RefinedFit, _Profile, believed_effect, refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, sums
 from ins_eval.diagnosis.model.columns import Column
 from ins_eval.diagnosis.model.library import Candidate
@@ -26,6 +26,7 @@ SECONDS_OF_WEEK = 300000.0
 LARGE, OF_LARGE = 30.0, 0.01  # ug/degC, or ppm/degC
 TAU_S, CREEP = 2000.0, 5.0  # s, ug/degC
 OF_TAU = 0.06  # relative
+OF_INTERVAL = 0.1  # sigmas, of straight lines between values a quarter of a sigma apart
 LEAST_BENT = 0.1  # of a relative change of the time constant, by which the value changes at least
 
 
@@ -162,3 +163,22 @@ def test_what_a_belief_says_of_an_effect(candidate, coefficient: float, value: f
     assert found.value == pytest.approx(value)
     for name in ("time_constant_s", "at_s"):
         assert getattr(found, name) == candidate.parameters.get(name)
+
+
+@pytest.mark.parametrize("sigma", [1e-9, 1e-3, 0.3])
+def test_a_time_has_an_interval_however_sure_it_is(sigma: float) -> None:
+    """Heights of a normal density over values that are far apart, as the best one may be, and close to it."""
+    profile = object.__new__(_Profile)
+    profile.parameter = SimpleNamespace(form=0.0)
+    profile.model, profile.back, profile.low, profile.high = (None,), np.asarray, -1e3, 1e3
+    profile.centre = 7.3
+    places = profile.centre + np.concatenate([np.linspace(-500.0, 500.0, 9), sigma * np.linspace(-5.0, 5.0, 41)])
+    profile.heights = {float(x): -0.5 * ((float(x) - profile.centre) / sigma) ** 2 for x in places}
+    profile.means = {x: np.array([2.0]) for x in profile.heights}
+    (low, high), bent = profile._spread()
+    ends = profile.centre + sigma * Q95 * np.array([-1.0, 1.0])
+    assert [low, high] == pytest.approx(ends, abs=OF_INTERVAL * sigma)
+    assert bent == pytest.approx([0.0])
+    profile.heights = {x: profile.heights[x] for x in (*map(float, places[:9]), profile.centre)}
+    (low, high), _ = profile._spread()  # nothing near was tried
+    assert low <= profile.centre <= high

@@ -13,10 +13,11 @@ from scipy.special import logsumexp
 from scipy.stats import binom, chi2, multivariate_normal, truncnorm
 
 from ins_eval.diagnosis.estimate.evidence import SCALES
-from ins_eval.diagnosis.estimate.search import Space, conditional, log_bayes_factor, one_more, search
+from ins_eval.diagnosis.estimate.search import Space, chi_square_gains, conditional, log_bayes_factor, one_more, search
 from ins_eval.diagnosis.policy import Policy
 
 ROUNDING = 1e-8
+FREE_PRIOR = 1e-4  # of chi-square, what a prior of any size leaves
 DRAWS = 200
 UNLIKELY = 1e-4  # probability that a right rate is refused
 ROWS = 40
@@ -94,7 +95,7 @@ def test_a_family_has_the_mean_over_its_members(regression, chosen) -> None:
     """Each member beside the chosen ones at their best scales, by densities; a family that is chosen is out."""
     x, y = regression
     space = of([2, 0, 1, 3, 1, 1], centre=[0.0, 0.0, 0.0, 0.0, 1.2, 0.0], handicap=np.array([0.0, 0, 0, 0, 0, 1.7]))
-    of_family, best, of_any_size = one_more(x.T @ x, x.T @ y, chosen, space)
+    of_family, best = one_more(x.T @ x, x.T @ y, chosen, space)
     _, fixed = explicit(y, x[:, chosen], np.zeros(len(chosen))) if chosen else (0.0, ())
     base = density(y, x[:, chosen], np.zeros(len(chosen)), fixed)
 
@@ -123,16 +124,24 @@ def test_a_family_has_the_mean_over_its_members(regression, chosen) -> None:
         gains = [gain(k) for k in members]
         assert of_family[family] == pytest.approx(logsumexp(gains) - np.log(members.size), abs=ROUNDING)
         assert best[family] == members[int(np.argmax(gains))]
-        a, b = conditional(x.T @ x, x.T @ y, chosen, space.centre)
-        possible = b[members] * space.centre[members] >= 0.0  # else nothing is likelier than that it is not there
-        highest = np.where(possible, 0.5 * b[members] ** 2 / a[members], 0.0) - space.handicap[members]
-        assert of_any_size[family] == pytest.approx(logsumexp(highest) - np.log(members.size))
+
+
+@pytest.mark.parametrize("chosen", [[], [0], [0, 2]])
+def test_what_a_column_takes_of_chi_square_at_any_size_is_that_of_least_squares(regression, chosen) -> None:
+    x, y = regression
+    gains = chi_square_gains(x.T @ x, x.T @ y, chosen, of(range(x.shape[1])))
+
+    def left(columns: list[int]) -> float:
+        return float(np.sum((y - x[:, columns] @ np.linalg.lstsq(x[:, columns], y)[0]) ** 2))
+
+    for k in set(range(x.shape[1])) - set(chosen):
+        assert gains[k] == pytest.approx(left(chosen) - left([*chosen, k]), abs=FREE_PRIOR)
 
 
 def test_a_column_that_the_set_holds_already_adds_nothing(regression) -> None:
     x, y = regression
     x = np.column_stack([x, 5e3 * x[:, 1]])
-    of_family, _, _ = one_more(x.T @ x, x.T @ y, [6], of(range(7)))
+    of_family, _ = one_more(x.T @ x, x.T @ y, [6], of(range(7)))
     assert abs(of_family[1]) < 0.2
 
 
@@ -151,7 +160,7 @@ def decoyed(size: float) -> tuple[np.ndarray, np.ndarray]:
 def test_the_beam_finds_a_pair_that_forward_selection_misses() -> None:
     x, y = decoyed(20.0)
     a, b, space = x.T @ x, x.T @ y, of(range(43))
-    of_family, best, _ = one_more(a, b, [], space)
+    of_family, best = one_more(a, b, [], space)
     decoy = int(best[np.argmax(of_family)])
     assert decoy == 2
     ranked = search(a, b, space, Policy.share, Policy())

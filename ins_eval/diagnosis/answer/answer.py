@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ins_eval.diagnosis.answer.verdict import Q95
 from ins_eval.metrics import radial_error_rates
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect, Rival
+    from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect, Rival, Withdrawn
     from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.unnamed.mismatch import Mismatch
 
 FORMAT = "ins-diagnosis/1"
-Q95 = 1.96
 WORDS = ("other_axis", "driver", "form", "sensor", "unit_found", "frame_found")  # parameters that are no numbers
 
 
@@ -37,6 +37,7 @@ def answer(found: Diagnosis) -> dict[str, Any]:
             "interval_s": _interval(left.mismatch) if left.mismatch else None,
         },
         "fit": _fit(found),
+        "withdrawn": [_withdrawn(one) for one in found.withdrawn],
     }
 
 
@@ -79,6 +80,11 @@ def _effect(one: FoundEffect) -> dict[str, Any]:
     return entry | {name: candidate.parameters[name] for name in ("driver", "form") if name in candidate.parameters}
 
 
+def _withdrawn(one: Withdrawn) -> dict[str, Any]:
+    candidate = one.effect.hypothesis.candidate
+    return {"name": candidate.name, "axis": candidate.axis, "reason": one.reason}
+
+
 def _rival(one: Rival) -> dict[str, Any]:
     candidate = one.hypothesis.candidate
     together = [{"name": other.candidate.name, "axis": other.candidate.axis} for other in one.beside]
@@ -102,7 +108,7 @@ def _rival(one: Rival) -> dict[str, Any]:
 def _fit(found: Diagnosis) -> dict[str, Any]:
     before = navigation_errors(found.cases)
     after = navigation_errors(found.after) if found.effects else {}
-    given = {name: value for name, value in found.held_out.items() if name != "harm_nats"}
+    given = {name: value for name, value in found.held_out.items() if not name.endswith("_nats")}
     out: dict[str, Any] = {"held_out": given} if given else {}
     for name in before:
         out[name] = {"before": before[name]} | ({"after": after[name]} if name in after else {})

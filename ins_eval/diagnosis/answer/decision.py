@@ -122,11 +122,14 @@ def outdone(findings: Findings, policy: Policy) -> bool:
 
 
 def holds(linearisation: Linearisation, policy: Policy) -> bool:
-    """Whether the effects do no harm on data that did not suggest them; what is composed of a column must help."""
+    """Whether the effects do no harm on data that did not suggest them, and no placebo does better.
+
+    What is composed of a column must help.
+    """
     fit = linearisation.held_out
-    if all(linearisation.hypotheses[k].candidate.name != COMPOSED for k in linearisation.best.members):
-        return fit["harm_nats"] < policy.harm
-    return fit["after"] < min(fit["before"], fit["placebo"])
+    harmless = max(fit["harm_nats"], fit["placebo_nats"]) < policy.harm
+    composed = any(linearisation.hypotheses[k].candidate.name == COMPOSED for k in linearisation.best.members)
+    return harmless and (not composed or fit["after"] < min(fit["before"], fit["placebo"]))
 
 
 def only_described(findings: Findings, surest: Suspect | None, policy: Policy) -> bool:
@@ -163,7 +166,7 @@ def _insufficient(findings: Findings, surest: Suspect | None, place: tuple[Misma
     lead = open_margin(findings, policy)
     if beside.mismatch is not None:  # with it they do better; they must still be worth what they cost
         lead += max(beside.gain, 0.0) - linearisation.space.cost
-    harms = linearisation.held_out["harm_nats"] > policy.harm
+    harms = not holds(linearisation, policy)
     if harms and surest is None and instead.gain < policy.open_margin:
         return Decision(NO_MISMATCH, UnnamedDisturbance(None, 0.0, beside.significance_sigma))
     described = outdone(findings, policy) or only_described(findings, surest, policy)

@@ -273,7 +273,7 @@ def _gain(cases: Sequence[Case], null: Sequence[Fitted], linearisation: Linearis
 
 def _shown(linearisation: Linearisation, k: int) -> Mismatch:
     """Where effect `k` shows: the recording and the interval that hold most of its energy."""
-    of_family, _, _ = linearisation.places(k)
+    of_family, _ = linearisation.places(k)
     gain = float(of_family[linearisation.space.families[k]])
     one, best, fitted = linearisation.hypotheses[k], linearisation.best, linearisation.fitted
     beside = [h for j, h in zip(best.members, linearisation.chosen(), strict=True) if j != k]

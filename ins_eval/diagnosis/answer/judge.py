@@ -9,19 +9,22 @@ import numpy as np
 from scipy.special import logsumexp
 from threadpoolctl import threadpool_limits
 
-from ins_eval.diagnosis.answer.decision import decide
+from ins_eval.diagnosis.answer.decision import Decision, decide
 from ins_eval.diagnosis.answer.experiments import Catalogue
 from ins_eval.diagnosis.answer.findings import Findings, collect
+from ins_eval.diagnosis.answer.invariants import violations
 from ins_eval.diagnosis.answer.rivals import rivals, with_experiments
-from ins_eval.diagnosis.answer.verdict import NO_MISMATCH, Diagnosis, FoundEffect
+from ins_eval.diagnosis.answer.verdict import NO_MISMATCH, PARTLY, UNEXPLAINED, Diagnosis, FoundEffect, Withdrawn
 from ins_eval.diagnosis.policy import Policy
+from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance
 from ins_eval.effects.vocabulary import VOCABULARY
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.estimate.linearisation import Linearisation
+    from ins_eval.diagnosis.estimate.study import Hypothesis
     from ins_eval.recording.belief import Belief
 
 
@@ -47,34 +50,66 @@ def answered(
     belief: Belief | None = None,
 ) -> Diagnosis:
     """The verdict over `findings`, and where it names effects all that is said of them."""
-    decision = decide(findings, policy)
+    found = consistent(findings, decide(findings, policy), policy)
+    linearisation, others = found.linearisation, found.rivals
+    if not found.effects:
+        return found
+    if others and (belief is not None or any(case.believed is not None for case in findings.cases)):
+        progress("experiments")
+        noise_points = [one.noise_point for one in linearisation.fitted]
+        others = with_experiments(linearisation, others, Catalogue(findings.cases, noise_points, policy, belief))
+    return replace(found, rivals=others, after=tuple(case.again(found.believed) for case in findings.cases))
+
+
+def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:
+    """What is said under a verdict, without effects that would contradict it: those are left unexplained."""
+    found = _said(findings, decision, policy)
+    withdrawn: tuple[Withdrawn, ...] = ()
+    while found.effects and (offending := violations(found)):
+        withdrawn += offending
+        decision, findings = without(findings, decision, {one.effect.hypothesis for one in offending})
+        found = _said(findings, decision, policy)
+    return replace(found, withdrawn=withdrawn)
+
+
+def without(findings: Findings, decision: Decision, dropped: Collection[Hypothesis]) -> tuple[Decision, Findings]:
+    """The decision and the findings without the effects `dropped`: the one that shows most is left unexplained."""
+    linearisation, members = findings.linearisation, findings.linearisation.best.members
+    gone = [i for i, k in enumerate(members) if linearisation.hypotheses[k] in dropped]
+    where = max((findings.shown[i] for i in gone), key=lambda one: one.significance_sigma)
+    kept = [k for i, k in enumerate(members) if i not in gone]
+    lost = linearisation.gain(members) - linearisation.gain(kept)
+    left = UnnamedDisturbance(where, float(lost), where.significance_sigma)
+    if decision.unnamed.mismatch is not None and decision.unnamed.gain > left.gain:
+        left = decision.unnamed
+    if not kept:
+        return replace(decision, verdict=UNEXPLAINED, unnamed=left, named=False), findings
+    lessened = linearisation.without([members[i] for i in gone])
+    shown = tuple(one for i, one in enumerate(findings.shown) if i not in gone)
+    return replace(decision, verdict=PARTLY, unnamed=left), replace(findings, linearisation=lessened, shown=shown)
+
+
+def _said(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:
+    """The verdict, and where it names effects all that is said of them but experiments."""
     examined = findings.beside is not None and decision.verdict != NO_MISMATCH
     linearisation = findings.linearisation if examined else None
-    found = Diagnosis(
+    named = linearisation is not None and decision.named
+    return Diagnosis(
         cases=findings.cases,
         verdict=decision.verdict,
-        effects=(),
-        rivals=(),
+        effects=_effects(linearisation) if named else (),
+        rivals=rivals(linearisation, policy) if named else (),
         mismatches=decision.mismatches,
         unnamed=decision.unnamed,
         null=findings.null,
         fitted=findings.null if linearisation is None else tuple(linearisation.fitted),
         innovations=findings.innovations,
         statistics=findings.statistics,
-        held_out={},
+        held_out=linearisation.held_out if named else {},
         after=(),
         linearisation=linearisation,
         policy=policy,
     )
-    if linearisation is None or not decision.named:
-        return found
-    others = rivals(linearisation, policy)
-    if others and (belief is not None or any(case.believed is not None for case in findings.cases)):
-        progress("experiments")
-        noise_points = [one.noise_point for one in linearisation.fitted]
-        others = with_experiments(linearisation, others, Catalogue(findings.cases, noise_points, policy, belief))
-    found = replace(found, effects=_effects(linearisation), rivals=others, held_out=linearisation.held_out)
-    return replace(found, after=tuple(case.again(found.believed) for case in findings.cases))
 
 
 def _effects(linearisation: Linearisation) -> tuple[FoundEffect, ...]:
@@ -107,6 +142,6 @@ def _effects(linearisation: Linearisation) -> tuple[FoundEffect, ...]:
 
 def _probability(linearisation: Linearisation, k: int) -> float:
     """Posterior probability of effect `k` among all families in its place."""
-    of_family, _, _ = linearisation.places(k)
+    of_family, _ = linearisation.places(k)
     own = of_family[linearisation.space.families[k]]
     return float(np.exp(own - logsumexp(np.append(of_family, linearisation.space.cost))))

@@ -1,7 +1,8 @@
 """What else it could be: every family in the place of each effect of an answer, and what would tell them apart.
 
-A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the size that is expected of
-it or at any size. Where there is one, all that is within `Policy.listed` is listed too.
+A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the sizes that are expected.
+Where there is one, all that is within `Policy.listed` is listed too. A twin, what at any size leaves at most
+`Policy.twin` more of chi-square than the effect, is always listed.
 """
 
 from __future__ import annotations
@@ -25,29 +26,37 @@ if TYPE_CHECKING:
 
 def rivals(linearisation: Linearisation, policy: Policy) -> tuple[Rival, ...]:
     """Every family that could stand in the place of an effect of the best set, best first."""
-    out: dict[int, Rival] = {}
-    for k in linearisation.best.members:
-        of_family, members, of_any_size = linearisation.places(k)
-        own = int(linearisation.space.families[k])
-        log_sum = logsumexp(np.append(of_family, linearisation.space.cost))
-        below = of_family[own] - of_family
-        unexpected = of_any_size[own] - of_any_size  # where no size is expected of either
-        near = np.minimum(below, unexpected)
-        reach = policy.listed if np.delete(below, own).min(initial=np.inf) < policy.near else policy.near
-        for family in np.argsort(of_family)[::-1]:
-            if family == own or not near[family] < reach:
-                continue
-            one = Rival(
-                of=linearisation.hypotheses[k],
-                hypothesis=linearisation.hypotheses[members[family]],
-                probability=float(np.exp(of_family[family] - log_sum)),
-                below_best=float(below[family]),
-                by_prior_only=bool(below[family] >= policy.near or unexpected[family] < policy.alike),
-            )
-            if family not in out or out[family].below_best > one.below_best:
-                out[int(family)] = one
-    ranked = sorted(out.values(), key=lambda one: one.below_best)
+    ranked = sorted(
+        (one for k in linearisation.best.members for one in _in_the_place(linearisation, k, policy)),
+        key=lambda one: one.below_best,
+    )
     return (*ranked, *(one for k in linearisation.best.members for one in _three_biases(linearisation, k)))
+
+
+def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[Rival]:
+    """The rivals and twins of member `k`."""
+    of_family, members = linearisation.places(k)
+    gains, space = linearisation.chi_square_gains(k), linearisation.space
+    own = int(space.families[k])
+    log_sum = logsumexp(np.append(of_family, space.cost))
+    below = of_family[own] - of_family
+    likeliest = np.maximum.reduceat(gains[space.order], space.first)
+    unlikelier = 0.5 * (gains[k] - likeliest)  # nats of likelihood, where no size is expected of either
+    reach = policy.listed if np.delete(below, own).min(initial=np.inf) < policy.near else policy.near
+    listed = np.isfinite(below) & ((below < reach) | (2.0 * unlikelier <= policy.twin))
+    listed[own] = False
+    return [
+        Rival(
+            of=linearisation.hypotheses[k],
+            hypothesis=linearisation.hypotheses[members[family]],
+            probability=float(np.exp(of_family[family] - log_sum)),
+            below_best=float(below[family]),
+            by_prior_only=bool(
+                unlikelier[family] < policy.alike or (below[family] >= policy.near and unlikelier[family] < policy.near)
+            ),
+        )
+        for family in np.flatnonzero(listed)
+    ]
 
 
 def with_experiments(linearisation: Linearisation, found: Sequence[Rival], catalogue: Catalogue) -> tuple[Rival, ...]:

@@ -62,7 +62,7 @@ def basis(found: Diagnosis) -> Basis:
 def evidence(of: Basis, effect: FoundEffect | None) -> list[EffectEvidence]:
     """Every family in the place of `effect` beside the rest of the best set, or alone without one; best first."""
     others = [k for k in of.members if effect is None or of.hypotheses[k].key != effect.hypothesis.key]
-    of_family, members, _ = one_more(of.here.normal, of.here.projection, others, of.space)
+    of_family, members = one_more(of.here.normal, of.here.projection, others, of.space)
     keys = {of.hypotheses[k].key for k in of.members}
     return [
         EffectEvidence(
@@ -88,9 +88,10 @@ def before_after(found: Diagnosis, r: int) -> tuple[np.ndarray, np.ndarray] | No
     if not found.effects:
         return None
     linearisation = found.linearisation
-    members = list(linearisation.best.members)
+    members = [*linearisation.best.members, *linearisation.taken_beside]
+    count = len(linearisation.best.members)
     own = [i for i, k in enumerate(members) if linearisation.hypotheses[k].columns[r] is not None]
-    if not own:
+    if not any(i < count for i in own):
         return None
     mean, _ = linearisation.coefficients
     point = linearisation.point[members][own]
@@ -100,7 +101,9 @@ def before_after(found: Diagnosis, r: int) -> tuple[np.ndarray, np.ndarray] | No
     kept = case.whitened(columns, linearisation.fitted[r].noise_point, keep=1 + known + len(own)).kept
     anyway, effects = kept[..., 1 : 1 + known], kept[..., 1 + known :]
     residual = kept[..., 0] + effects @ point
-    return _at_best(residual, anyway), _at_best(residual - effects @ mean[own], anyway)
+    named = [i for i, k in enumerate(own) if k < count]
+    after = residual - effects[..., named] @ mean[[own[i] for i in named]]
+    return _at_best(residual, anyway), _at_best(after, anyway)
 
 
 @dataclass(frozen=True)

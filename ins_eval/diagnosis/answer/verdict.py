@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 NO_MISMATCH, EXPLAINED, NOT_IDENTIFIABLE = "no mismatch", "explained", "not identifiable"
 PARTLY, UNEXPLAINED = "partly explained", "unexplained"
+Q95 = 1.96  # sigmas to either end of a 95 % interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +55,21 @@ class Rival:
 
 
 @dataclass(frozen=True, eq=False)
+class Withdrawn:
+    """An effect that was found and is not named, with the invariant that it would violate."""
+
+    effect: FoundEffect
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
 class Diagnosis:
     """The verdict over all recordings, and what led to it.
 
     `null` and `fitted` are the noise of each recording under the belief and under the answer; `innovations` of the
     null (nodes, 9) of each recording, everything uncertain at its best; `statistics` the numbers of the search;
-    `policy` the thresholds that decided; `described` wrong descriptions: `cases` are of the recordings as mended.
+    `policy` the thresholds that decided; `described` wrong descriptions: `cases` are of the recordings as mended;
+    `withdrawn` what was found and is not named (`invariants`).
     """
 
     cases: tuple[Case, ...]
@@ -77,6 +87,7 @@ class Diagnosis:
     linearisation: Linearisation | None
     policy: Policy
     described: tuple[FoundEffect, ...] = ()  # wrong descriptions, mended before anything else
+    withdrawn: tuple[Withdrawn, ...] = ()
 
     @property
     def believed(self) -> list[EffectBelief]:

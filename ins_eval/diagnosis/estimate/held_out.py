@@ -30,16 +30,23 @@ WIDE = 1e-3  # reciprocal prior sigma of an effect's coefficient: the data alone
 
 
 def held_out(
-    cases: Sequence[Case], model: Sequence[Hypothesis], point: np.ndarray, noise_points: Sequence[np.ndarray]
+    cases: Sequence[Case],
+    model: Sequence[Hypothesis],
+    point: np.ndarray,
+    noise_points: Sequence[np.ndarray],
+    count: int | None = None,
 ) -> dict[str, float | str]:
     """`before`, `after` and `placebo` over all recordings; `point` (k,) what was taken off the recordings.
 
-    `harm_nats` is by how much the effects lower the log predictive density.
+    Only the first `count` of `model` are judged, all without it; the others are what was taken off besides.
+    `harm_nats` is by how much the effects lower the log predictive density, `placebo_nats` by how much the placebo
+    leads them in it.
     """
     squares, densities, rows = np.zeros(3), np.zeros(3), 0
     for r, (case, noise_point) in enumerate(zip(cases, noise_points, strict=True)):
         own = [k for k, one in enumerate(model) if one.columns[r] is not None]
-        found = _of_recording(case, [model[k].columns[r] for k in own], point[own], noise_point)
+        judged = np.array([count is None or k < count for k in own], dtype=bool)
+        found = _of_recording(case, [model[k].columns[r] for k in own], point[own], judged, noise_point)
         squares, densities, rows = squares + found[0], densities + found[1], rows + found[2]
     before, after, placebo = (float(x) for x in squares / max(rows, 1))
     return {
@@ -47,18 +54,20 @@ def held_out(
         "after": after,
         "placebo": placebo,
         "harm_nats": float(densities[0] - densities[1]),
+        "placebo_nats": float(densities[2] - densities[1]),
         "measure": MEASURE,
     }
 
 
 def _of_recording(
-    case: Case, columns: list, point: np.ndarray, noise_point: np.ndarray
+    case: Case, columns: list, point: np.ndarray, judged: np.ndarray, noise_point: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int]:
     known = len(case.nuisances)
     whitened = case.whitened(columns, noise_point, keep=1 + known + len(columns))
     kept = whitened.kept  # (nodes, 9, 1 + nuisances + effects)
     anyway, effects = kept[..., 1 : 1 + known], kept[..., 1 + known :]
     residual = kept[..., 0] + effects @ point
+    effects = effects[..., judged]
     late = np.roll(np.nan_to_num(effects), kept.shape[0] // 2, axis=0)
     nodes_s = case.model.nodes_s
     whole_s = float(nodes_s[-1] - nodes_s[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.diagnosis.estimate.held_out import held_out
-from ins_eval.diagnosis.estimate.search import Explanation, Space, log_bayes_factor, one_more, posterior, search
+from ins_eval.diagnosis.estimate.search import (
+    Explanation,
+    Space,
+    chi_square_gains,
+    log_bayes_factor,
+    one_more,
+    posterior,
+    search,
+)
 from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space, sums, union
 from ins_eval.effects.composed import NAME as COMPOSED
 
@@ -95,10 +103,26 @@ class Linearisation:
         m = list(members)
         return log_bayes_factor(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m])[0]
 
-    def places(self, k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """log B of every family in the place of member `k`, its best member, and log B where it may have any size."""
+    def places(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """log B of every family in the place of member `k`, and its best member."""
         others = [j for j in self.best.members if j != k]
         return one_more(self.here.normal, self.here.projection, others, self.space)
+
+    def chi_square_gains(self, k: int) -> np.ndarray:
+        """Of every hypothesis (m,) in the place of member `k`: by how much it lowers chi-square at any size."""
+        others = [j for j in self.best.members if j != k]
+        return chi_square_gains(self.here.normal, self.here.projection, others, self.space)
+
+    def without(self, dropped: Collection[int]) -> Linearisation:
+        """The same with the best set lessened by the hypotheses `dropped`; what was taken off stays known."""
+        kept = tuple(k for k in self.best.members if k not in dropped)
+        gain = self.gain(kept)
+        return replace(self, ranked=(Explanation(kept, gain, gain - self.space.cost * len(kept)), *self.ranked))
+
+    @property
+    def taken_beside(self) -> list[int]:
+        """Hypotheses that were taken off the recordings and are not in the best set."""
+        return [int(k) for k in np.flatnonzero(self.point) if k not in self.best.members]
 
     @cached_property
     def _thermal(self) -> np.ndarray:
@@ -153,9 +177,10 @@ class Linearisation:
     @cached_property
     def held_out(self) -> dict[str, float | str]:
         """The fit on data that were not used."""
-        m = list(self.best.members)
+        m = [*self.best.members, *self.taken_beside]
         noise_points = [one.noise_point for one in self.fitted]
-        return held_out(self.cases, self.chosen(scaled=False), self.point[m], noise_points)
+        model, count = [self.hypotheses[k] for k in m], len(self.best.members)
+        return held_out(self.cases, model, self.point[m], noise_points, count)
 
 
 def linearise(

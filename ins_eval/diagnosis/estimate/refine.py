@@ -31,6 +31,7 @@ SAME, SAME_S, SAME_SHARE = 0.02, 2.0, 0.05
 STEADY = 0.3  # sigmas that a coefficient may still move
 ZOOMS = (1.0, 0.3, 0.1)  # half width of the values tried, in steps of the first grid
 VALUES = 9  # tried in each
+FINE = 100  # points of an integral from one value tried to the next
 FAR = 4.5  # nats below the best at which the interval of a time or width is looked for no further
 WIDER = 1.6
 FURTHER, STEEP = 4, 1.0  # more zooms where the best stands more than so many nats above its neighbours
@@ -251,17 +252,17 @@ class _Profile:
         form = self.parameter.form
         places = np.array(sorted(self.heights))
         heights = np.array([self.heights[x] for x in places])
-        fine = np.linspace(places[0], places[-1], 2001)
-        density = np.exp(np.interp(fine, places, heights) - heights.max())
-        part = np.cumsum(density) / density.sum()
-        ends = fine[np.searchsorted(part, [0.025, 0.975])]
+        between = np.linspace(0.0, places.size - 1.0, (places.size - 1) * FINE + 1)  # the best place is one of them
+        fine = np.interp(between, np.arange(places.size), places)
+        masses, higher = _masses(fine, np.interp(fine, places, heights))
+        ends = np.interp([0.025, 0.975], np.append(0.0, np.cumsum(masses)), fine)
         reach = np.hypot(np.maximum((ends - self.centre) * [-1.0, 1.0], 0.0), Q95 * form)
         ends = np.clip(self.centre + reach * [-1.0, 1.0], self.low, self.high)
         bent = np.empty(len(self.model))
         for j, coefficients in enumerate(np.transpose([self.means[x] for x in places])):
             mean = np.interp(fine, places, coefficients)
             below, at, above = np.interp(self.centre + form * np.array([-1.0, 0.0, 1.0]), places, coefficients)
-            bent[j] = np.average((mean - np.average(mean, weights=density)) ** 2, weights=density)
+            bent[j] = masses @ (mean[higher] - masses @ mean[higher]) ** 2
             bent[j] += max(abs(above - at), abs(at - below)) ** 2
         low, high = (float(x) for x in self.back(ends))
         return (low, high), bent
@@ -303,3 +304,16 @@ class _Profile:
             mean, _ = posterior(a, b, centre[m], scales)
             self.means[x] = np.insert(mean[:-1], k, mean[-1] * variants[j].candidate.nominal / one.candidate.nominal)
             self.made[x] = variants[j]
+
+
+def _masses(x: np.ndarray, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Probability (n - 1,) between neighbouring `x` (n,), and the number of the more probable end of each.
+
+    Of a log density `heights` that is straight between them, w exp(h) (1 - exp(-d)) / d with w the width, h the higher
+    end and d by how much the other is lower: a density far narrower than the step of `x` beside its peak has a mass.
+    """
+    drop = np.abs(np.diff(heights))
+    share = np.where(drop > 1e-9, -np.expm1(-drop) / np.maximum(drop, 1e-9), 1.0)
+    mass = np.diff(x) * share * np.exp(np.maximum(heights[1:], heights[:-1]) - heights.max())
+    higher = np.arange(x.size - 1) + (heights[1:] > heights[:-1])
+    return mass / mass.sum(), higher

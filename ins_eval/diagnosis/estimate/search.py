@@ -31,6 +31,7 @@ from ins_eval.diagnosis.estimate.evidence import SCALES, log_bayes_factors
 if TYPE_CHECKING:
     from ins_eval.diagnosis.policy import Policy
 
+FREE = 1e4  # prior sigma, in nominal sizes, of what may have any size
 PRODUCT, SWEEPS = 4, 4  # effects up to which every combination of scales is summed; beyond, sweeps over them
 
 
@@ -130,31 +131,26 @@ def posterior(a: np.ndarray, b: np.ndarray, centre: np.ndarray, scales: np.ndarr
 
 
 def conditional(
-    a: np.ndarray, b: np.ndarray, chosen: Sequence[int], centre: np.ndarray
+    a: np.ndarray, b: np.ndarray, chosen: Sequence[int], centre: np.ndarray, scales: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Diagonal of A and b of every column once those `chosen` are integrated out at their best scales."""
+    """Diagonal of A and b of every column once those `chosen` are integrated out at `scales`, or their best ones."""
     s = list(chosen)
     if not s:
         return np.diag(a).copy(), b.copy()
-    _, scales = log_bayes_factor(a[np.ix_(s, s)], b[s], centre[s])
+    if scales is None:
+        _, scales = log_bayes_factor(a[np.ix_(s, s)], b[s], centre[s])
     inner = a[np.ix_(s, s)] + np.diag(scales**-2.0)
     across = np.linalg.solve(inner, a[s])
     shifted = b - a[:, s] @ centre[s]
     return np.diag(a) - np.einsum("km,km->m", a[s], across), shifted - across.T @ shifted[s]
 
 
-def one_more(
-    a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of each family outside the set: log B given the set, its best member, and log B of that member at any size.
+def one_more(a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space) -> tuple[np.ndarray, np.ndarray]:
+    """Of each family outside the set: log B given the set, and its best member.
 
-    The last is the mean of the highest likelihood of its members: how well it fits where nothing is expected of its
-    size. (families,) each; -inf for families of the set.
+    (families,) each; -inf for families of the set.
     """
-    ca, cb = conditional(a, b, chosen, space.centre)
-    # what the set has taken over wholly cannot add anything
-    known = ca > 1e-9 * np.maximum(np.diag(a), 1e-300)
-    ca, cb = np.where(known, ca, 0.0), np.where(known, cb, 0.0)
+    ca, cb = _not_taken_over(a, *conditional(a, b, chosen, space.centre))
     single = log_bayes_factors(np.maximum(ca, 0.0), cb)
     for k in np.flatnonzero(space.centre):
         # what has its size from physics has its sign from it as well: no element is ahead of its thermometer
@@ -162,17 +158,32 @@ def one_more(
         right = log_ndtr(np.sign(c) * (cb[k] + c) / np.sqrt(precision)) - log_ndtr(abs(c))
         single[k] = log_bayes_factors(precision - 1.0, cb[k], c) + right
     single = single - space.handicap
-    likeliest = 0.5 * cb**2 / np.maximum(ca, 1e-300)
-    likeliest = np.where(space.centre * cb < 0.0, 0.0, likeliest) - space.handicap
     order, first = space.order, space.first
     counts = np.diff(np.append(first, order.size))
     of_family = np.logaddexp.reduceat(single[order], first) - np.log(counts)
-    of_any_size = np.logaddexp.reduceat(likeliest[order], first) - np.log(counts)
     # the best member of each: the last one of it when sorted by family, then height
     best = np.lexsort((single, space.families))[first + counts - 1]
     taken = list({int(space.families[k]) for k in chosen})
-    of_family[taken] = of_any_size[taken] = -np.inf
-    return of_family, best, of_any_size
+    of_family[taken] = -np.inf
+    return of_family, best
+
+
+def chi_square_gains(a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space) -> np.ndarray:
+    """By how much each column (m,) lowers the chi-square that the set `chosen` leaves, where all sizes are free.
+
+        b^2 / a,   a = A_jj - A_js A_ss^-1 A_sj,   b likewise
+
+    What has its size and sign from physics is not free in the set, and gains nothing with the other sign.
+    """
+    fixed = space.centre[list(chosen)] != 0.0
+    ca, cb = _not_taken_over(a, *conditional(a, b, chosen, space.centre, np.where(fixed, 1.0, FREE)))
+    return np.where(space.centre * cb < 0.0, 0.0, cb**2 / np.maximum(ca, 1e-300))
+
+
+def _not_taken_over(a: np.ndarray, ca: np.ndarray, cb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same with 0 for columns that the set has taken over wholly: they cannot add anything."""
+    known = ca > 1e-9 * np.maximum(np.diag(a), 1e-300)
+    return np.where(known, ca, 0.0), np.where(known, cb, 0.0)
 
 
 def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Policy) -> list[Explanation]:
@@ -187,7 +198,7 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
     for depth in range(policy.most_effects):
         grown: dict[frozenset[int], Explanation] = {}
         for state in level:
-            of_family, best, _ = one_more(a, b, state.members, space)
+            of_family, best = one_more(a, b, state.members, space)
             for family in np.argsort(of_family)[::-1][: policy.beam]:
                 members = (*state.members, int(best[family]))
                 if not np.isfinite(of_family[family]) or not _possible(a, b, members, space):

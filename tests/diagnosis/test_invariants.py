@@ -1,0 +1,199 @@
+"""An answer that contradicts itself is caught, and none is given, whatever was found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ins_eval.diagnosis.answer import invariants
+from ins_eval.diagnosis.answer.answer import answer
+from ins_eval.diagnosis.answer.decision import Decision, decide
+from ins_eval.diagnosis.answer.findings import Findings
+from ins_eval.diagnosis.answer.judge import consistent
+from ins_eval.diagnosis.answer.rivals import rivals
+from ins_eval.diagnosis.answer.verdict import (
+    EXPLAINED,
+    NO_MISMATCH,
+    NOT_IDENTIFIABLE,
+    PARTLY,
+    UNEXPLAINED,
+    Diagnosis,
+    FoundEffect,
+    Rival,
+)
+from ins_eval.diagnosis.estimate.linearisation import Linearisation
+from ins_eval.diagnosis.estimate.search import search
+from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space
+from ins_eval.diagnosis.model.columns import Column
+from ins_eval.diagnosis.model.library import Candidate
+from ins_eval.diagnosis.policy import Policy
+from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
+from ins_eval.effects.vocabulary import VOCABULARY
+from tests.diagnosis.linearisations import linearisation
+
+PROBLEMS = 150
+NAMES = (
+    "accelerometer.bias_temperature", "accelerometer.scale_temperature", "accelerometer.quadratic", "gyro.bias",
+    "gyro.scale", "alignment.heading", "accelerometer.bias_drift", "earth.coriolis",
+)  # fmt: skip
+CASE = SimpleNamespace(believed=object(), kind="flight", name="flight")
+PLACE = Mismatch(0, "gyro.x", "x", 0.0, 100.0, "", 9.0)
+NOTHING_LEFT, LEFT = UnnamedDisturbance(None, 0.0, 1.0), UnnamedDisturbance(PLACE, 40.0, 9.0)
+
+
+def hypothesis(name: str, centre: float = 0.0) -> Hypothesis:
+    return Hypothesis(Candidate(name, "x", "ug", 2.0, Column("", ()), {}, centre), (Column("", ()),))
+
+
+EFFECT = FoundEffect(hypothesis("accelerometer.bias_drift"), 10.0, 1.0, 0.97, 40.0, 1e-4)
+NEAR = Rival(EFFECT.hypothesis, hypothesis("accelerometer.bias_temperature"), 0.3, 1.0, False)
+SOUND = Diagnosis(
+    (CASE,), EXPLAINED, (EFFECT,), (), (PLACE,), NOTHING_LEFT, (), (), (), {},
+    {"before": 2.0, "after": 1.0, "placebo": 2.0, "harm_nats": -30.0, "placebo_nats": -30.0}, (), None, Policy(),
+)  # fmt: skip
+FIXED = replace(EFFECT, hypothesis=hypothesis("earth.coriolis", 1.0), value=2.0, sigma=3.0)
+
+
+@pytest.mark.parametrize("sound", [
+    SOUND,
+    replace(SOUND, verdict=PARTLY, unnamed=LEFT),
+    replace(SOUND, verdict=NOT_IDENTIFIABLE, rivals=(NEAR,), effects=(replace(EFFECT, probability=0.3),)),
+    replace(SOUND, rivals=(replace(NEAR, below_best=4.0),)),  # a twin that only priors keep apart
+    replace(SOUND, effects=(FIXED,)),  # is supported by the value that physics fixes
+    replace(SOUND, verdict=UNEXPLAINED, unnamed=LEFT, effects=()),
+    replace(SOUND, verdict=NO_MISMATCH, effects=(), mismatches=()),
+])  # fmt: skip
+def test_a_sound_answer_violates_nothing(sound: Diagnosis) -> None:
+    assert not invariants.violations(sound)
+    assert invariants.tells_one_story(sound)
+
+
+def spoiled(**changes: float) -> Diagnosis:
+    return replace(SOUND, effects=(replace(EFFECT, **changes),))
+
+
+BAD = [
+    (invariants.probable, spoiled(probability=0.3)),
+    (invariants.probable, replace(spoiled(probability=0.1), verdict=NOT_IDENTIFIABLE, rivals=(NEAR,))),
+    (invariants.probable, spoiled(probability=np.nan)),
+    (invariants.accounting, spoiled(log_evidence_gain=0.0)),
+    (invariants.predictive, replace(SOUND, held_out=SOUND.held_out | {"harm_nats": 6.0})),
+    (invariants.predictive, replace(SOUND, held_out=SOUND.held_out | {"placebo_nats": 6.0})),
+    (invariants.sized, spoiled(sigma=6.0)),
+    (invariants.sized, spoiled(value=np.nan)),
+    (invariants.leading, replace(SOUND, rivals=(replace(NEAR, below_best=-389.5),))),
+    (invariants.sufficient, replace(SOUND, unnamed=replace(NOTHING_LEFT, significance_sigma=47.5))),
+    (invariants.sufficient, replace(SOUND, unnamed=LEFT)),
+    (invariants.one_story, replace(SOUND, rivals=(NEAR,))),
+    (invariants.one_story, replace(SOUND, verdict=NOT_IDENTIFIABLE)),
+    (invariants.one_story, replace(SOUND, verdict=PARTLY)),
+    (invariants.one_story, replace(SOUND, verdict=NO_MISMATCH)),
+    (invariants.one_story, replace(SOUND, verdict=UNEXPLAINED, unnamed=LEFT)),
+]
+
+
+@pytest.mark.parametrize(("invariant", "bad"), BAD)
+def test_a_bad_answer_is_caught(invariant, bad: Diagnosis) -> None:
+    assert invariant(bad) == bad.effects
+    assert invariants.violations(bad)
+
+
+def test_every_invariant_is_tried() -> None:
+    assert {invariant for invariant, _ in BAD} == set(invariants.INVARIANTS)
+
+
+def test_what_is_withdrawn_is_left_unexplained_and_logged() -> None:
+    """Where more is asked of a probability than the second effect has."""
+    found = linearisation([("gyro.bias", "x", {}), ("accelerometer.bias_drift", "y", {})], {0: 6.0, 1: 1.5})
+    other = replace(PLACE, channel="accelerometer.y", significance_sigma=7.0)
+    shown = tuple(PLACE if k == 0 else other for k in found.best.members)
+    findings = Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, NOTHING_LEFT, NOTHING_LEFT, shown)
+    decision = Decision(EXPLAINED, NOTHING_LEFT, shown, named=True)
+    large, small = consistent(findings, decision, Policy()).effects
+    assert small.probability < large.probability
+    told = consistent(findings, decision, Policy(probable=0.5 * (small.probability + large.probability)))
+    assert told.verdict == PARTLY
+    assert [one.hypothesis.candidate.name for one in told.effects] == ["gyro.bias"]
+    assert told.unnamed.mismatch == other
+    (entry,) = answer(replace(told, cases=(), mismatches=()))["withdrawn"]
+    assert (entry["name"], entry["axis"]) == ("accelerometer.bias_drift", "y")
+    assert "probability" in entry["reason"]
+    nothing = consistent(findings, decision, Policy(probable=1.1))
+    assert (nothing.verdict, nothing.effects, len(nothing.withdrawn)) == (UNEXPLAINED, (), 2)
+    assert nothing.unnamed.mismatch == PLACE
+
+
+def random_linearisation(rng: np.random.Generator, names: tuple[str, ...] = NAMES) -> Linearisation:
+    """Columns that resemble each other more or less, effects or none, and a best set that may be a wrong one."""
+    count = int(rng.integers(2, 10))
+    drawn = [(str(rng.choice(names)), str(rng.choice(list("xyz")))) for _ in range(count)]
+    hypotheses = tuple(
+        Hypothesis(
+            Candidate(name, axis, "ug", 1.0, Column("", ()), {}, 1.0 if name.startswith("earth.") else 0.0),
+            (Column("", ()),),
+        )
+        for name, axis in dict.fromkeys(drawn)
+    )
+    m = len(hypotheses)
+    x = rng.standard_normal((60, m)) + 10.0 ** rng.uniform(-1.0, 1.5) * rng.standard_normal((60, 1))
+    x *= 10.0 ** rng.uniform(-1.0, 0.5, m)
+    y = x @ (rng.standard_normal(m) * rng.integers(0, 2, m) * 10.0 ** rng.uniform(-1.0, 1.0)) + rng.standard_normal(60)
+    here, families = Sums(x.T @ x, x.T @ y, 0.0), space(hypotheses, Policy())
+    ranked = tuple(search(here.normal, here.projection, families, Policy.share, Policy()))
+    found = Linearisation((), hypotheses, families, np.zeros(m), (), here, ranked)
+    if rng.random() < 0.3:  # a set that was navigated with, and is not the best
+        found = found.own_first(int(rng.integers(1, m + 1)))
+    harms = rng.standard_normal(2) * 4.0 - 2.0
+    found.__dict__["held_out"] = SOUND.held_out | dict(zip(("harm_nats", "placebo_nats"), harms, strict=True))
+    return found
+
+
+def random_findings(rng: np.random.Generator) -> Findings:
+    found = random_linearisation(rng)
+    shown = tuple(replace(PLACE, significance_sigma=float(rng.uniform(0.0, 20.0))) for _ in found.best.members)
+
+    def unnamed() -> UnnamedDisturbance:
+        sigma = float(10.0 ** rng.uniform(-1.0, 2.0))
+        place = replace(PLACE, significance_sigma=sigma) if rng.random() < 0.5 else None
+        return UnnamedDisturbance(place, float(rng.uniform(-20.0, 60.0)), sigma)
+
+    instead = replace(unnamed(), mismatch=PLACE)
+    return Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, instead, unnamed(), shown)
+
+
+@pytest.mark.parametrize("block", range(5))
+def test_no_answer_to_a_random_problem_contradicts_itself(block: int) -> None:
+    verdicts = set()
+    for seed in range(block * PROBLEMS // 5, (block + 1) * PROBLEMS // 5):
+        findings = random_findings(np.random.default_rng([23, seed]))
+        told = consistent(findings, decide(findings, Policy()), Policy())
+        assert not invariants.violations(told), seed
+        assert invariants.tells_one_story(told), (seed, told.verdict)
+        verdicts.add(told.verdict)
+    assert len(verdicts) > 2
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_every_twin_is_listed(seed: int) -> None:
+    """By least squares on the sums: what in the place of an effect leaves at most `Policy.twin` more of chi-square."""
+    found = random_linearisation(np.random.default_rng([9, seed]), NAMES[:-1])  # of free size
+    a, b, m = found.here.normal, found.here.projection, found.best.members
+    listed = {(one.of, one.hypothesis) for one in rivals(found, Policy())}
+
+    def taken(columns: list[int]) -> float:
+        return float(b[columns] @ np.linalg.solve(a[np.ix_(columns, columns)], b[columns]))
+
+    families = found.space.families
+    for k in m:
+        others = [j for j in m if j != k]
+        for j in set(range(len(b))) - set(m):
+            more = taken([*others, k]) - taken([*others, j])
+            if families[j] not in families[list(m)] and more < Policy.twin - 0.01:
+                assert (found.hypotheses[k], found.hypotheses[j]) in listed
+
+
+def test_effects_of_the_vocabulary_only() -> None:
+    assert set(NAMES) <= set(VOCABULARY)
