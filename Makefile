@@ -52,7 +52,18 @@ SEALED_SEED ?= 3
 SEALED := single:205 pair:40 outside:60 unidentifiable:39 null:150 adversarial:150 limited:100 multi:60
 CONCEALED = .cache/concealed/$(SEALED_SEED)
 
-concealed: env ## effects concealed in recordings: does diagnose find them? writes reports/concealed/ (SEALED_SEED= WORKERS=)
+# Effects in the real recordings of ../shared/recordings; a case is ended after so many seconds.
+REAL_SEED ?= 1
+REAL_LIMIT ?= 300
+REAL_SET = .cache/concealed/real-$(REAL_SEED)
+
+ifdef REAL
+concealed: env
+	@$(VENV)/bin/python -m benchmark.runners.make_real --seed $(REAL_SEED) -o $(REAL_SET)
+	@$(VENV)/bin/python -m benchmark.runners.run $(REAL_SET)/recordings $(REAL_SET)/answers --workers $(or $(WORKERS),2) --limit $(REAL_LIMIT)
+	@$(VENV)/bin/python -m benchmark.runners.report_real $(REAL_SET) $(REAL_SET)/answers --output reports/concealed-real
+else
+concealed: env ## effects concealed in recordings: does diagnose find them? writes reports/concealed/ (SEALED_SEED= WORKERS= REAL=1: in real ones, reports/concealed-real/)
 	@for each in $(SEALED); do \
 	    $(VENV)/bin/python -m benchmark.runners.make --set sealed --seed $(SEALED_SEED) --rate 20 --kind $${each%:*} \
 	        --count $${each#*:} --workers $(or $(WORKERS),2) -o $(CONCEALED) || exit 1; done
@@ -61,6 +72,7 @@ concealed: env ## effects concealed in recordings: does diagnose find them? writ
 	@$(VENV)/bin/python -m benchmark.runners.experiments $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
 	@$(VENV)/bin/python -m benchmark.runners.navigation $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
 	@$(VENV)/bin/python -m benchmark.runners.report $(CONCEALED) $(CONCEALED)/answers
+endif
 
 test: lint ## lint, then all tests that are not marked slow
 	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile -m "not slow"
