@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS := 1
 RUN_OPTIONS = $(if $(WORKERS),--workers "$(WORKERS)") $(if $(SEED),--seed "$(SEED)")
 
 .DEFAULT_GOAL := help
-.PHONY: help env flight-report paper-report loop-report check-cep concealed test test-all lint wheel lock clean
+.PHONY: help env flight-report paper-report loop-report check-cep concealed real-report test test-all lint wheel lock clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -73,6 +73,9 @@ concealed: env ## effects concealed in recordings: does diagnose find them? writ
 	@$(VENV)/bin/python -m benchmark.runners.navigation $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
 	@$(VENV)/bin/python -m benchmark.runners.report $(CONCEALED) $(CONCEALED)/answers
 endif
+
+real-report: env ## what diagnose says of the real recordings of ../shared/recordings, and who else knows; writes reports/real/
+	@$(VENV)/bin/python -m benchmark.runners.real_report --limit $(REAL_LIMIT)
 
 test: lint ## lint, then all tests that are not marked slow
 	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile -m "not slow"

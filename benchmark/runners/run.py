@@ -57,7 +57,7 @@ def _over(number, frame):
     raise TooLong
 
 
-def diagnose(folders: list[str], answer: str, limit_s: float = 0.0) -> tuple[int, str, float, float]:
+def diagnose(folders: list[str], answer: str, limit_s: float = 0.0, *options: str) -> tuple[int, str, float, float]:
     """Give recordings to the verb: exit code, words on standard error, seconds by the clock and of the processor."""
     from ins_eval.cli import main
 
@@ -66,7 +66,7 @@ def diagnose(folders: list[str], answer: str, limit_s: float = 0.0) -> tuple[int
     signal.setitimer(signal.ITIMER_REAL, limit_s)
     with contextlib.redirect_stderr(said):
         try:
-            code = main(["diagnose", *folders, "--json", answer, "--quiet"])
+            code = main(["diagnose", *folders, "--json", answer, "--quiet", *options])
         except SystemExit as end:  # an option that the command line refuses
             code = end.code
         except TooLong:
