@@ -20,12 +20,16 @@ from benchmark.worlds.real import SOURCES, Source
 from benchmark.worlds.recorded import Recorded
 from ins_eval.files import write_whole
 from ins_eval.report.content import Block, Paragraph, Picture, Section, Table, paragraphs, table
-from ins_eval.report.diagnosis_words import effect_words
+from ins_eval.report.diagnosis_words import alike, effect_words
 from ins_eval.report.results import as_json, write_results
-from ins_eval.report.wording import MISSING, fixed
+from ins_eval.report.wording import MISSING, fixed, sentence
 
 TITLE = "Real recordings"
 Z95 = 1.96
+NOTE = (
+    "Agrees: the two 95 % intervals meet. A constant that the stated sigma of turning on allows is part of the belief "
+    "and is not named."
+)
 
 
 def study(one: Study, recorded: Recorded, output: Path, limit_s: float) -> dict:
@@ -86,10 +90,12 @@ def section(source: Source, studies: list[dict], pictures: list[str]) -> Section
     """All that is said of one recording."""
     blocks: list[Block] = [Picture(name, real_figures.CAPTIONS[name.rsplit("_", 1)[-1]]) for name in pictures]
     for one in studies:
-        blocks += [Paragraph(one["what"], lead=f"{one['name'].capitalize()}."), *_verdict(one)]
+        blocks += [Paragraph(one["what"], lead=sentence(one["name"])), *_verdict(one)]
         if one["answer"] is not None:
             blocks += [*_effects(one), *_rivals(one), *_fit(one)]
         blocks += _sources(one)
+    if any(one["sources"] for one in studies):
+        blocks += paragraphs(NOTE)
     return Section(source.title, blocks)
 
 
@@ -116,14 +122,10 @@ def _effects(one: dict) -> list[Block]:
     rows = []
     for effect in one["answer"]["effects"]:
         of = effect["parameters"]
-        low, high = of["interval95"]
-        rows.append((effect_words(effect), f"{of['value']:.4g}", f"{low:.4g} to {high:.4g}", of["unit"],
-                     fixed(effect["probability"], 3)))  # fmt: skip
-    if not rows:
-        return []
-    links = [one["page"]] * len(rows)
+        value, low, high = alike(of["value"], of["interval95"])
+        rows.append((effect_words(effect), value, f"{low} to {high}", of["unit"], fixed(effect["probability"], 3)))
     header = ("what was named", "value", "95 % interval", "unit", "probability")
-    return [Table("", header, rows, align="lrrlr", links=links)]
+    return [Table("", header, rows, align="lrrlr", links=[one["page"]] * len(rows))] if rows else []
 
 
 def _rivals(one: dict) -> list[Block]:
@@ -154,28 +156,28 @@ def _sources(one: dict) -> list[Block]:
     for said in one["sources"]:
         stated = said["answer"]
         word = {None: "not named", True: "agrees", False: "apart"}[said["agrees"]]
-        value = MISSING if stated is None else f"{stated['value']:.4g}"
-        rows.append((effect_words(said), f"{said['value']:.4g} ± {Z95 * said['sigma']:.2g}", value, said["unit"],
-                     said["source"], word))  # fmt: skip
+        half = Z95 * said["sigma"]
+        value, low, high = alike(said["value"], (said["value"] - half, said["value"] + half))
+        told = MISSING if stated is None else alike(stated["value"], stated["interval95"])[0]
+        rows.append((effect_words(said), value, f"{low} to {high}", told, said["unit"], said["source"], word))
         tones.append({None: "quiet", True: "good", False: "bad"}[said["agrees"]])
-    if not rows:
-        return []
-    header = ("what others say", "95 %", "the tool", "unit", "who", "")
-    return [Table("", header, rows, align="lrrlll", tones=tones)]
+    header = ("what others say", "value", "95 % interval", "the tool", "unit", "who", "")
+    return [Table("", header, rows, align="lrrrlll", tones=tones)] if rows else []
 
 
 def other(one: Other, recordings: Path, output: Path) -> dict:
     """A recording that is imported, and evaluated where it can be: what was said of it."""
     file = recordings / one.file
     if not file.exists():
-        return {"title": one.title, "what": one.what, "said": one.said, "came": "absent here"}
+        return {"title": one.title, "what": one.what, "said": one.said, "came": "absent here."}
     folder = output / "recordings" / Path(one.file).parts[-1].split(".")[0]
     refused = imported.imported(one.format, file, folder, one.mapping)
     if refused:
-        return {"title": one.title, "what": one.what, "said": one.said, "came": refused.splitlines()[-1]}
+        said = refused.splitlines()[-1].replace(f"{recordings}/", "")
+        return {"title": one.title, "what": one.what, "said": one.said, "came": f"{said}."}
     page = output / "evaluations" / folder.name
     code, words = imported.command("evaluate", str(folder), "--output", str(page), "--quiet")
-    came = words.splitlines()[-1] if code else _evaluated(page)
+    came = f"{words.splitlines()[-1]}." if code else _evaluated(page)
     return {"title": one.title, "what": one.what, "said": one.said, "came": came}
 
 
@@ -186,9 +188,9 @@ def _evaluated(page: Path) -> str:
 
 
 def _others(rows: list[dict]) -> Section:
-    cells = [(one["title"], one["what"], one["came"], one["said"]) for one in rows]
-    header = ("recording", "what it is", "what the tool said", "what others say")
-    return Section("Not diagnosed", [Table("", header, cells, align="llll")])
+    blocks = [Paragraph(f"{one['what']} The tool said: {one['came']} {one['said']}", lead=f"{one['title']}.")
+              for one in rows]  # fmt: skip
+    return Section("Not diagnosed", blocks)
 
 
 def answer_of(studies: list[dict], absent: list[str]) -> str:
