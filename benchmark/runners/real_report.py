@@ -53,7 +53,7 @@ def study(one: Study, recorded: Recorded, output: Path, limit_s: float) -> dict:
     return {
         "source": one.source, "name": one.name, "what": one.what, "page": f"diagnoses/{name}/index.html",
         "seconds": runs[name]["seconds"], "refused": runs[name].get("said", ""), "answer": given,
-        "sources": [asdict(said) | {"answer": _stated(given, said), "agrees": _agrees(given, said)} for said in told],
+        "sources": [asdict(said) | {"answer": _stated(given, said), "agrees": agrees(given, said)} for said in told],
         "control": one.silent_about, "alarm": _alarm(given, one.silent_about),
     }  # fmt: skip
 
@@ -68,7 +68,7 @@ def _stated(given: dict | None, said: Said) -> dict | None:
     return None if entry is None else entry["parameters"]
 
 
-def _agrees(given: dict | None, said: Said) -> bool | None:
+def agrees(given: dict | None, said: Said) -> bool | None:
     """Whether the two 95 % intervals meet; None where the answer does not name it."""
     entry = _entry(given, said)
     if entry is None:

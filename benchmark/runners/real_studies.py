@@ -56,7 +56,7 @@ def _no_offsets(recorded: Recorded) -> Recorded:
     return out
 
 
-def _another_time(recorded: Recorded) -> Recorded:
+def another_time(recorded: Recorded) -> Recorded:
     """The temperature shifted circularly by half its length: the same curve at another time."""
     out = recorded.copy()
     table = out.tables["chamber" if out.kind == "chamber" else "imu"]
@@ -136,10 +136,10 @@ STUDIES = (
     Study("warm-up", "as it is", "Nothing was changed. The unit warms up by itself by six degrees; that its offsets "
           "follow is not in the belief.", said=_laws_of_warm_up),
     Study("warm-up", "temperature of another time", "Control: the temperatures are shifted circularly by half of the "
-          "recording, so that no law of temperature is in it.", _another_time, silent_about="temperature"),
+          "recording, so that no law of temperature is in it.", another_time, silent_about="temperature"),
     Study("chamber", "as it is", "Left out of the simulation: laws of temperature. Only the constant is believed."),
     Study("chamber", "temperature of another time", "Control: the temperatures are shifted circularly by half of the "
-          "recording.", _another_time, silent_about="temperature"),
+          "recording.", another_time, silent_about="temperature"),
 )  # fmt: skip
 
 

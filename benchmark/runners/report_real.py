@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -29,6 +30,7 @@ from ins_eval.report.style import FAINT, QUIET, legend_below, sheet, styled
 from ins_eval.report.wording import MISSING, fixed
 
 TITLE = "Effects concealed in real recordings"
+WHAT = ("detected", "right channel", "named first or listed")
 RATE = ("", "cases", "found", "95 % interval")
 PLACES = {one.name: one.title for one in SOURCES}
 
@@ -66,7 +68,7 @@ def content(result: dict) -> tuple[str, list[Section]]:
         Section("Not answered", _refused(result)),
         Section("Where it fails", _failing(hidden)),
         Section("By recording", _by_recording(result)),
-        Section("By effect", _rates("Effects, D of at least 16", result["by effect"])),
+        Section("By effect", _three("Effects, D of at least 16", result["by effect"])),
         Section("Nothing concealed", _nulls(result, nulls)),
         Section("As they are", _unmodified(result)),
         Section("Every case", _every(hidden)),
@@ -104,13 +106,23 @@ def _targets(result: dict) -> Table:
 
 
 def _rates(title: str, group: dict, note: str = "") -> list[Table]:
-    rows = [(_titled(name), *spoken(one)) for name, one in group.items()]
+    rows = [(PLACES.get(name, name), *spoken(one)) for name, one in group.items()]
     return table(title, RATE, rows, note)
 
 
-def _titled(name: str) -> str:
-    source, colon, rest = name.partition(": ")
-    return f"{PLACES.get(source, source)}{colon}{rest}"
+def _three(title: str, group: dict) -> list[Table]:
+    """Rows `NAME: WHAT` of a group, one line a name, each rate with its interval in per cent."""
+    names = dict.fromkeys(name.partition(": ")[0] for name in group)
+    rows = []
+    for name in names:
+        here = [group[f"{name}: {what}"] for what in WHAT]
+        rows.append((PLACES.get(name, name), str(here[0]["count"]), *map(_with_interval, here)))
+    return table(title, ("", "cases", *WHAT), rows, "In per cent, with exact 95 % intervals.")
+
+
+def _with_interval(one: dict) -> str:
+    low, high = one["interval95"]
+    return f"{100 * one['rate']:.0f} [{100 * low:.0f}, {100 * high:.0f}]"
 
 
 def _words(names: Sequence[str]) -> str:
@@ -127,21 +139,26 @@ def _case(one: dict) -> tuple[str, ...]:
 
 
 def _number(one: dict) -> str:
-    return one["case"].removeprefix("case-")
+    return one["case"].removeprefix("case-").replace("-hidden", "")
 
 
 def _large(d: float | None) -> str:
     return MISSING if d is None else fixed(d, 1) if d < 1e4 else f"{d:.0e}"
 
 
-def _refused(result: dict) -> list[Table]:
-    rows = [
-        (_number(one), one["verdict"], one["said"].splitlines()[-1] if one["said"] else MISSING)
-        for one in result["records"]
-        if not one["answered"]
-    ]
-    note = "Each counts as not detected, and a null among them as no alarm."
-    return table("Cases without an answer", ("case", "outcome", "sentence"), rows, note, align="lll")
+def _refused(result: dict) -> list[Block]:
+    asked = [one for one in result["records"] if not one["answered"] and one["said"]]
+    never = sum(not one["answered"] and not one["said"] for one in result["records"])
+    rows = [(_number(one), one["verdict"], _sentence(one)) for one in asked]
+    note = "Each concealed effect among them counts as not detected; nulls and unmodified recordings are not counted."
+    words = f"{never} cases were never asked: run `python -m benchmark.runners.run` again." if never else ""
+    return [*table("Cases without an answer", ("case", "outcome", "sentence"), rows, note, align="lll"),
+            *paragraphs(words)]  # fmt: skip
+
+
+def _sentence(one: dict) -> str:
+    """What the command said, without the place of the folder."""
+    return re.sub(r"\S*/(?=case-)", "", one["said"].splitlines()[-1])
 
 
 def _failing(hidden: Sequence[dict]) -> list[Block]:
@@ -159,7 +176,7 @@ def _failing(hidden: Sequence[dict]) -> list[Block]:
 def _by_recording(result: dict) -> list[Block]:
     return [
         Picture("by_recording", "What became of each concealed effect."),
-        *_rates("Recordings, D of at least 16", result["by source"]),
+        *_three("Recordings, D of at least 16", result["by source"]),
         *_rates("All", result["all"], "Detected: something is said that is not said of the recording as it is."),
     ]
 

@@ -97,10 +97,13 @@ def _holds(effect: dict, oracle: dict | None, entry: dict | None) -> bool | None
 
 
 def summary(records: list[dict]) -> dict:
-    """The rates of records, as a whole, by recording, and by effect; each with its exact interval."""
+    """The rates of records, as a whole, by recording, and by effect; each with its exact interval.
+
+    Without an answer nothing is detected; alarms and confidently wrong ones are counted among answers only.
+    """
     counts = {name: Count() for name in ("all", "by source", "by effect", "nulls", "times")}
     for one in records:
-        if one["kind"] == "null":
+        if one["kind"] == "null" and one["answered"]:
             for name in ("all", one["source"]):
                 counts["nulls"].add(name, one["alarm"])
         if one["kind"] == "single":
@@ -116,7 +119,8 @@ def summary(records: list[dict]) -> dict:
 
 def _hidden(counts: dict, one: dict) -> None:
     clear = one["band"] == CLEAR
-    counts["all"].add("confidently wrong", one["wrong"])
+    if one["answered"]:
+        counts["all"].add("confidently wrong", one["wrong"])
     if one["holds"] is not None:
         counts["all"].add("interval holds what was put in", one["holds"])
     for word, label in (("detected", "detected"), ("place", "right channel"), ("found", "named first or listed")):

@@ -266,6 +266,24 @@ def test_a_refusal_is_no_detection_and_no_alarm() -> None:
     assert not null["alarm"]
 
 
+def test_without_an_answer_nothing_is_detected_and_nothing_is_wrong() -> None:
+    null = TRUTH | {"kind": "null", "effects": []}
+    records = [
+        counted(OWN),
+        counted(None, error="exit code 3\nrefused"),
+        counted(OWN, null),
+        counted(None, null, "exit code 5"),
+    ]
+    found = against.summary(records)
+    assert found["all"]["detected, D >= 16"]["count"] == 2
+    assert found["all"]["confidently wrong"]["count"] == 1
+    assert found["nulls"]["all"]["count"] == 1
+    assert found["all"]["ended with a fault"]["hits"] == 1
+    said = {one["words"]: one["met"] for one in against.targets(found)}
+    assert said["nulls that alarm"] is True
+    assert said["detected, D of at least 16"] is False
+
+
 def test_a_null_alarms_by_a_name_of_its_own() -> None:
     truth = TRUTH | {"kind": "null", "effects": []}
     assert not counted(OWN, truth)["alarm"]

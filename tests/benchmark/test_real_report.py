@@ -84,7 +84,7 @@ def test_a_page_says_what_was_named_and_who_agrees(tmp_path, monkeypatch) -> Non
     known = [Said(name, "z", SLOPE_UG_PER_C, 10.0, unit, "put in by this test") for name, unit in names]
     studies = (
         Study("chamber", "as it is", "A ramp.", said=lambda recorded: known),
-        Study("chamber", "control", "The same.", real_studies._another_time, silent_about="gyro"),
+        Study("chamber", "control", "The same.", real_studies.another_time, silent_about="gyro"),
     )
     monkeypatch.setattr(real_report, "STUDIES", studies)
     output = tmp_path / "real"
@@ -94,7 +94,7 @@ def test_a_page_says_what_was_named_and_who_agrees(tmp_path, monkeypatch) -> Non
     assert [said["agrees"] for said in first["sources"]].count(True) == 1
     assert control["alarm"] == []
     assert (output / first["page"]).exists()
-    text = (output / "report.txt").read_text()
+    text = (output / "index.html").read_text()
     assert "of 2 values that others know 1 are named and agree" in " ".join(text.split())
     assert "put in by this test" in text
     assert "Laser gyros" in text  # among what is absent
@@ -112,6 +112,6 @@ def test_values_apart_from_a_source_are_said_to_be_apart() -> None:
     given = {"effects": [{"name": "gps.time_offset", "axis": None,
                           "parameters": {"value": 0.2, "interval95": [0.19, 0.21]}}]}  # fmt: skip
     near = Said("gps.time_offset", None, 0.23, 0.02, "s", "")
-    assert real_report._agrees(given, near) is True
-    assert real_report._agrees(given, replace(near, sigma=0.001)) is False
-    assert real_report._agrees(given, replace(near, name="gps.lever_arm")) is None
+    assert real_report.agrees(given, near) is True
+    assert real_report.agrees(given, replace(near, sigma=0.001)) is False
+    assert real_report.agrees(given, replace(near, name="gps.lever_arm")) is None
