@@ -74,9 +74,14 @@ def main(arguments: list[str] | None = None) -> int:
     if unknown:
         known = ", ".join(one.name for one in real.SOURCES)
         parser.error(f"--only {sorted(unknown)[0]}: no such recording; expected some of {known}")
+    made_from = {"set": SET, "seed": chosen.seed, "generator_sha256": code_hash()}
+    manifest = chosen.output / "manifest.json"
+    before = json.loads(manifest.read_text()) if manifest.exists() else made_from
+    if not made_from.items() <= before.items():
+        parser.error(f"{chosen.output}: holds cases of another seed or maker; remove it, or name another folder")
     for part in ("truth", "recordings"):
         (chosen.output / part).mkdir(parents=True, exist_ok=True)
-    made = {}
+    made = before.get("cases", {})
     for source in real.SOURCES:
         if source.name not in names:
             continue
@@ -84,8 +89,7 @@ def main(arguments: list[str] | None = None) -> int:
         made[source.name] = make(source, chosen.recordings, chosen.output, chosen.seed)
         said = f"{made[source.name]} cases, {time.perf_counter() - begin:.0f} s"
         print(f"{source.name}: {said if made[source.name] else f'left out, {source.file} is absent here'}", flush=True)
-    kept = {"set": SET, "seed": chosen.seed, "cases": made, "generator_sha256": code_hash()}
-    (chosen.output / "manifest.json").write_text(json.dumps(kept, indent=1) + "\n")
+        manifest.write_text(json.dumps(made_from | {"cases": made}, indent=1) + "\n")
     return 0 if any(made.values()) else 1
 
 

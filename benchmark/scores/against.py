@@ -18,9 +18,12 @@ FAST_S, LONG_S = 60.0, 150.0
 
 
 def words(entry: dict) -> str:
-    """Name, axis and sensor of an entry, as one word for each."""
-    sensor = entry.get("sensor") or entry.get("parameters", {}).get("sensor")
-    return " ".join(str(one) for one in (*key(entry), sensor) if one)
+    """Name, axis and sensor of an entry, as one word for each; two axes that are exchanged have no order."""
+    of = entry | entry.get("parameters", {})
+    name, axis = key(entry)
+    if name == "recording.axes_exchanged":
+        axis = "".join(sorted((axis or "", of.get("other_axis") or "")))
+    return " ".join(str(one) for one in (name, axis, of.get("sensor")) if one)
 
 
 def interval(entry: dict) -> list[float] | None:
