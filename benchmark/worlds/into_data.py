@@ -136,9 +136,9 @@ def _late(name: str) -> Callable[[Recorded, Applied], None]:
 
 
 def _clock_step(out: Recorded, effect: Applied) -> None:
-    """Stamps of the IMU are late by value from a time on."""
-    t = out.tables["imu"]["time_s"]
-    out.tables["imu"]["time_s"] = t + effect.value * (t >= effect.parameters["at_s"])
+    """Stamps of the IMU are late by value from a time on; it counts on, so the fixes are stamped earlier by it."""
+    table = out.tables["gps" if "gps" in out.tables else "reference"]
+    table["time_s"] = table["time_s"] - effect.value * (table["time_s"] >= effect.parameters["at_s"])
 
 
 def _clock_drift(out: Recorded, effect: Applied) -> None:

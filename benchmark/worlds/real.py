@@ -48,7 +48,7 @@ class Row:
     def drawn(self, rng: np.random.Generator, recorded: Recorded) -> Applied:
         value = self.nominal
         if not self.fixed:
-            sign = 1.0 if self.name == "recording.clock_step" else rng.choice((-1.0, 1.0))  # stamps must increase
+            sign = -1.0 if self.name == "recording.clock_step" else rng.choice((-1.0, 1.0))  # stamps must increase
             value = float(f"{sign * value * log_uniform(rng, *SPREAD):.4g}")
         further = dict(self.parameters)
         if self.name.endswith("_step"):

@@ -154,8 +154,11 @@ def test_files_that_are_described_wrongly(still) -> None:
 
 def test_clocks_and_fixes(drive) -> None:
     t = drive.time_s
-    late = apply(drive, Applied("recording.clock_step", None, 0.15, "s", {"at_s": 60.0})).time_s
-    np.testing.assert_allclose(late - t, np.where(t >= 60.0, 0.15, 0.0), atol=1e-12)
+    step = apply(drive, Applied("recording.clock_step", None, -0.15, "s", {"at_s": 60.0}))
+    stamps = drive.tables["gps"]["time_s"]
+    late = step.tables["gps"]["time_s"] - stamps  # the IMU early by 0.15 s, the fixes late by it
+    np.testing.assert_allclose(late, np.where(stamps >= 60.0, 0.15, 0.0), atol=1e-12)
+    np.testing.assert_array_equal(step.time_s, t)
     fast = apply(drive, Applied("recording.clock_drift", None, 1000.0, "ppm", {})).time_s
     assert fast[-1] - t[-1] == pytest.approx(1e-3 * t[-1], rel=1e-6)
     moved = apply(drive, Applied("gps.lever_arm", "x", 2.0, "m", {})).tables["gps"]
