@@ -52,7 +52,7 @@ SEALED_SEED ?= 3
 SEALED := single:205 pair:40 outside:60 unidentifiable:39 null:150 adversarial:150 limited:100 multi:60
 CONCEALED = .cache/concealed/$(SEALED_SEED)
 
-# Effects in the real recordings of ../shared/recordings; a case is ended after so many seconds.
+# Effects in the real recordings of ../shared/recordings; a case is ended after so many seconds of the processor.
 REAL_SEED ?= 1
 REAL_LIMIT ?= 300
 REAL_SET = .cache/concealed/real-$(REAL_SEED)

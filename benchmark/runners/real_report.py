@@ -221,7 +221,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--recordings", type=Path, default=imported.RECORDINGS)
     parser.add_argument("--output", type=Path, default=Path("reports/real"))
-    parser.add_argument("--limit", type=float, default=300.0, metavar="S", help="seconds after which a case is ended")
+    parser.add_argument("--limit", type=float, default=300.0, metavar="S", help="seconds of the processor for a case")
     parser.add_argument("--quiet", action="store_true")
     chosen = parser.parse_args(arguments)
     studies, sections, drawn, absent = [], [], {}, []

@@ -62,8 +62,8 @@ def diagnose(folders: list[str], answer: str, limit_s: float = 0.0, *options: st
     from ins_eval.cli import main
 
     said, begin, used = io.StringIO(), time.perf_counter(), time.process_time()
-    before = signal.signal(signal.SIGALRM, _over)
-    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    before = signal.signal(signal.SIGPROF, _over)
+    signal.setitimer(signal.ITIMER_PROF, limit_s)
     with contextlib.redirect_stderr(said):
         try:
             code = main(["diagnose", *folders, "--json", answer, "--quiet", *options])
@@ -71,10 +71,10 @@ def diagnose(folders: list[str], answer: str, limit_s: float = 0.0, *options: st
             code = end.code
         except TooLong:
             code = TIMEOUT
-            print(f"ended after {limit_s:g} s", file=sys.stderr)
+            print(f"ended after {limit_s:g} s of the processor", file=sys.stderr)
         finally:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
-            signal.signal(signal.SIGALRM, before)
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            signal.signal(signal.SIGPROF, before)
     return int(code or 0), said.getvalue().strip(), time.perf_counter() - begin, time.process_time() - used
 
 
@@ -87,7 +87,7 @@ def read_runs(answers: Path) -> dict[str, dict]:
 def run(cases: dict[str, list[Path]], answers: Path, workers: int = 1, limit_s: float = 0.0) -> list[str]:
     """Diagnose `cases`, name -> recordings, into `answers`; returns the names of those that failed.
 
-    A case that takes longer than `limit_s` is ended; 0: none is.
+    A case that takes longer than `limit_s` of the processor, which no other load lengthens, is ended; 0: none is.
     """
     answers.mkdir(parents=True, exist_ok=True)
     package, runs, failed = package_hash(), read_runs(answers), []
@@ -132,7 +132,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("recordings", type=Path, help="folder of the cases")
     parser.add_argument("answers", type=Path, help="where the answers go")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--limit", type=float, default=0.0, metavar="S", help="seconds after which a case is ended")
+    parser.add_argument(
+        "--limit", type=float, default=0.0, metavar="S", help="seconds of the processor after which a case is ended"
+    )
     parser.add_argument("--only", default="*", metavar="PATTERN", help="cases whose name matches, such as case-0*")
     chosen = parser.parse_args(arguments)
     found = sorted(path for path in chosen.recordings.glob("*") if path.is_dir() and fnmatch(path.name, chosen.only))

@@ -14,7 +14,7 @@ Z95 = 1.96
 SAME_PLACE = 0.5  # intersection over union of two intervals of one channel that are one place
 REFUSED, FAULT, ENDED = "refused", "fault", "took too long"
 CODES = {3: REFUSED, 124: ENDED}
-FAST_S, LONG_S = 60.0, 150.0
+FAST_S, LONG_S = 60.0, 150.0  # of the processor: what two cores without other load take by the clock
 
 
 def words(entry: dict) -> str:
@@ -111,9 +111,9 @@ def summary(records: list[dict]) -> dict:
                 counts["nulls"].add(name, one["alarm"])
         if one["kind"] == "single":
             _hidden(counts, one)
-        if one["seconds"] is not None:
-            counts["times"].add(f"below {FAST_S:g} s", one["seconds"] < FAST_S)
-            counts["times"].add(f"above {LONG_S:g} s", one["seconds"] > LONG_S or one["verdict"] == ENDED)
+        if one["processor_s"] is not None:
+            counts["times"].add(f"below {FAST_S:g} s", one["processor_s"] < FAST_S)
+            counts["times"].add(f"above {LONG_S:g} s", one["processor_s"] > LONG_S or one["verdict"] == ENDED)
         counts["all"].add("answered", one["answered"])
         counts["all"].add("ended with a fault", one["verdict"] == FAULT)
     result = {name: one.rates() for name, one in counts.items()}
@@ -142,8 +142,8 @@ TARGETS = (  # line of the requirement, words, group and name of the rate, least
     ("7d", "confidently wrong", "all", "confidently wrong", 0.0, 0.03),
     ("7d", "nulls that alarm", "nulls", "all", 0.0, 0.05),
     ("7f", "ended with a fault of the program", "all", "ended with a fault", 0.0, 0.0),
-    ("7f", f"below {FAST_S:g} s", "times", f"below {FAST_S:g} s", 0.95, 1.0),
-    ("7f", f"above {LONG_S:g} s", "times", f"above {LONG_S:g} s", 0.0, 0.0),
+    ("7f", f"below {FAST_S:g} s of the processor", "times", f"below {FAST_S:g} s", 0.95, 1.0),
+    ("7f", f"above {LONG_S:g} s of the processor", "times", f"above {LONG_S:g} s", 0.0, 0.0),
 )  # fmt: skip
 
 
