@@ -65,6 +65,7 @@ SETTLED = 0.02  # of the sigmas: a change of the start that ends the passes
 APART = np.log(20.0)  # a heading whose likelihood is nearer than this to the best's is a rival
 LARGEST = 1e5  # of any error in its unit, beyond which a guess is given up
 GATE = 5.0  # sigmas beyond which a fix is an outlier
+PIECE_S, LEAST_PIECE_S = 30.0, 1.0  # of a recording that is followed from its first window on
 MEDIAN_OF_SQUARE = 0.4549  # of a standard normal variable
 MEDIAN_SPREAD = 2.34  # sigma of the median of n such squares, relative to it, times sqrt(n)
 BEYOND_CHANCE = 2.0  # sigmas by which scatter or memory of the fixes must exceed chance to count
@@ -88,7 +89,9 @@ class Initialization:
     window: Stretch
     fix_scale: tuple[float, float] = (1.0, 1.0)
     rival_headings_rad: tuple[float, ...] = ()
+    walks: tuple[float, float] = (0.0, 0.0)  # white noise of the increments: rad/sqrt(s), m/s/sqrt(s)
     first_error: np.ndarray | None = None  # smoothed (21,), of the window's first state
+    path: Solution | None = None  # smoothed over the window, a row each step
     about: tuple[np.ndarray, np.ndarray] | None = None  # smoothed C (rows, 3, 3), C f (steps, 3): the next pass is
     # linear about them, and not about the noise that the solution has integrated, which would show a heading at rest
     log_likelihood: float = 0.0
@@ -155,16 +158,37 @@ def find(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Initia
 
 
 def follow(
-    recording: Recording, begin: Initialization, dtheta_b: np.ndarray, dv_b: np.ndarray, until_s: float
+    recording: Recording,
+    begin: Initialization,
+    dtheta_b: np.ndarray,
+    dv_b: np.ndarray,
+    until_s: float,
+    gate: float = GATE,
 ) -> Initialization:
-    """The state at `until_s`, from that of `begin` and what was measured in between."""
+    """The state at `until_s`, from that of `begin` and what was measured in between, up to `gate` sigmas."""
     window = _window(recording, dtheta_b, dv_b, begin.start.time_s, until_s)
     window = replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, begin.fix_scale, strict=True)))
     begin = replace(begin, about=None)
-    first = _pass(window, begin, begin.covariance, np.zeros(STATES), GATE)
+    first = _pass(window, begin, begin.covariance, np.zeros(STATES), gate)
     return replace(
-        _pass(window, replace(begin, about=first.about), begin.covariance, np.zeros(STATES), GATE), about=None
+        _pass(window, replace(begin, about=first.about), begin.covariance, np.zeros(STATES), gate), about=None
     )
+
+
+def track(recording: Recording, begin: Initialization, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Solution:
+    """The whole way, from what was measured on it: smoothed over the window of `begin`, and piece by piece after it.
+
+    Before the window the vehicle stands as it does at its begin.
+    """
+    last_s = float(recording.imu.time_s[-1])
+    state, pieces = begin, [begin.path]
+    while state.start.time_s < last_s - LEAST_PIECE_S:
+        end_s = state.start.time_s + PIECE_S
+        # no fix is left out: one that is late looks like an outlier wherever the motion is fast
+        state = follow(recording, state, dtheta_b, dv_b, last_s if end_s > last_s - LEAST_PIECE_S else end_s, np.inf)
+        pieces.append(state.path)
+    parts = {name: [getattr(one, name)[:-1] for one in pieces] for name in Solution.__dataclass_fields__}
+    return Solution(**{name: np.concatenate([*of, getattr(pieces[-1], name)[-1:]]) for name, of in parts.items()})
 
 
 def _first_window(recording: Recording) -> tuple[float, float, float, float]:
@@ -495,10 +519,11 @@ def _pass(window: Window, begin: Initialization, prior: np.ndarray, taken: np.nd
     about = begin.about or (mat_nb, np.einsum("nij,nj->ni", 0.5 * (mat_nb[:-1] + mat_nb[1:]), force_b))
     row, _, z, h, variance = _measured(window, begin, solution, mat_nb, about[0], rate_b)
     transition, noise = _dynamics(window, solution, about, force_b, rate_b, prior)
-    smoothed, mean, covariance, log_likelihood, _ = _filtered(
+    smoothed, mean, covariance, log_likelihood, _ = filtered(
         transition, noise, row, z, h, variance, -taken, np.ascontiguousarray(prior), gate
     )
     last = len(solution.time_s) - 1
+    path = _moved(solution, mat_nb, smoothed)
     end = replace(
         begin,
         start=replace(
@@ -513,10 +538,9 @@ def _pass(window: Window, begin: Initialization, prior: np.ndarray, taken: np.nd
         covariance=covariance,
         window=Stretch(begin.window.start_s, float(solution.time_s[last])),
         first_error=smoothed[0],
-        about=(
-            _exponentials(smoothed[:, ATTITUDE]) @ mat_nb,
-            _force(solution, solution.velocity_n + smoothed[:, VELOCITY]),
-        ),
+        path=path,
+        walks=(window.angle_walk, window.velocity_walk),
+        about=(_matrices(path.quaternion_nb), _force(solution, path.velocity_n)),
         log_likelihood=float(log_likelihood),
     )
     return _corrected(end, mean)
@@ -542,10 +566,20 @@ def _matrices(quaternion_nb: np.ndarray) -> np.ndarray:
     return Rotation.from_quat(quaternion_nb, scalar_first=True).as_matrix()
 
 
-def _exponentials(phi: np.ndarray) -> np.ndarray:
+def _moved(solution: Solution, mat_nb: np.ndarray, errors: np.ndarray) -> Solution:
+    """The solution, whose attitude is `mat_nb`, with errors (rows, 21), true less solution, taken in."""
     from scipy.spatial.transform import Rotation
 
-    return Rotation.from_rotvec(phi).as_matrix()
+    meridian, transverse = (r + solution.height_m for r in radii(solution.latitude_rad))
+    turned = Rotation.from_rotvec(errors[:, ATTITUDE]) * Rotation.from_matrix(mat_nb)
+    return Solution(
+        solution.time_s,
+        solution.latitude_rad + errors[:, 0] / meridian,
+        solution.longitude_rad + errors[:, 1] / (transverse * np.cos(solution.latitude_rad)),
+        solution.height_m - errors[:, 2],
+        solution.velocity_n + errors[:, VELOCITY],
+        turned.as_quat(scalar_first=True),
+    )
 
 
 def _cross(v: np.ndarray) -> np.ndarray:
@@ -688,7 +722,7 @@ def _scatter(window: Window, first: Initialization, prior: np.ndarray) -> tuple[
     c = _matrices(solution.quaternion_nb)
     row, kind, z, h, variance = _measured(window, first, solution, c, first.about[0], rate_b)
     transition, noise = _dynamics(window, solution, first.about, force_b, rate_b, prior)
-    *_, innovations = _filtered(transition, noise, row, z, h, variance, np.zeros(STATES), np.ascontiguousarray(prior),
+    *_, innovations = filtered(transition, noise, row, z, h, variance, np.zeros(STATES), np.ascontiguousarray(prior),
                                 np.inf)  # fmt: skip
     out = []
     for of in (0, 1):
@@ -710,7 +744,7 @@ def _scatter(window: Window, first: Initialization, prior: np.ndarray) -> tuple[
 
 
 @numba.njit(cache=True)
-def _filtered(transition, noise, row, z, h, variance, mean, covariance, gate):
+def filtered(transition, noise, row, z, h, variance, mean, covariance, gate):
     """Smoothed means of all rows (n, 21), mean and covariance of the last, log-likelihood, innovations (k, 3).
 
     Innovations are in sigmas, NaN where nothing was measured; one beyond `gate` is left out. The smoother is that of

@@ -18,6 +18,7 @@ WINDOW_S = 1.0
 WINDOW_SAMPLES = 10  # at least, so that a standard deviation means something
 QUIETEST_SHARE = 0.25
 DISTURBED_FACTOR = 2.0
+MOVED_FACTOR = 10.0  # of what is carried or turned by hand
 TOLERATED_S = 3.0
 APART_S = 10.0
 ROUND_OFF = 1e-9  # of the largest value: what arithmetic leaves of a constant
@@ -38,13 +39,13 @@ class Stretch:
         return self.end_s - self.start_s
 
 
-def still_stretches(imu: Imu, minimum_s: float = 120.0) -> list[Stretch]:
+def still_stretches(imu: Imu, minimum_s: float = 120.0, factor: float = DISTURBED_FACTOR) -> list[Stretch]:
     """Find the stretches of at least `minimum_s` in which nobody disturbs the vehicle, in order of time.
 
     1. The recording is cut into windows of 1 s. The agitation of a window is the standard deviation of the three
        gyro channels together, and of the three accelerometer channels together.
     2. The baseline of each is the median over its quietest quarter of windows. A window is disturbed where either
-       agitation exceeds twice its baseline and the resolution of the channel.
+       agitation exceeds `factor` times its baseline and the resolution of the channel.
     3. Disturbed windows less than 10 s apart are one burst. A burst of more than 3 s ends a stretch; a shorter one,
        a door or a step, is tolerated inside a stretch but never at its ends.
 
@@ -57,7 +58,7 @@ def still_stretches(imu: Imu, minimum_s: float = 120.0) -> list[Stretch]:
     if windows == 0:
         return []
     window_s = samples * step_s
-    disturbed = _disturbed(imu.gyro, samples) | _disturbed(imu.accelerometer, samples)
+    disturbed = _disturbed(imu.gyro, samples, factor) | _disturbed(imu.accelerometer, samples, factor)
     first_s = time_s[0] - step_s
     edges_s = np.concatenate([[first_s], time_s[samples - 1 : windows * samples : samples]])
     stretches = [
@@ -84,13 +85,13 @@ def choose_alignment(stretches: Sequence[Stretch]) -> Stretch:
     return Stretch(chosen.start_s, min(chosen.end_s, chosen.start_s + MOST_FOR_ALIGNMENT_S))
 
 
-def _disturbed(increments: np.ndarray, samples: int) -> np.ndarray:
-    """Windows of `samples` rows whose agitation exceeds twice that of the quietest part, shape (windows,)."""
+def _disturbed(increments: np.ndarray, samples: int, factor: float) -> np.ndarray:
+    """Windows of `samples` rows whose agitation exceeds `factor` times that of the quietest part, shape (windows,)."""
     windows = len(increments) // samples
     parts = np.asarray(increments[: windows * samples], dtype=float).reshape(windows, samples, 3)
     agitation = np.sqrt(parts.var(axis=1).sum(axis=1))
     quietest = np.sort(agitation)[: max(1, int(QUIETEST_SHARE * windows))]
-    return agitation > max(DISTURBED_FACTOR * float(np.median(quietest)), _resolution(increments))
+    return agitation > max(factor * float(np.median(quietest)), _resolution(increments))
 
 
 def _resolution(increments: np.ndarray) -> float:

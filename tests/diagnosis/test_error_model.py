@@ -18,14 +18,15 @@ from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 COEFFICIENT, LEFT_OVER = 3e-3, 1e-4
 # first order only: the square of a whole missing term of the Earth shows
 EARTH_COEFFICIENT = 0.02
+ARC_SAMPLES, IN_ARCS = 400, 0.01
 
 
 def fitted(believed: null.Believed, column: Column) -> tuple[float, float]:
     """Coefficient of `column` in the residual of `believed`, and the share of the residual's energy that it leaves."""
     solution = null.solve(believed)
-    measured = observations.sources(believed, solution.time_s[-1])
-    nodes_s = observations.nodes(believed, measured, solution.time_s[-1])
-    model = error_model.build(believed, solution, nodes_s)
+    end_s = solution[-1].time_s[-1]
+    measured = observations.sources(believed, end_s)
+    model = error_model.build(believed, solution, observations.nodes(believed, measured, end_s))
     seen = observations.observe(believed, model, measured)
     dt = model.interval_s
     levels = whitening.NoiseLevels(
@@ -35,7 +36,7 @@ def fitted(believed: null.Believed, column: Column) -> tuple[float, float]:
         slow_sigma=np.repeat([1.0, 0.02, 0.0], 3),
         slow_time_s=np.repeat([100.0, 20.0, 1.0], 3),
         wander_sigma=np.zeros(6),
-        wander_time_s=1800.0,
+        wander_time_s=np.full(6, 1800.0),
     )
     sums = whitening.whiten(columns.assemble(model, seen, columns.SlowFactor(), [column]), levels)
     a, b = sums.normal[0, 0], sums.projection[0]
@@ -81,6 +82,24 @@ def test_an_error_of_a_gyro(believed, axis: int, multiplier: str, value: float) 
     check(replace(believed, gyro=gyro), Column("", (Drive("gyro", axis, multiplier, 1.0),)), value)
 
 
+@pytest.mark.parametrize(
+    ("sensor", "axis", "value"),
+    [("gyro", 0, 300.0 * DEG_PER_H), ("gyro", 2, 300.0 * DEG_PER_H), ("accelerometer", 0, 2e4 * UG)],
+)
+def test_a_large_error_is_found_in_arcs_and_only_there(believed, sensor: str, axis: int, value: float) -> None:
+    """One arc turns by degrees and the sum of all by a turn or more, so that nothing is small but the arcs."""
+    (path,) = null.solve(believed)
+    what = {"gyro": "gyro", "accelerometer": "velocity"}[sensor]
+    increments = getattr(believed, what).copy()
+    increments[:, axis] += value * believed.interval_s
+    wrong = replace(believed, **{what: increments})
+    begins = believed.time_s[ARC_SAMPLES - 1 : -ARC_SAMPLES : ARC_SAMPLES]
+    column = Column("", (Drive(sensor, axis, "1", 1.0),))
+    check(replace(wrong, arcs=tuple(null.start_at(path, t) for t in begins)), column, value, IN_ARCS)
+    with pytest.raises(AssertionError):
+        check(wrong, column, value, IN_ARCS)
+
+
 @pytest.mark.parametrize(("state", "value"), [(0, 1.0), (2, 1.0), (4, 0.01), (6, 1e-5), (8, 1e-5)])
 def test_an_error_of_the_start(believed, state: int, value: float) -> None:
     error = np.zeros(9)
@@ -119,4 +138,5 @@ def test_a_correction_takes_an_error_off(believed) -> None:
     attitude = geometry.turned(believed.start.attitude_rad, -rotation)
     wrong = replace(believed, velocity=velocity, start=replace(believed.start, attitude_rad=attitude))
     mended = null.corrected(wrong, np.zeros(3), bias, rotation, np.zeros(3), np.zeros(3))
-    np.testing.assert_allclose(null.solve(mended).velocity_n, null.solve(believed).velocity_n, atol=1e-6)
+    (with_it,), (without,) = null.solve(mended), null.solve(believed)
+    np.testing.assert_allclose(with_it.velocity_n, without.velocity_n, atol=1e-6)

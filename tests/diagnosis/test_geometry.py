@@ -51,7 +51,7 @@ def test_the_attitude_inside_a_step_follows_a_cone() -> None:
 @pytest.mark.parametrize("later", [1, 3])
 def test_between_its_rows_it_is_the_solution_that_starts_there(flight, later: int) -> None:
     believed = null.believe(flight)
-    solution = null.solve(believed)
+    (solution,) = null.solve(believed)
     asked = believed.time_s[later - 1 :: SAMPLES_PER_STEP]
     states = geometry.at(solution, believed.gyro, asked)
     rows = np.clip(np.arange(asked.size), 0, solution.time_s.size - 1)
@@ -66,7 +66,7 @@ def test_between_its_rows_it_is_the_solution_that_starts_there(flight, later: in
 
 def test_at_its_rows_it_is_the_solution(flight) -> None:
     believed = null.believe(flight)
-    solution = null.solve(believed)
+    (solution,) = null.solve(believed)
     states = geometry.at(solution, believed.gyro, solution.time_s)
     told = Rotation.from_quat(solution.quaternion_nb, scalar_first=True).as_matrix()
     np.testing.assert_allclose(states.mat_nb, told, atol=1e-12)

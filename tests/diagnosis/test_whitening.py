@@ -57,7 +57,7 @@ def problem() -> tuple[Assembled, NoiseLevels]:
         slow_sigma=rng.uniform(0.5, 1.0, 9),
         slow_time_s=rng.uniform(2.0, 20.0, 9),
         wander_sigma=rng.uniform(0.1, 0.5, 6),
-        wander_time_s=15.0,
+        wander_time_s=np.repeat([15.0, 4.0], 3),
     )
     return assembled, levels
 
@@ -86,7 +86,9 @@ def dense(c: Assembled, n: NoiseLevels) -> tuple[np.ndarray, np.ndarray]:
         for k in range(e + 1, NODES):
             to[k, e] = c.transition[k - 1] @ to[k - 1, e]
     lag = np.abs(time_s[:, None] - time_s)
-    start_free = np.exp(-lag / n.wander_time_s) - np.exp(-(time_s[:, None] + time_s) / n.wander_time_s)
+    start_free = [
+        np.exp(-lag / apart) - np.exp(-(time_s[:, None] + time_s) / apart) for apart in n.wander_time_s
+    ]  # of each sensor, (nodes, nodes)
     noise = np.zeros((NODES, 9, NODES, 9))
     for k in range(NODES):
         for j in range(NODES):
@@ -98,7 +100,7 @@ def dense(c: Assembled, n: NoiseLevels) -> tuple[np.ndarray, np.ndarray]:
                 cov += to[k, e] @ q @ to[j, e].T
             for e in range(1, k + 1):  # the wander at the beginning of an epoch acts through it
                 for f in range(1, j + 1):
-                    w = np.diag(n.wander_sigma**2 * start_free[e - 1, f - 1])
+                    w = np.diag(n.wander_sigma**2 * [one[e - 1, f - 1] for one in start_free])
                     cov += to[k, e] @ c.coupling[e - 1] @ w @ c.coupling[f - 1].T @ to[j, f].T
             block = c.design[k] @ cov @ c.design[j].T
             block += np.diag(n.slow_sigma**2 * np.exp(-lag[k, j] / n.slow_time_s))
@@ -127,7 +129,7 @@ def test_means_over_blocks_keep_what_is_slow(flight) -> None:
     fine = case.assembled()
     levels = case.noise.levels(np.zeros(len(case.noise.free)))
     single = whiten(fine, levels).normal.diagonal()
-    means = whiten(coarse(fine, 5), coarse_noise(levels, 5)).normal.diagonal()
+    means = whiten(coarse(fine, 5), coarse_noise(levels, 5, fine.residual)).normal.diagonal()
     np.testing.assert_allclose(means, single, rtol=0.03)
 
 
@@ -135,7 +137,7 @@ def test_the_kernel_is_compiled_once(problem) -> None:
     """Another layout of one array costs a new user a second compilation, as long as the diagnosis of a flight."""
     assembled, levels = problem
     for block in (1, 5):
-        whiten(coarse(assembled, block), coarse_noise(levels, block))
+        whiten(coarse(assembled, block), coarse_noise(levels, block, assembled.residual))
     wide = replace(assembled, count=MANY, start=np.resize(assembled.start, (MANY, 9)))
     few, many = whiten(assembled, levels), whiten(wide, levels)
     np.testing.assert_allclose(many.normal[:COLUMNS, :COLUMNS], few.normal, rtol=ROUNDING)

@@ -161,7 +161,7 @@ class Catalogue:
                 if isinstance(made, ChamberReadings):
                     case = prepare_chamber(made, plans.chamber_belief(self._belief, made.axis), experiment.name)
                 else:
-                    case = prepare(made, self._like.believed.folder)
+                    case = prepare(made, self._like.believed.folder, planned=True)
             self._planned[experiment.name] = self._with_noise(case)
         return self._planned[experiment.name]
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.estimate import noise
-from ins_eval.diagnosis.estimate.coarse import block_of, coarse, coarse_noise
+from ins_eval.diagnosis.estimate import arcs, noise
+from ins_eval.diagnosis.estimate.coarse import block_of, coarse, coarse_noise, few_blocks
 from ins_eval.diagnosis.estimate.evidence import log_evidence
 from ins_eval.diagnosis.estimate.whitening import Whitened, whiten
-from ins_eval.diagnosis.model import error_model, null, observations
+from ins_eval.diagnosis.model import null, observations
 from ins_eval.diagnosis.model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
 from ins_eval.diagnosis.model.library import Candidate, Parameters, candidates, composed_candidates, member
 from ins_eval.diagnosis.model.observations import REFERENCE_POSITION_M, Observations
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 LEAST_VELOCITY_SIGMA_MPS = 1e-3  # of a start that is said to be exact
 LEAST_POSITION_SIGMA_M = 0.01
+PLACE_SIGMA_M = 3.0  # of a unit that is carried from one stand to the next
 MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
 
 
@@ -65,7 +66,7 @@ class Case:
     def whitened(self, columns: Sequence[Column], noise_point: np.ndarray, block: int = 1, keep: int = 1) -> Whitened:
         """One pass with noise at `noise_point`, on means over `block` nodes."""
         assembled = coarse(self.assembled(columns), block)
-        return whiten(assembled, coarse_noise(self.noise.levels(noise_point), block), keep)
+        return whiten(assembled, coarse_noise(self.noise.levels(noise_point), block, self.seen.residual), keep)
 
     def fitted(
         self,
@@ -82,25 +83,32 @@ class Case:
         assembled = coarse(self.assembled(columns), block)
 
         def at(noise_point: np.ndarray) -> Whitened:
-            return whiten(assembled, coarse_noise(self.noise.levels(noise_point), block))
+            return whiten(assembled, coarse_noise(self.noise.levels(noise_point), block, self.seen.residual))
 
         return at
 
     @property
     def block(self) -> int:
         """Nodes that are averaged where nothing fast is asked about."""
-        return 1 if self.believed is None else block_of(self.model.interval_s)
+        if self.believed is None:
+            return 1
+        return few_blocks(self.model.nodes_s.size) if self.believed.arcs else block_of(self.model.interval_s)
 
 
-def prepare(recording: Recording, folder: str | Path = ".") -> Case:
+def prepare(recording: Recording, folder: str | Path = ".", planned: bool = False) -> Case:
     """Navigate what is believed and set everything up around it.
 
-    Parked for hours, a solution is kilometres off while the standstill is known to a millimetre, so that products of
-    errors show. Such a recording is navigated again with start and turn-on biases as the standstill has them; what was
-    taken off is put back linearly, and every prior stays around the belief.
+    Where its errors would not stay small it is navigated in arcs (`arcs`); not so where it is `planned` and free of
+    errors. Parked for hours, a solution is kilometres off while the standstill is known to a millimetre,
+    so that products of errors show: it is navigated again with start and turn-on biases as the standstill has them.
+    What was taken off is put back linearly, and every prior stays around the belief.
     """
     believed = null.believe(recording, folder)
+    if arcs.needed(believed) and not planned:
+        return _in_arcs(recording, folder)
     case = _around(believed, believed, nuisances(believed), folder)
+    if arcs.lost(case.seen):
+        return _in_arcs(recording, folder)
     if recording.kind not in PARKED:
         return case
     sums = case.whitened([], np.zeros(len(case.noise.free)), case.block)
@@ -110,16 +118,34 @@ def prepare(recording: Recording, folder: str | Path = ".") -> Case:
     return replace(_around(settled, believed, case.nuisances, folder), inertial=case.inertial, taken=point)
 
 
+def _in_arcs(recording: Recording, folder: str | Path, before: arcs.Settled | None = None) -> Case:
+    """The case around arcs, from those `before` where there are any; biases are put back linearly."""
+    settled = arcs.settle(recording, folder, before)
+    uncertain = nuisances(settled.believed)
+    taken = np.zeros(len(uncertain))
+    for k, column in enumerate(uncertain):
+        for term in column.terms:
+            if isinstance(term, Drive):
+                biases = settled.gyro_bias if term.sensor == "gyro" else settled.force_bias
+                taken[k] = biases[term.axis] / term.weight
+    case = _around(settled.navigated, settled.believed, uncertain, folder)
+    taken = np.append(taken, np.zeros(len(case.nuisances) - taken.size))
+
+    def again(effects: Sequence[EffectBelief]) -> Case:
+        return _in_arcs(replace(recording, belief=with_effects(recording.belief, effects)), folder, settled)
+
+    _, of_one = arcs.observed(replace(settled.believed, arcs=()), case.model.nodes_s)
+    return replace(case, inertial=of_one.residual, taken=taken, again=again)
+
+
 def _around(navigated: Believed, believed: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:
     """A case around the solution of what is `navigated`."""
     recording = believed.recording
-    solution = null.solve(navigated)
-    end_s = float(solution.time_s[-1])
-    measured = observations.sources(navigated, end_s)
-    model = error_model.build(navigated, solution, observations.nodes(navigated, measured, end_s))
-    seen, outliers = noise.without_outliers(observations.observe(navigated, model, measured))
+    model, seen = arcs.observed(navigated)
+    seen, outliers = noise.without_outliers(seen)
     given = temperature(recording)
     slow = SlowFactor()
+    uncertain = [*uncertain, *places(navigated, model, slow)]
     return Case(
         name=recording.name,
         kind=recording.kind,
@@ -184,4 +210,17 @@ def nuisances(believed: Believed) -> list[Column]:
         for axis in "xyz":
             term = Measured(f"mount_{axis}", MOUNTING_SIGMA_RAD)
             out.append(Column(f"mounting of the reference about {axis}", (term,)))
+    return out
+
+
+def places(navigated: Believed, model: ErrorModel, slow: SlowFactor) -> list[Column]:
+    """Where and how a unit in arcs stands each time, which nobody measured; each column carries one sigma."""
+    sigmas = np.concatenate([np.full(3, PLACE_SIGMA_M), navigated.attitude_sigma_n])
+    out = []
+    for count, stand in enumerate(observations.stands(navigated), start=1):
+        window = slow.add_window(stand.start_s - 0.5, stand.end_s + 0.5, model)
+        for k, sigma in enumerate(sigmas):
+            what, channel = ("position", k) if k < 3 else ("attitude", k + 3)
+            term = Measured(f"channel_{channel}", sigma, window)
+            out.append(Column(f"{what} of stand {count} {'NED'[k % 3]}", (term,)))
     return out

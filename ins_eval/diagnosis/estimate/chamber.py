@@ -70,7 +70,8 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         half=np.zeros((epochs, STATES, STATES)),
         integrals=np.zeros((epochs, SOURCES, 3)),
         missing=np.zeros((epochs, 5, 6)),
-        feedback=np.zeros((epochs, 2)),
+        known=np.zeros((epochs, 9)),
+        arc=np.zeros(epochs + 1, dtype=int),
     )
     slow = SlowFactor()
     bench = ChamberCandidates(readings, chamber_conditions(readings, belief, folder, temperature), slow)
@@ -111,6 +112,7 @@ def _observations(readings: ChamberReadings, residual: np.ndarray) -> Observatio
         design=np.zeros((count, CHANNELS, STATES)),
         of_arm=np.zeros((count, 3, CHANNELS)),
         of_delay=np.zeros((count, CHANNELS)),
+        arc=np.zeros(count, dtype=int),
     )
 
 

@@ -2,7 +2,8 @@
 
 Transitions and drives are composed exactly; residual and responses are averaged over a block of nodes and stand at its
 middle node. White noise of n measurements becomes white noise of sigma / sqrt(n). What is lost is what a navigation
-error does within a block beyond a straight line. Blocks in which a channel is not complete are left out of it.
+error does within a block beyond a straight line. A block takes the mean of what is there of a channel, where that is
+more than half of it; a node at which nothing was measured, the begin of an arc, does not count.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.whitening import NoiseLevels
 
 BLOCK_S = 5.0
+MOST_BLOCKS = 4000
 FEWEST_NODES = 1500  # of a recording that is worth it
 
 
@@ -28,6 +30,11 @@ def block_of(interval_s: np.ndarray) -> int:
     if interval_s.size < FEWEST_NODES:
         return 1
     return max(1, int(BLOCK_S / float(np.median(interval_s))) // 2 * 2 + 1)
+
+
+def few_blocks(nodes: int) -> int:
+    """Nodes in a block of a recording in arcs, which turns within seconds: as few as `MOST_BLOCKS` allow."""
+    return (nodes // MOST_BLOCKS + 1) // 2 * 2 + 1
 
 
 def coarse(fine: Assembled, block: int) -> Assembled:
@@ -40,9 +47,12 @@ def coarse(fine: Assembled, block: int) -> Assembled:
     coupling = np.empty((blocks, 9, 6))
     sources = np.zeros((blocks, 3 * m, 3))
     observed = np.zeros((blocks + 1, 9, m))
-    _compose(block, motion(fine, 0, m), shown(fine, 0, m), transition, coupling, sources, observed)
-    rows = np.arange(1, blocks * block + 1).reshape(blocks, block)
-    residual = np.concatenate([fine.residual[:1], fine.residual[rows].mean(axis=1)])
+    rows, share = _shares(fine.residual, block)
+    weights = np.concatenate([np.ones((1, 9)), share.reshape(-1, 9)])
+    _compose(block, weights, motion(fine, 0, m), shown(fine, 0, m), transition, coupling, sources, observed)
+    mean = (share * np.nan_to_num(fine.residual[rows])).sum(axis=1)
+    residual = np.concatenate([fine.residual[:1], np.where(share.any(axis=1), mean, np.nan)])
+    design = (fine.design[rows] * share[..., None]).sum(axis=1)
     time_s = np.concatenate([[0.0], np.cumsum(fine.interval_s)])
     middle = rows[:, block // 2]
     each = np.arange(m)
@@ -58,7 +68,7 @@ def coarse(fine: Assembled, block: int) -> Assembled:
         drive_terms=np.array(drive_terms, dtype=np.int64),
         drive_weights=np.ones(3 * m),
         residual=residual,
-        design=np.concatenate([fine.design[:1], fine.design[rows].mean(axis=1)]),
+        design=np.concatenate([fine.design[:1], design]),
         observed=np.ascontiguousarray(observed.transpose(0, 2, 1)),
         slow_nodes=np.ones((1, blocks + 1)),
         observation_terms=np.column_stack([each, each, np.zeros(m, dtype=np.int64)]),
@@ -66,18 +76,31 @@ def coarse(fine: Assembled, block: int) -> Assembled:
     )
 
 
-def coarse_noise(levels: NoiseLevels, block: int) -> NoiseLevels:
-    """The same noise on blocks."""
+def _shares(residual: np.ndarray, block: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of each block (blocks, block), and the share of each in the mean of a channel (blocks, block, 9).
+
+    All are 0 where fewer than half of the nodes that measure anything measure the channel.
+    """
+    blocks = (residual.shape[0] - 1) // block
+    rows = np.arange(1, blocks * block + 1).reshape(blocks, block)
+    known = np.isfinite(residual[rows])
+    count = known.sum(axis=1, keepdims=True)
+    enough = count > 0.5 * known.any(axis=2).sum(axis=1)[:, None, None]
+    return rows, np.where(known & enough, 1.0 / np.maximum(count, 1), 0.0)
+
+
+def coarse_noise(levels: NoiseLevels, block: int, residual: np.ndarray) -> NoiseLevels:
+    """The same noise on blocks of what is measured in `residual` (nodes, 9)."""
     if block == 1:
         return levels
-    blocks = (levels.white.shape[0] - 1) // block
-    rows = np.arange(1, blocks * block + 1).reshape(blocks, block)
+    rows, share = _shares(residual, block)
+    white = np.sqrt(((share * levels.white[rows]) ** 2).sum(axis=1))
     first = np.append(0, rows[:-1, block // 2])  # epochs between the middle nodes
     total = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(levels.force, axis=0)])
     turned = np.append(0.0, np.cumsum(levels.rate))
     last = rows[:, block // 2]
     return levels._replace(
-        white=np.concatenate([levels.white[:1], np.sqrt((levels.white[rows] ** 2).sum(axis=1)) / block]),
+        white=np.concatenate([levels.white[:1], white]),
         force=total[last] - total[first],
         rate=turned[last] - turned[first],
     )
@@ -87,13 +110,13 @@ _TARGETS = (TO_POSITION, TO_VELOCITY, TO_ATTITUDE)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
-def _compose(block, motion, shown, out_transition, out_coupling, out_sources, out_observed):
+def _compose(block, weights, motion, shown, out_transition, out_coupling, out_sources, out_observed):
     m = out_sources.shape[1] // 3
     state = np.zeros((9, m))
     work = np.zeros((9, m))
     pushed = np.zeros((9, m))
     phi, g = np.eye(9), np.zeros((9, 6))
-    show(shown, 0, 1.0, out_observed[0])
+    show(shown, 0, weights[0], out_observed[0])
     for b in range(out_transition.shape[0]):
         first = 1 + b * block
         middle = first + block // 2
@@ -103,7 +126,7 @@ def _compose(block, motion, shown, out_transition, out_coupling, out_sources, ou
             state[:] = work
             phi = motion.transition[e] @ phi
             g = motion.transition[e] @ g + motion.coupling[e]
-            show(shown, k, 1.0 / block, out_observed[b + 1])
+            show(shown, k, weights[k], out_observed[b + 1])
             if k == middle:
                 out_transition[b] = phi
                 out_coupling[b] = g

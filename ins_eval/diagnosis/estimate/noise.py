@@ -37,6 +37,7 @@ AGITATION_ROWS, AGITATED = 9, 3.0
 SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise of one sigma
 NORMAL_MAD = 0.6745
 WANDER_TIME_S = 1800.0
+COARSE_WANDER_TIME_S = 200.0  # of gyros that flicker within a minute: the plateau of their Allan deviation
 WIDEST = 3.0  # prior sigmas that a level may move
 OUTLIER = 4.5  # sigmas from its neighbours of a measurement that is not believed
 NEIGHBOUR_VARIANCE = 0.3  # of the median of four
@@ -100,6 +101,7 @@ class NoiseModel:
         """The same as the filter takes it."""
         v = self.values(noise_point)
         dt = self.interval_s
+        wander_time_s = v.get("wander_time", WANDER_TIME_S)
         sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
         return NoiseLevels(
             white=self.white,
@@ -108,7 +110,7 @@ class NoiseModel:
             slow_sigma=sigma,
             slow_time_s=np.repeat([v[f"slow_{of}_time"] for of in ("position", "velocity", "attitude")], 3),
             wander_sigma=np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3),
-            wander_time_s=v.get("wander_time", WANDER_TIME_S),
+            wander_time_s=np.repeat([wander_time_s, v.get("gyro_wander_time", wander_time_s)], 3),
         )
 
 
@@ -138,6 +140,7 @@ def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_dens
             "accelerometer_wander": Prior(0.2 * UG * max(accelerometer.bias_sigma_ug, 1.0), 1.0),
             "gyro_wander": Prior(0.2 * DEG_PER_H * max(gyro.bias_sigma_deg_per_h, 1e-4), 1.0),
             "wander_time": Prior(WANDER_TIME_S, 1.0),
+            **({"gyro_wander_time": Prior(COARSE_WANDER_TIME_S, 1.5)} if model.arc.any() else {}),
         },
         white=level,
         down=np.array([1.0, 1.0, ratio[0], 1.0, 1.0, ratio[1], 1.0, 1.0, 1.0]),
@@ -155,7 +158,11 @@ def white(seen: Observations) -> tuple[np.ndarray, tuple[float, float]]:
         if here.size <= FEWEST:
             continue
         y = seen.residual[here, channel] / seen.sigma[here, channel]
-        factor[channel] = max(LEAST_OF_BELIEVED.get(by, 1.0), _level(y) if by == "gps" else _level_less_walk(y))
+        inside = seen.arc[here[2:]] == seen.arc[here[:-2]]  # a new arc is a jump
+        if inside.sum() <= FEWEST:
+            continue
+        level_of = _level if by == "gps" else _level_less_walk
+        factor[channel] = max(LEAST_OF_BELIEVED.get(by, 1.0), level_of(np.diff(y, 2)[inside]))
         level[:, channel] *= factor[channel]
         if by == "standstill" and channel in VELOCITIES:
             level[here, channel] = np.maximum(level[here, channel], seen.sigma[here, channel] * _agitation(y))
@@ -163,16 +170,15 @@ def white(seen: Observations) -> tuple[np.ndarray, tuple[float, float]]:
     return level, ratios
 
 
-def _level(y: np.ndarray) -> float:
-    """One sigma of white noise in `y` (n,), by the median of its second differences."""
-    return _deviation(np.diff(y, 2)) / SECOND_DIFFERENCE
+def _level(second: np.ndarray) -> float:
+    """One sigma of white noise by the median of its `second` differences (n,)."""
+    return _deviation(second) / SECOND_DIFFERENCE
 
 
-def _level_less_walk(y: np.ndarray) -> float:
+def _level_less_walk(second: np.ndarray) -> float:
     """The same beside a random walk: var(d_k) = 6 w^2 + 2 q^2, var(d_k + d_k+1) = 4 w^2 + 2 q^2 of w white, steps q."""
-    second = np.diff(y, 2)
     white = np.sqrt(max(0.0, 0.5 * (_deviation(second) ** 2 - _deviation(second[1:] + second[:-1]) ** 2)))
-    return min(white, _level(y))  # a sway faster than the rows alternates and would look larger
+    return min(white, _level(second))  # a sway faster than the rows alternates and would look larger
 
 
 def _deviation(values: np.ndarray) -> float:
@@ -274,7 +280,7 @@ def without_outliers(seen: Observations) -> tuple[Observations, int]:
         if here.size <= FEWEST or by == "standstill":  # nobody reads a standstill wrong
             continue
         y = residual[here, channel] / seen.sigma[here, channel]
-        y /= max(LEAST_OF_BELIEVED.get(by, 1.0), _level(y))
+        y /= max(LEAST_OF_BELIEVED.get(by, 1.0), _level(np.diff(y, 2)))
         beside = np.stack([np.roll(y, shift) for shift in (-2, -1, 1, 2)])
         size = np.abs(y - np.median(beside, axis=0)) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
         size[:2] = size[-2:] = 0.0

@@ -115,13 +115,13 @@ def propagate(motion, e, state, pushed, work):
 
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
 def show(shown, k, by, out):
-    """Add to `out` (9, m) what the columns put into the measurements at node `k`, times `by`."""
+    """Add to `out` (9, m) what the columns put into the channels at node `k`, times `by` (9,)."""
     for n in range(shown.terms.shape[0]):
         c, s, slow = shown.terms[n, 0], shown.terms[n, 1], shown.terms[n, 2]
-        x = by * shown.weights[n] * shown.slow_nodes[slow, k]
+        x = shown.weights[n] * shown.slow_nodes[slow, k]
         if x != 0.0:
             for channel in range(9):
-                out[channel, c] += x * shown.observed[k, s, channel]
+                out[channel, c] += by[channel] * x * shown.observed[k, s, channel]
 
 
 class NoiseLevels(NamedTuple):
@@ -129,7 +129,7 @@ class NoiseLevels(NamedTuple):
 
     `white` (nodes, 9) one sigma of each measurement; `force` (epochs, 3, 3) and `rate` (epochs,) covariance that an
     epoch adds to velocity, (m/s)^2, and to phi, rad^2; `slow_sigma` (9,) and `slow_time_s` (9,) of the
-    Gauss-Markov errors of what measures; `wander_sigma` (6,) and `wander_time_s` those of accelerometers
+    Gauss-Markov errors of what measures; `wander_sigma` (6,) and `wander_time_s` (6,) those of accelerometers
     (m/s^2) and gyros (rad/s).
     """
 
@@ -139,7 +139,7 @@ class NoiseLevels(NamedTuple):
     slow_sigma: np.ndarray
     slow_time_s: np.ndarray
     wander_sigma: np.ndarray
-    wander_time_s: float
+    wander_time_s: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,6 +210,7 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out):
     pushed = np.zeros((9, m))
     z = np.empty(m)
     z_base = np.zeros((9, m))
+    whole = np.ones(9)
     t = np.empty((9, 24))
     h = np.zeros(24)
     ph = np.empty(24)
@@ -232,7 +233,7 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out):
                 for c in range(m):
                     xi[i, c] = work[i, c]
             for i in range(15):
-                decay[i] = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s))
+                decay[i] = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
                 for c in range(m):
                     xi[9 + i, c] *= decay[i]
             # covariance
@@ -268,7 +269,7 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out):
                 p[6 + i, 6 + i] += noise.rate[e]
         # what columns put into the measurements
         z_base[:] = 0.0
-        show(shown, k, 1.0, z_base)
+        show(shown, k, whole, z_base)
         for channel in range(9):
             if not np.isfinite(residual[k, channel]):
                 continue

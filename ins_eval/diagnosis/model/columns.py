@@ -20,7 +20,7 @@ from ins_eval.diagnosis.model.observations import CHANNELS, Observations
 EARTH_TERMS = ("rotation", "coriolis", "transport_rate", "gravity_height", "gravity_latitude")
 TO_POSITION, TO_VELOCITY, TO_ATTITUDE = 0, 3, 6
 _EARTH = drives.SOURCES
-_FEEDBACK = _EARTH + 2 * len(EARTH_TERMS)
+_KNOWN = _EARTH + 2 * len(EARTH_TERMS)
 # what a node can show, before the nine channels themselves
 _RESIDUAL, _DELAY, _ARM, _MOUNT, _CHANNEL = 0, 1, 2, 5, 8
 
@@ -123,9 +123,9 @@ def assemble(
     place = {name: k for k, name in enumerate(names)}
     epochs, nodes = model.interval_s.size, model.nodes_s.size
     start = np.zeros((len(columns) + 1, STATES))
-    # the height loop is known, so it is taken off the residual
-    driven = [(0, TO_VELOCITY, _FEEDBACK, 0), (0, TO_POSITION, _FEEDBACK + 1, 0)]
-    driven_weights = [-1.0, -1.0]
+    # what was done to the solution is known, so it is taken off the residual
+    driven = [(0, target, _KNOWN + k, 0) for k, target in enumerate((TO_POSITION, TO_VELOCITY, TO_ATTITUDE))]
+    driven_weights = [-1.0, -1.0, -1.0]
     shown, shown_weights = [(0, _RESIDUAL, 0)], [1.0]
     for c, column, by in (*((0, *one) for one in taken), *((c, one, 1.0) for c, one in enumerate(columns, start=1))):
         if column.start:
@@ -142,9 +142,8 @@ def assemble(
             else:
                 shown.append((c, _response(term.response), place[term.slow]))
                 shown_weights.append(by * term.weight)
-    feedback = np.zeros((epochs, 2, 3))
-    feedback[:, :, 2] = model.feedback
-    sources = np.concatenate([model.integrals, model.missing.reshape(epochs, -1, 3), feedback], axis=1)
+    triples = [of.reshape(epochs, -1, 3) for of in (model.integrals, model.missing, model.known)]
+    sources = np.concatenate(triples, axis=1)
     observed = np.zeros((nodes, _CHANNEL + CHANNELS, CHANNELS))
     observed[:, _RESIDUAL] = np.nan_to_num(seen.residual)
     observed[:, _DELAY] = seen.of_delay
@@ -157,7 +156,7 @@ def assemble(
         start=start,
         transition=model.transition,
         half=model.half,
-        coupling=_coupling(model),
+        coupling=coupling(model),
         interval_s=model.interval_s,
         sources=np.ascontiguousarray(sources),
         slow_epochs=np.array([np.ones(epochs), *(slow.epochs[name] for name in names[1:])]),
@@ -172,7 +171,7 @@ def assemble(
     )
 
 
-def _coupling(model: ErrorModel) -> np.ndarray:
+def coupling(model: ErrorModel) -> np.ndarray:
     """What a constant error of each accelerometer and gyro adds to the state in each epoch, (epochs, 9, 6)."""
     out = np.empty((model.interval_s.size, STATES, 6))
     for axis in range(3):

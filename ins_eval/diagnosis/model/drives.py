@@ -12,6 +12,7 @@ reach log Bayes factors of thousands.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numba
@@ -47,7 +48,7 @@ def strength(drive: np.ndarray, constant: np.ndarray) -> np.ndarray:
     return np.einsum("kj,kj->k", drive, constant) / np.einsum("kj,kj->k", constant, constant)
 
 
-def integrate(believed: Believed, solution: Solution, nodes_s: np.ndarray, calm: bool = True) -> np.ndarray:
+def integrate(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray, calm: bool = True) -> np.ndarray:
     """Integrals (nodes - 1, SOURCES, 3) over the epochs between `nodes_s`, in n; a sample across a node is split.
 
     `calm`: what a recording at rest adds to its drives is taken for noise and averaged away.
@@ -55,7 +56,8 @@ def integrate(believed: Believed, solution: Solution, nodes_s: np.ndarray, calm:
     gyro, velocity = believed.gyro, believed.velocity
     if calm and believed.recording.kind in PARKED:
         gyro, velocity = _calm(believed.time_s, gyro), _calm(believed.time_s, velocity)
-    return _integrate(believed.time_s, believed.start.time_s, gyro, velocity, solution.quaternion_nb, nodes_s, _AXES)
+    begins = np.concatenate([*(arc.quaternion_nb[:-1] for arc in arcs), arcs[-1].quaternion_nb[-1:]])
+    return _integrate(believed.time_s, believed.start.time_s, gyro, velocity, begins, nodes_s, _AXES)
 
 
 def _calm(time_s: np.ndarray, increments: np.ndarray) -> np.ndarray:

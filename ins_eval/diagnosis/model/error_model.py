@@ -8,20 +8,22 @@ C_ins = (I - phi x) C. The terms are those of `strapdown`, its Earth flags inclu
 
 Over an epoch the transition is I + F dt + F^2 dt^2 / 2 with the mean specific force, and a drive D enters as if all
 of it came at mid-epoch. The vertical channel is open: what steadied the mechanization (height loop with an aid) is a
-known input, so that it is subtracted instead of being modelled, and the aid's own errors do not matter.
+known input, so that it is subtracted instead of being modelled, and the aid's own errors do not matter. So is what a
+new arc changes where it begins.
 
 Source: Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., sections 12.3 and 12.4.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ins_eval.diagnosis.model import drives
-from ins_eval.diagnosis.model.geometry import States, at, cross_matrices
+from ins_eval.diagnosis.model.geometry import States, along, apart, cross_matrices
 from ins_eval.earth import EARTH_RATE, gravity, radii
 from ins_eval.navigation import PARKED
 from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S, Solution
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 
 STATES = 9
 POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
+_CLOCK_S = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +43,8 @@ class ErrorModel:
 
     `transition` and `half` (k, 9, 9) over an epoch and over its second half; `integrals` (k, sources, 3) as in
     `drives`; `missing` (k, 5, 6) what the equations lack where a term of the Earth is left out, to velocity and phi;
-    `feedback` (k, 2) what the height loop did to velocity and position down.
+    `known` (k, 9) what was done to the solution and is no error: by the height loop, by arcs that begin afresh; `arc`
+    (nodes,) the arc to whose end each node belongs.
     """
 
     nodes_s: np.ndarray
@@ -49,7 +53,8 @@ class ErrorModel:
     half: np.ndarray
     integrals: np.ndarray
     missing: np.ndarray
-    feedback: np.ndarray
+    known: np.ndarray
+    arc: np.ndarray
 
     @property
     def middle_s(self) -> np.ndarray:
@@ -60,26 +65,36 @@ class ErrorModel:
         return np.diff(self.nodes_s)
 
 
-def build(believed: Believed, solution: Solution, nodes_s: np.ndarray) -> ErrorModel:
-    """The error model on the nodes `nodes_s`, the first of which is the start."""
-    states = at(solution, believed.gyro, nodes_s)
-    integrals = drives.integrate(believed, solution, nodes_s)
+def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> ErrorModel:
+    """The error model on the nodes `nodes_s`, the first of which is the start; each arc begins at a node."""
+    states = along(arcs, believed.gyro, nodes_s)
+    integrals = drives.integrate(believed, arcs, nodes_s)
     dt = np.diff(nodes_s)[:, None]
     felt = integrals
     if believed.recording.kind in PARKED:  # an attitude error turns whatever was felt, noise included
-        felt = drives.integrate(believed, solution, nodes_s, calm=False)
+        felt = drives.integrate(believed, arcs, nodes_s, calm=False)
     force_n = sum(felt[:, drives.source("accelerometer", axis, "f")] for axis in range(3)) / dt
     matrices, missing = dynamics(believed.recording.belief.earth, states, force_n)
     full, half = matrices * dt[:, None], matrices * (0.5 * dt[:, None])
     eye = np.eye(STATES)
+    transition = eye + full + 0.5 * full @ full
+    half = eye + half + 0.5 * half @ half
+    known = np.zeros((dt.size, STATES))
+    if len(arcs) == 1:
+        known[:, 5], known[:, 2] = _feedback(believed, arcs[0], nodes_s).T
+    begins = np.searchsorted(nodes_s, [one.time_s - _CLOCK_S for one in believed.arcs])
+    for k, begin in zip(begins, believed.arcs, strict=True):  # what enters at mid-epoch is as much as it is at its node
+        if k < dt.size:
+            known[k] = np.linalg.solve(half[k], transition[k] @ apart(begin, states, k))
     return ErrorModel(
         nodes_s=nodes_s,
         states=states,
-        transition=eye + full + 0.5 * full @ full,
-        half=eye + half + 0.5 * half @ half,
+        transition=transition,
+        half=half,
         integrals=integrals,
         missing=missing * dt[:, None],
-        feedback=_feedback(believed, solution, nodes_s),
+        known=known,
+        arc=np.searchsorted(begins, np.arange(nodes_s.size), side="left"),
     )
 
 

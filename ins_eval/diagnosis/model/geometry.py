@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from ins_eval.recording import Start
 
 VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
+_CLOCK_S = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,20 @@ class States:
     velocity_n: np.ndarray
     acceleration_n: np.ndarray
     mat_nb: np.ndarray
+
+
+def along(arcs: Sequence[Solution], gyro: np.ndarray, time_s: np.ndarray) -> States:
+    """The solution at `time_s` (m,), where one arc ends and the next begins at the end; `gyro` (n, 3) as for `at`."""
+    if len(arcs) == 1:
+        return at(arcs[0], gyro, time_s)
+    parts, first, row = [], 0, 0
+    for arc in arcs:
+        last = int(np.searchsorted(time_s, arc.time_s[-1] + _CLOCK_S))
+        rows = SAMPLES_PER_STEP * (arc.time_s.size - 1)
+        if last > first:
+            parts.append(at(arc, gyro[row : row + rows], time_s[first:last]))
+        first, row = last, row + rows
+    return States(*(np.concatenate([getattr(part, name) for part in parts]) for name in States.__dataclass_fields__))
 
 
 def at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
@@ -93,6 +109,23 @@ def _turned_by(increments: np.ndarray, along: np.ndarray) -> np.ndarray:
     )
     u = along[:, None]
     return 0.5 * u * (first + second) + np.sqrt(3.0) / 12.0 * u**2 * np.cross(first, second)
+
+
+def apart(after: Start, before: States, k: int) -> np.ndarray:
+    """The error (9,) that a state `after` has over row `k` of the states `before`: position, velocity, phi of
+    C_after = (I - phi x) C_before."""
+    meridian, transverse = radii(after.latitude_rad)
+    around = np.remainder(after.longitude_rad - before.longitude_rad[k] + np.pi, 2.0 * np.pi) - np.pi
+    turn = Rotation.from_euler("ZYX", after.attitude_rad[::-1]) * Rotation.from_matrix(before.mat_nb[k]).inv()
+    return np.concatenate([
+        [
+            (after.latitude_rad - before.latitude_rad[k]) * (meridian + after.height_m),
+            around * (transverse + after.height_m) * np.cos(after.latitude_rad),
+            before.height_m[k] - after.height_m,
+        ],
+        np.asarray(after.velocity_n) - before.velocity_n[k],
+        -turn.as_rotvec(),
+    ])  # fmt: skip
 
 
 def moved(start: Start, position_n: np.ndarray, velocity_n: np.ndarray) -> Start:

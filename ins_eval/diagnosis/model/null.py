@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ins_eval.alignment import align
 from ins_eval.compensation.file import believed_model
@@ -15,19 +16,21 @@ from ins_eval.diagnosis.model.geometry import moved, turned
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
-from ins_eval.initialization import ATTITUDE, Initialization
+from ins_eval.initialization import ATTITUDE, HEADING_SIGMA_RAD, TILT_SIGMA_RAD, Initialization, find, track
 from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on
+from ins_eval.recording import Start
 from ins_eval.recording.belief import ZERO
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
 
 if TYPE_CHECKING:
     from ins_eval.compensation import CompensationModel
-    from ins_eval.recording import Recording, Start
+    from ins_eval.recording import Recording
 
 UNSTATED_LEVEL_SIGMA_RAD = 0.5 * DEG
 UNSTATED_HEADING_SIGMA_RAD = 2.0 * DEG
 LEAST_LEVEL_SIGMA_RAD = 5.0 * ARCSEC  # of a vehicle that settles after it was levelled
+WIDE_POSITION_M, WIDE_VELOCITY_MPS = 30.0, 3.0  # of a start that the fixes are to find
 SWAY_MPS = 2e-3  # velocity of a vehicle that stands, at one instant
 
 
@@ -37,6 +40,7 @@ class Believed:
 
     `gyro` and `velocity` (n, 3) in rad and m/s over the samples that end at `time_s` (n,); `attitude_sigma_n` (3,) rad
     is one sigma of the start's attitude about north, east and down; `aid_m` (n,) the height that damps the solution.
+    `arcs` are the states at which it begins afresh (`arcs`), at the ends of steps; none where errors stay small.
     """
 
     recording: Recording
@@ -47,6 +51,7 @@ class Believed:
     aid_m: np.ndarray
     attitude_sigma_n: np.ndarray
     folder: str | Path = "."
+    arcs: tuple[Start, ...] = ()
 
     @property
     def interval_s(self) -> np.ndarray:
@@ -63,11 +68,9 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
 
     Raises DataRefused where nothing says what a pulse is worth, or where there is nothing to align on.
     """
-    interval_s = recording.interval_s[:, None]
     finds_north = recording.belief.earth.rotation
-    recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
+    recording, gyro, velocity = _compensated(recording, folder)
     imu, belief = recording.imu, recording.belief
-    gyro = imu.gyro - np.asarray(belief.gyro.bias_radps or ZERO) * interval_s
     start, sigma_n = recording.start, None
     stand = beginning(recording, velocity, folder) if finds_north else standstill_to_align_on(recording)
     if isinstance(stand, Initialization):  # what it found of the biases stays in: it is what a diagnosis looks for
@@ -88,31 +91,93 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     if stand is not None:  # the next disturbance may begin where it ends
         start = replace(start, velocity_sigma_mps=max(start.velocity_sigma_mps, SWAY_MPS))
     start = turned_start(start, belief)
-    rest = slice(int(np.searchsorted(imu.time_s, start.time_s + 1e-6)), None)
-    rest = slice(rest.start, rest.start + (imu.time_s.size - rest.start) // SAMPLES_PER_STEP * SAMPLES_PER_STEP)
-    return Believed(
-        recording=recording,
-        start=start,
-        time_s=imu.time_s[rest],
-        gyro=np.ascontiguousarray(gyro[rest]),
-        velocity=np.ascontiguousarray(velocity[rest]),
-        aid_m=_aid(recording)[rest],
-        attitude_sigma_n=_given_sigma(start) if sigma_n is None else sigma_n,
-        folder=folder,
+    sigma_n = _given_sigma(start) if sigma_n is None else sigma_n
+    return _begun(recording, start, (gyro, velocity), sigma_n, folder)
+
+
+def begin_afresh(recording: Recording, folder: str | Path = ".") -> tuple[Believed, Initialization, Solution]:
+    """The same from its first sample on, how its state was found, and the path that rest, motion and fixes show.
+
+    For what is navigated in arcs, whatever start was stated: it is known as far as a first guess is (`begun_at`).
+    """
+    recording, gyro, velocity = _compensated(_judged(recording), folder)
+    found = find(recording, gyro, velocity)
+    path = found.path if recording.kind in PARKED else track(recording, found, gyro, velocity)
+    return _wide(recording, start_at(path, recording.start.time_s), (gyro, velocity), folder), found, path
+
+
+def begun_at(recording: Recording, start: Start, folder: str | Path = ".") -> Believed:
+    """The same from a state that is known as far as a first guess is: the rest is left to the fixes."""
+    recording, gyro, velocity = _compensated(_judged(recording), folder)
+    return _wide(recording, start, (gyro, velocity), folder)
+
+
+def _judged(recording: Recording) -> Recording:
+    """Without a reference that knows attitudes alone: a coarse unit's own is made of the gyros that are judged."""
+    known = recording.reference
+    if known is None or (known.valid & np.isfinite([known.latitude_rad, *known.velocity_n.T]).any(axis=0)).any():
+        return recording
+    return replace(recording, reference=None)
+
+
+def _wide(recording: Recording, start: Start, increments, folder: str | Path) -> Believed:
+    start = replace(start, position_sigma_m=WIDE_POSITION_M, velocity_sigma_mps=WIDE_VELOCITY_MPS)
+    sigma_n = np.array([TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD])
+    return _begun(recording, start, increments, sigma_n, folder)
+
+
+def start_at(path: Solution, time_s: float) -> Start:
+    """The state of a path at an instant; before its first row that of the first, after its last that of the last."""
+    k = int(np.clip(np.searchsorted(path.time_s, time_s), 1, path.time_s.size - 1))
+    share = float(np.clip((time_s - path.time_s[k - 1]) / (path.time_s[k] - path.time_s[k - 1]), 0.0, 1.0))
+
+    def between(values: np.ndarray):
+        return (1.0 - share) * values[k - 1] + share * values[k]
+
+    before, after = (Rotation.from_quat(path.quaternion_nb[j], scalar_first=True) for j in (k - 1, k))
+    attitude = Rotation.from_rotvec(share * (after * before.inv()).as_rotvec()) * before
+    return Start(
+        float(time_s),
+        float(between(path.latitude_rad)),
+        float(between(path.longitude_rad)),
+        float(between(path.height_m)),
+        tuple(float(v) for v in between(path.velocity_n)),
+        tuple(float(a) for a in attitude.as_euler("ZYX")[::-1]),
     )
 
 
-def solve(believed: Believed) -> Solution:
-    """The solution of the full mechanization, one row every step."""
-    return navigate(
-        believed.time_s,
-        believed.gyro,
-        believed.velocity,
-        believed.start,
-        believed.aid_m,
-        "damped",
-        1,
-        believed.recording.belief.earth,
+def _compensated(recording: Recording, folder: str | Path) -> tuple[Recording, np.ndarray, np.ndarray]:
+    """The recording without the effects that it believes in, its angle and velocity increments (n, 3)."""
+    interval_s = recording.interval_s[:, None]
+    recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
+    return recording, recording.imu.gyro - np.asarray(recording.belief.gyro.bias_radps or ZERO) * interval_s, velocity
+
+
+def _begun(recording: Recording, start: Start, increments, sigma_n: np.ndarray, folder: str | Path) -> Believed:
+    """The recording from its start on, in whole steps."""
+    imu = recording.imu
+    rest = slice(int(np.searchsorted(imu.time_s, start.time_s + 1e-6)), None)
+    rest = slice(rest.start, rest.start + (imu.time_s.size - rest.start) // SAMPLES_PER_STEP * SAMPLES_PER_STEP)
+    gyro, velocity = (np.ascontiguousarray(one[rest]) for one in increments)
+    return Believed(recording, start, imu.time_s[rest], gyro, velocity, _aid(recording)[rest], sigma_n, folder)
+
+
+def solve(believed: Believed) -> tuple[Solution, ...]:
+    """The solution of the full mechanization, one row every step, of each arc; the height of arcs is not damped."""
+    begins = [believed.start, *believed.arcs]
+    edges = [*np.searchsorted(believed.time_s, [one.time_s + 1e-6 for one in begins]), believed.time_s.size]
+    return tuple(
+        navigate(
+            believed.time_s[first:last],
+            believed.gyro[first:last],
+            believed.velocity[first:last],
+            begin,
+            believed.aid_m[first:last],
+            "free" if believed.arcs else "damped",
+            1,
+            believed.recording.belief.earth,
+        )
+        for begin, first, last in zip(begins, edges[:-1], edges[1:], strict=True)
     )
 
 

@@ -2,7 +2,8 @@
 
 Channels: position and velocity error north, east, down (m, m/s), attitude error phi about north, east, down (rad);
 each INS minus measured, NaN where nothing was measured. A parked recording without a receiver is measured against its
-standstill, which holds to a centimetre and a few millimetres a second: a vehicle settles on its wheels and sways.
+standstill, which holds to a centimetre and a few millimetres a second: a vehicle settles on its wheels and sways. Its
+attitude, whatever it is, is held as well; that tells something of gyros that drift faster than it tilts.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from ins_eval.errors import DataRefused
 from ins_eval.navigation import PARKED
 from ins_eval.recording import Fixes
 from ins_eval.recording.belief import GpsBelief
-from ins_eval.units import DEG, DEG_PER_H
+from ins_eval.recording.stillness import MOVED_FACTOR, Stretch, still_stretches
+from ins_eval.units import DEG
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.model.null import Believed
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 CHANNELS = 9
 STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS = 0.01, 0.002
 REFERENCE_POSITION_M, REFERENCE_VELOCITY_MPS, REFERENCE_ATTITUDE_RAD = 1.0, 0.01, 0.01 * DEG  # where not stated
-LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
+STAND_S, STAND_EDGE_S = 10.0, 2.0  # shortest stand between two moves; what is left out at its ends
 LONGEST_EPOCH_S = 1.0
 MOST_EPOCHS = 12_000
 _CLOCK_S = 1e-6
@@ -50,7 +52,8 @@ class Observations:
 
     `residual` (nodes, 9); `sigma` (nodes, 9) as believed; `design` (nodes, 9, 9) what a channel sees of the state;
     `of_arm` (nodes, 3, 9) response to an antenna that is 1 m farther along a body axis than believed; `of_delay`
-    (nodes, 9) response to a stamp that is 1 s later than believed; `measured_by` (9,) the source of each channel.
+    (nodes, 9) response to a stamp that is 1 s later than believed; `arc` (nodes,) the arc of the solution;
+    `measured_by` (9,) the source of each channel.
     """
 
     sources: tuple[MeasurementSource, ...]
@@ -59,22 +62,22 @@ class Observations:
     design: np.ndarray
     of_arm: np.ndarray
     of_delay: np.ndarray
+    arc: np.ndarray
     measured_by: tuple[str, ...] = ("",) * CHANNELS
 
 
 def sources(believed: Believed, end_s: float) -> tuple[MeasurementSource, ...]:
     """Everything that measures: a reference where it knows a channel, GPS for what it does not.
 
-    Raises DataRefused where nothing does, and where errors grow beyond what a linear error model can follow.
+    Raises DataRefused where nothing does.
     """
     recording = believed.recording
-    _small_enough(believed, end_s)
     found = []
     for name, fixes, belief in (
         ("reference", recording.reference, recording.belief.reference),
         ("gps", recording.gps, recording.belief.gps),
     ):
-        if fixes is None:
+        if fixes is None or (believed.arcs and recording.kind in PARKED):
             continue
         instants = fixes.time_s - belief.time_offset_s
         inside = (instants >= believed.start.time_s - _CLOCK_S) & (instants <= end_s + _CLOCK_S)
@@ -89,20 +92,6 @@ def sources(believed: Believed, end_s: float) -> tuple[MeasurementSource, ...]:
             "to diagnose it against"
         )
     return tuple(found)
-
-
-def _small_enough(believed: Believed, end_s: float) -> None:
-    gyro = believed.recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
-    duration_s = end_s - believed.start.time_s
-    start = float(np.max(believed.attitude_sigma_n))
-    off = np.hypot(start, gyro * duration_s)
-    if off > LARGEST_ATTITUDE_RAD:
-        raise DataRefused(
-            f"{believed.recording.name}: the attitude may be {off / DEG:.0f} degrees off before the end (one sigma: "
-            f"{start / DEG:.2g} at the start, gyro biases of {gyro / DEG_PER_H:.3g} deg/h for {duration_s:.0f} s), "
-            f"expected at most {LARGEST_ATTITUDE_RAD / DEG:.0f}, as far as small errors add up; give "
-            "attitude_sigma_deg and bias_sigma_deg_per_h of a calibrated unit, or a shorter recording"
-        )
 
 
 def _tells(fixes: Fixes) -> np.ndarray:
@@ -120,8 +109,9 @@ def _not_too_many(inside: np.ndarray) -> np.ndarray:
 
 
 def nodes(believed: Believed, measured: tuple[MeasurementSource, ...], end_s: float) -> np.ndarray:
-    """The start, every instant of a measurement, and enough between that no epoch is longer than a second."""
-    instants = np.unique(np.round(np.concatenate([source.instants_s for source in measured]), 6))
+    """The start, every instant of a measurement, every begin of an arc, and no epoch longer than a second."""
+    begins = [one.time_s for one in believed.arcs]
+    instants = np.unique(np.round(np.concatenate([begins, *(source.instants_s for source in measured)]), 6))
     instants = instants[instants > believed.start.time_s + _CLOCK_S]
     edges = np.concatenate([[believed.start.time_s], instants[instants <= end_s]])
     pieces = np.maximum(1, np.ceil(np.diff(edges) / LONGEST_EPOCH_S - 1e-3)).astype(int)
@@ -141,6 +131,7 @@ def observe(believed: Believed, model: ErrorModel, measured: tuple[MeasurementSo
         design=np.zeros((count, CHANNELS, STATES)),
         of_arm=np.zeros((count, 3, CHANNELS)),
         of_delay=np.zeros((count, CHANNELS)),
+        arc=model.arc,
     )
     out.design[:] = np.eye(CHANNELS, STATES)
     rate_b = _rate(believed, model)
@@ -230,17 +221,36 @@ def _sigma(source: MeasurementSource) -> np.ndarray:
     return out
 
 
+def stands(believed: Believed) -> list[Stretch]:
+    """The stretches of a parked recording in arcs between which somebody moves the unit; none where it is one arc."""
+    if not believed.arcs or believed.recording.kind not in PARKED:
+        return []
+    return [
+        Stretch(one.start_s + STAND_EDGE_S, one.end_s - STAND_EDGE_S)
+        for one in still_stretches(believed.recording.imu, STAND_S + 2.0 * STAND_EDGE_S, MOVED_FACTOR)
+    ]
+
+
 def _standstill(believed: Believed, end_s: float) -> MeasurementSource:
+    """Place and rest each second; in arcs, attitude as well, both of the arc with which a stand begins."""
     start = believed.start
     time_s = np.arange(start.time_s + 1.0, end_s + _CLOCK_S, 1.0)
-    one = np.ones(time_s.size)
+    states, state = [start], np.zeros(time_s.size, dtype=int)
+    known = np.full(time_s.size, not believed.arcs)
+    for stand in stands(believed):
+        inside = (time_s >= stand.start_s) & (time_s <= stand.end_s)
+        known |= inside
+        state[inside] = len(states)
+        states.append(next((one for one in believed.arcs if one.time_s >= stand.start_s), believed.arcs[-1]))
+    time_s, state = time_s[known], state[known]
     fixes = Fixes(
         time_s=time_s,
-        latitude_rad=start.latitude_rad * one,
-        longitude_rad=start.longitude_rad * one,
-        height_m=start.height_m * one,
+        latitude_rad=np.array([one.latitude_rad for one in states])[state],
+        longitude_rad=np.array([one.longitude_rad for one in states])[state],
+        height_m=np.array([one.height_m for one in states])[state],
         velocity_n=np.zeros((time_s.size, 3)),
-        valid=one.astype(bool),
+        valid=np.ones(time_s.size, dtype=bool),
+        attitude_rad=np.array([one.attitude_rad for one in states])[state] if believed.arcs else None,
     )
     return MeasurementSource("standstill", fixes, GpsBelief(), time_s)
 

@@ -1,0 +1,185 @@
+"""A recording whose errors would not stay small is navigated in arcs, each from a state of its own.
+
+The states are those of a path that the measurements allow: found by `initialization`, then corrected by a smoother over
+the whole recording that knows the linear error model, wide biases of the sensors, of clock and antenna, and no more,
+
+    x = [dp, dv, phi, b_a, b_g, delay, arm],   x_k+1 = F_k x_k + w,   y_k = H_k x_k + v,
+
+until the path stays. It is only what errors are linear about: what an arc changes where it begins is known and is taken
+off the residual again (`error_model`), so that an error of a sensor acts through all arcs as through one.
+
+Source: multiple shooting, Bock and Plitt, IFAC Proc. 17 (1984) 1603; iterated smoother, Bell, SIAM J. Optim. 4 (1994)
+626.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.estimate.noise import white, without_outliers
+from ins_eval.diagnosis.model import error_model, null, observations
+from ins_eval.diagnosis.model.columns import coupling
+from ins_eval.diagnosis.model.geometry import apart, moved, turned
+from ins_eval.initialization import GYRO_BIAS, WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS, filtered
+from ins_eval.strapdown import SAMPLES_PER_STEP
+from ins_eval.units import DEG, DEG_PER_H
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.model.error_model import ErrorModel
+    from ins_eval.diagnosis.model.null import Believed
+    from ins_eval.diagnosis.model.observations import Observations
+    from ins_eval.initialization import Initialization
+    from ins_eval.recording import Recording, Start
+
+STATES = 19
+STATE, BIAS, DELAY, ARM = slice(0, 9), slice(9, 15), 15, slice(16, 19)
+DELAY_SIGMA_S, ARM_SIGMA_M = 0.3, 1.0  # of stamps and of an antenna that nobody measured
+LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
+LARGEST_VELOCITY_MPS = 17.0  # what that tilt makes in ten seconds
+SMALL_RAD = 0.5 * DEG  # to which a bias may turn an arc
+SHORTEST_S, LONGEST_S = 2.0, 60.0
+ROUNDS = 6
+STEADY = 0.2  # sigmas that the begins of arcs may still move
+BEGIN = ("time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "attitude_rad")
+WALK_SHARE = 0.01  # of its wide sigma that a bias wanders in a minute
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """A recording in arcs: what is `believed`, and the same as it is `navigated`, with biases (3,) taken off.
+
+    `force_bias` in m/s^2 and `gyro_bias` in rad/s are these; `walks` is the white noise that the increments show,
+    rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how much positions and velocities scatter beyond their sigmas.
+    """
+
+    believed: Believed
+    navigated: Believed
+    force_bias: np.ndarray
+    gyro_bias: np.ndarray
+    walks: tuple[float, float]
+    fix_scale: tuple[float, float]
+
+
+def needed(believed: Believed) -> bool:
+    """Whether stated sigmas let the attitude go farther off than a linear error model can follow."""
+    gyro = believed.recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
+    duration_s = float(believed.time_s[-1]) - believed.start.time_s
+    return bool(np.hypot(np.max(believed.attitude_sigma_n), gyro * duration_s) > LARGEST_ATTITUDE_RAD)
+
+
+def lost(seen: Observations) -> bool:
+    """Whether a solution in one arc went so far off that small errors do not describe it, whatever was stated."""
+    velocity = np.abs(seen.residual[:, 3:6])
+    return bool((velocity[np.isfinite(velocity)] > LARGEST_VELOCITY_MPS).any())
+
+
+def settle(recording: Recording, folder: str | Path = ".", before: Settled | None = None) -> Settled:
+    """The recording in arcs along a path that the measurements allow; `before`: that of the same with other effects."""
+    if before is None:
+        believed, found, path = null.begin_afresh(recording, folder)
+        begins = _begins(believed, found)
+        states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
+        bias = found.accelerometer_bias_mps2, found.gyro_bias_radps
+        here = Settled(believed, believed, *bias, found.walks, found.fix_scale)
+    else:
+        believed = null.begun_at(recording, before.navigated.start, folder)
+        states = [before.navigated.start, *before.navigated.arcs]
+        here = replace(before, believed=believed)
+    here = _navigated(here, states)
+    for _ in range(ROUNDS):
+        begins, mean, sigma = _errors(here)
+        states = [
+            replace(moved(one, -error[:3], -error[3:6]), attitude_rad=turned(one.attitude_rad, error[6:]))
+            for one, error in zip([here.navigated.start, *here.navigated.arcs], begins, strict=True)
+        ]
+        here = replace(here, force_bias=here.force_bias + mean[:3], gyro_bias=here.gyro_bias + mean[3:])
+        here = _navigated(here, states)
+        if (np.abs(begins) < STEADY * sigma).all():
+            break
+    return here
+
+
+def _begins(believed: Believed, found: Initialization) -> np.ndarray:
+    """Instants (s) at which arcs begin after the first: the ends of steps, as far apart as biases allow."""
+    gyro = max(
+        believed.recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H,
+        float(np.abs(found.gyro_bias_radps).max()),
+        float(found.sigmas[GYRO_BIAS].max()),
+    )
+    length_s = float(np.clip(SMALL_RAD / gyro, SHORTEST_S, LONGEST_S))
+    step_s = SAMPLES_PER_STEP * float(np.median(np.diff(believed.time_s)))
+    rows = SAMPLES_PER_STEP * max(1, round(length_s / step_s))
+    return believed.time_s[rows - 1 : -rows // 2 : rows]
+
+
+def _navigated(here: Settled, states: list[Start]) -> Settled:
+    """The same begun at `states`, without the biases."""
+    believed, none = here.believed, np.zeros(3)
+    corrected = null.corrected(believed, here.gyro_bias, here.force_bias, none, none, none)
+    start = replace(believed.start, **{name: getattr(states[0], name) for name in BEGIN})
+    navigated = replace(corrected, start=start, arcs=tuple(states[1:]))
+    return replace(here, believed=replace(believed, start=start, arcs=navigated.arcs), navigated=navigated)
+
+
+def observed(navigated: Believed, nodes_s: np.ndarray | None = None) -> tuple[ErrorModel, Observations]:
+    """The error model along the solution of what is `navigated`, at all its nodes, and what was measured there."""
+    solution = null.solve(navigated)
+    end_s = float(solution[-1].time_s[-1])
+    measured = observations.sources(navigated, end_s)
+    nodes_s = observations.nodes(navigated, measured, end_s) if nodes_s is None else nodes_s
+    model = error_model.build(navigated, solution, nodes_s)
+    return model, observations.observe(navigated, model, measured)
+
+
+def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Smoothed errors at the begins of arcs (arcs, 9), of the biases on average (6,), sigmas of all begins (9,)."""
+    navigated = here.navigated
+    model, seen = observed(navigated)
+    smoothed, sigma = _smoothed(here, model, without_outliers(seen)[0])
+    rows = np.searchsorted(model.nodes_s, [one.time_s - 1e-6 for one in (navigated.start, *navigated.arcs)])
+    begins = smoothed[rows, STATE].copy()
+    for k, (row, begin) in enumerate(zip(rows[1:], navigated.arcs, strict=True), start=1):
+        begins[k] += apart(begin, model.states, row)
+    return begins, smoothed[:, BIAS].mean(axis=0), sigma
+
+
+def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.ndarray, np.ndarray]:
+    """Errors (nodes, 15) that the residual tells, and one sigma (9,) of the last state."""
+    nodes = model.nodes_s.size
+    f = np.tile(np.eye(STATES), (nodes - 1, 1, 1))
+    f[:, STATE, STATE], f[:, STATE, BIAS] = model.transition, coupling(model)
+    wide = np.repeat([WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS], 3)
+    walk = np.zeros(STATES)
+    walk[3:6], walk[6:9], walk[BIAS] = here.walks[1], here.walks[0], WALK_SHARE / np.sqrt(60.0) * wide
+    noise = walk**2 * model.interval_s[:, None, None] * np.eye(STATES)
+    given = np.zeros((nodes, 9))  # what is known to have been done to the solution
+    for k in range(nodes - 1):
+        given[k + 1] = model.transition[k] @ given[k] + model.half[k] @ model.known[k]
+    z = seen.residual - np.einsum("kij,kj->ki", seen.design, given)
+    h = np.zeros((nodes, 9, STATES))
+    h[:, :, STATE], h[:, :, DELAY], h[:, :, ARM] = seen.design, seen.of_delay, np.swapaxes(seen.of_arm, 1, 2)
+    start = here.navigated.start
+    sigma = np.concatenate([
+        np.full(3, start.position_sigma_m), np.full(3, start.velocity_sigma_mps), here.navigated.attitude_sigma_n,
+        wide, [DELAY_SIGMA_S], np.full(3, ARM_SIGMA_M),
+    ])  # fmt: skip
+    scale = np.repeat([*here.fix_scale, 1.0], 3)
+    level = np.maximum(white(seen)[0], scale * seen.sigma)
+    known = np.isfinite(z)
+    mean, _, covariance, _, _ = filtered(
+        f,
+        noise,
+        np.repeat(np.arange(nodes), 3),
+        np.where(known, z, 0.0).reshape(-1, 3),
+        h.reshape(-1, 3, STATES),
+        np.where(known, level**2, 0.0).reshape(-1, 3),
+        np.zeros(STATES),
+        np.diag(sigma**2),
+        np.inf,
+    )
+    mean[:, STATE] += given
+    return mean, np.sqrt(np.diag(covariance)[STATE])
