@@ -109,17 +109,17 @@ def align(
     )
     psi, covariance = _filter(solution, SAMPLES_PER_STEP * every * sample_s, at, noise)
     computed = Rotation.from_quat(solution.quaternion_nb[-1], scalar_first=True)
-    attitude = attitude_from_quaternion((Rotation.from_rotvec(psi) * computed).as_quat(scalar_first=True))
+    roll, pitch, heading = attitude_from_quaternion((Rotation.from_rotvec(psi) * computed).as_quat(scalar_first=True))
     return Alignment(
         start=replace(
             at,
             time_s=float(solution.time_s[-1]),
             velocity_n=(0.0, 0.0, 0.0),
-            attitude_rad=tuple(float(a) for a in attitude),
+            attitude_rad=(float(roll), float(pitch), float(heading)),
         ),
         level_sigma_rad=float(np.sqrt(covariance[2:4, 2:4].trace() / 2.0)),
         heading_sigma_rad=float(np.sqrt(covariance[4, 4])),
-        coarse_attitude_rad=tuple(float(a) for a in coarse),
+        coarse_attitude_rad=(float(coarse[0]), float(coarse[1]), float(coarse[2])),
     )
 
 

@@ -113,7 +113,7 @@ def fit_noise(seen: AllanDeviation) -> NoiseFit | None:
         size = np.linalg.norm(scaled, axis=0)
         theta = nnls(scaled / size, half @ squared)[0] / size
         covariance = spectra.covariance(theta)
-    excess = _excess(squared - design @ theta, covariance, np.count_nonzero(theta))
+    excess = _excess(squared - design @ theta, covariance, int(np.count_nonzero(theta)))
     found = []
     for k in range(len(TERMS)):
         used = [j for j in range(len(TERMS)) if theta[j] > 0.0 or j == k]  # unbiased beside what is seen
@@ -201,7 +201,8 @@ def _coefficient(
         high *= 2.0
     if high > max(seen, 0.0) + least:
         high = _crossing(chance, tail, (0.5 * high, high))
-    return Coefficient(*(float(np.sqrt(v)) for v in (theta[k], low, max(high, theta[k]))), visible=visible)
+    value, low, high = (float(np.sqrt(v)) for v in (theta[k], low, max(high, theta[k])))
+    return Coefficient(value, low, high, visible)
 
 
 def _crossing(chance: Callable[[float], float], level: float, between: tuple[float, float]) -> float:

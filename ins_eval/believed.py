@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -91,7 +92,7 @@ def _unknown(table: FormTable) -> tuple[str, ...]:
     return tuple(name for name in names if getattr(table, name) is None)
 
 
-def _with(table: FormTable, filled: dict[str, Filled]) -> FormTable:
+def _with(table: Any, filled: dict[str, Filled]) -> Any:
     """A table with these values, and their sources behind those that it had."""
     sources = [table.source] if table.source else []
     sources += [f"{key}: {one.source}" for key, one in filled.items()]

@@ -35,20 +35,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     for add in (
-        _flight_report,
-        _paper_report,
-        _loop_report,
-        _presets,
-        _evaluate,
-        _results,
-        _simulate,
-        _calibrate,
-        _import,
-        _compare,
-        _diagnose,
-        _loop,
-        _check_model,
-        _check_cep,
+        *(_flight_report, _paper_report, _loop_report, _presets, _evaluate, _results, _simulate),
+        *(_calibrate, _import, _compare, _diagnose, _loop, _check_model, _check_cep),
     ):
         add(verbs)
     return parser
@@ -58,28 +46,11 @@ def _flight_report(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser(
         "flight-report", help="fly an ensemble with every compensation and report velocity RMS and CEP"
     )
-    parser.add_argument(
-        "--profile",
-        default="climb-cruise-landing",
-        help=_PROFILE_HELP,
-    )
+    parser.add_argument("--profile", default="climb-cruise-landing", help=_PROFILE_HELP)
     parser.add_argument("--model", help="one more compensation: my.py:MyModel, or a compensation FILE.toml")
-    parser.add_argument(
-        "--population",
-        default="jb-kt8",
-        help=_POPULATION_HELP,
-    )
-    parser.add_argument(
-        "--ensemble",
-        type=_at_least(2),
-        dest="size",
-        default=200,
-        metavar="N",
-        help="number of instruments (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--output", type=Path, default=Path("reports/flight"), help="folder of the report (default: %(default)s)"
-    )
+    parser.add_argument("--population", default="jb-kt8", help=_POPULATION_HELP)
+    _size(parser, "--ensemble", 200, "number of instruments (default: %(default)s)")
+    _output(parser, Path("reports/flight"), "folder of the report (default: %(default)s)")
     parser.add_argument(
         "--storage-years",
         type=float,
@@ -113,17 +84,8 @@ def _flight_report(verbs: argparse._SubParsersAction) -> None:
 
 def _paper_report(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser("paper-report", help="each number and claim of Paper A beside ours")
-    parser.add_argument(
-        "--ensemble",
-        type=_at_least(2),
-        dest="size",
-        default=200,
-        metavar="N",
-        help="instruments in flight (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--output", type=Path, default=Path("reports/paper-a"), help="folder of the report (default: %(default)s)"
-    )
+    _size(parser, "--ensemble", 200, "instruments in flight (default: %(default)s)")
+    _output(parser, Path("reports/paper-a"), "folder of the report (default: %(default)s)")
     _common(parser)
 
 
@@ -131,17 +93,8 @@ def _loop_report(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser(
         "loop-report", help="each number and claim of Paper B, a digital accelerometer, beside ours"
     )
-    parser.add_argument(
-        "--population",
-        type=_at_least(2),
-        default=200,
-        dest="size",
-        metavar="N",
-        help="accelerometers through the paper's procedure (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--output", type=Path, default=Path("reports/paper-b"), help="folder of the report (default: %(default)s)"
-    )
+    _size(parser, "--population", 200, "accelerometers through the paper's procedure (default: %(default)s)")
+    _output(parser, Path("reports/paper-b"), "folder of the report (default: %(default)s)")
     _common(parser)
 
 
@@ -159,12 +112,7 @@ def _evaluate(verbs: argparse._SubParsersAction) -> None:
         metavar="DIR",
         help="recordings in the form ins-recording/1, or a PSINS .imu file; of several also one table and one page",
     )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        metavar="DIR",
-        help="folder of the report (default: reports/NAME, of several reports/evaluation)",
-    )
+    _output(parser, None, "folder of the report (default: reports/NAME, of several reports/evaluation)")
     parser.add_argument(
         "--compensation",
         nargs="+",
@@ -172,8 +120,7 @@ def _evaluate(verbs: argparse._SubParsersAction) -> None:
         metavar="NAME",
         help="only these: none, believed, a name in DIR/compensation, or a model FILE.toml (default: all there are)",
     )
-    parser.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
-    parser.add_argument("--unit", metavar="NAME", help="its data sheet fills what nobody stated, see ins-eval presets")
+    _belief(parser)
     parser.add_argument(
         "--restart-every",
         type=float,
@@ -203,13 +150,7 @@ def _results(verbs: argparse._SubParsersAction) -> None:
         help="exit with 1 where KEY is more than P %% above the first run; velocity_rms is its horizontal, cep_rate "
         "and radial_error_rate their final; may be repeated",
     )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("reports/results"),
-        metavar="DIR",
-        help="folder of the report (default: %(default)s)",
-    )
+    _output(parser, Path("reports/results"), "folder of the report (default: %(default)s)")
     parser.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
 
@@ -247,9 +188,7 @@ def _calibrate(verbs: argparse._SubParsersAction) -> None:
         "--compensation", metavar="NAME", help="model of that file (default: hysteresis, or the best determined)"
     )
     parser.add_argument("--unit", metavar="ID", help="of a table with several accelerometers, this unit_id")
-    parser.add_argument(
-        "--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME-calibration)"
-    )
+    _output(parser, None, "folder of the report (default: reports/NAME-calibration)")
     parser.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
 
@@ -269,9 +208,7 @@ def _import(verbs: argparse._SubParsersAction) -> None:
 def _compare(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser("compare", help="hold the recorded IMU against the one that the reference implies")
     parser.add_argument("recording_folder", type=Path, metavar="DIR", help="a recording with a reference")
-    parser.add_argument(
-        "--output", type=Path, metavar="DIR", help="folder of the report (default: reports/NAME-compare)"
-    )
+    _output(parser, None, "folder of the report (default: reports/NAME-compare)")
     parser.add_argument("--unit", metavar="NAME", help="its data sheet fills what nobody stated, see ins-eval presets")
     parser.add_argument(
         "--use-found-offset", action="store_true", help="take the clock offset found instead of the believed"
@@ -282,8 +219,7 @@ def _compare(verbs: argparse._SubParsersAction) -> None:
 def _diagnose(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser("diagnose", help="where recordings leave what is believed, and what was left out")
     parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING")
-    parser.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
-    parser.add_argument("--unit", metavar="NAME", help="its data sheet fills what nobody stated, see ins-eval presets")
+    _belief(parser)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the answer, ins-diagnosis/1")
     parser.add_argument("--report", type=Path, metavar="DIR", help="folder of the page")
     parser.add_argument(
@@ -352,19 +288,8 @@ def _check_cep(verbs: argparse._SubParsersAction) -> None:
         help="the committed gains (default: gate.toml of the package)",
     )
     parser.add_argument("--profile", default="climb-cruise-landing", help=argparse.SUPPRESS)
-    parser.add_argument(
-        "--ensemble",
-        type=_at_least(2),
-        dest="size",
-        metavar="N",
-        help="number of instruments (default: from the power calculation)",
-    )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("reports/check-cep"),
-        help="where finished instruments are kept (default: %(default)s)",
-    )
+    _size(parser, "--ensemble", None, "number of instruments (default: from the power calculation)")
+    _output(parser, Path("reports/check-cep"), "where finished instruments are kept (default: %(default)s)")
     parser.add_argument("--commit", action="store_true", help="write the gains found to the file of committed gains")
     _common(parser)
 
@@ -377,6 +302,19 @@ class _ListFormats(argparse.Action):
 
         print("\n".join(f"{name:14s}{known.description}" for name, known in FORMATS.items()))
         parser.exit()
+
+
+def _size(parser: argparse.ArgumentParser, option: str, default: int | None, words: str) -> None:
+    parser.add_argument(option, type=_at_least(2), dest="size", default=default, metavar="N", help=words)
+
+
+def _output(parser: argparse.ArgumentParser, default: Path | None, words: str) -> None:
+    parser.add_argument("--output", type=Path, default=default, metavar="DIR", help=words)
+
+
+def _belief(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--belief", type=Path, metavar="FILE", help="take the belief tables of this file instead")
+    parser.add_argument("--unit", metavar="NAME", help="its data sheet fills what nobody stated, see ins-eval presets")
 
 
 def _common(parser: argparse.ArgumentParser) -> None:

@@ -131,7 +131,7 @@ class _Motion:
     def integrate(self, begin_s: np.ndarray, end_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Angular increments (n, 3) in rad and velocity increments (n, 3) in m/s of samples, by quadrature."""
         half = 0.5 * (end_s - begin_s)
-        gyro = velocity = 0.0
+        gyro = velocity = np.zeros((half.size, 3))
         for node, weight in zip(_NODES, _WEIGHTS, strict=True):
             rate, force = self._felt(begin_s + (1.0 + node) * half)
             gyro, velocity = gyro + weight * rate, velocity + weight * force

@@ -114,13 +114,15 @@ class Mission:
     def start(self, time_s: float, aligned: bool, still_until_s: float | None = None) -> Start:
         """The true state at `time_s`, with attitude where `aligned`."""
         truth = self.trajectory.truth(np.array([time_s]))
+        north, east, down = truth.velocity_n[0].tolist()
+        roll, pitch, heading = through_degrees(truth.attitude_rad[0]).tolist()
         return Start(
             time_s=time_s,
             latitude_rad=float(through_degrees(truth.latitude_rad[0])),
             longitude_rad=float(through_degrees(truth.longitude_rad[0])),
             height_m=float(truth.height_m[0]),
-            velocity_n=tuple(float(v) for v in truth.velocity_n[0]),
-            attitude_rad=tuple(float(a) for a in through_degrees(truth.attitude_rad[0])) if aligned else None,
+            velocity_n=(north, east, down),
+            attitude_rad=(roll, pitch, heading) if aligned else None,
             still_until_s=still_until_s,
         )
 

@@ -15,22 +15,22 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal, Protocol
+from typing import Any, Generic, Literal, Protocol, TypeVar
 
 import pandas as pd
 from matplotlib.figure import Figure
 
 from ins_eval import ensemble
-from ins_eval.analysis.calibrate import calibrate_chambers
-from ins_eval.analysis.compare import compare_recording
-from ins_eval.analysis.diagnose import belief_of, diagnose_folders
-from ins_eval.analysis.evaluate import evaluate_recording
+from ins_eval.analysis.calibrate import ChamberCalibration, calibrate_chambers
+from ins_eval.analysis.compare import RecordingComparison, compare_recording
+from ins_eval.analysis.diagnose import RecordingsDiagnosis, belief_of, diagnose_folders
+from ins_eval.analysis.evaluate import RecordingEvaluation, evaluate_recording
 from ins_eval.analysis.fly import FlightStudy
 from ins_eval.analysis.fly import fly as fly_instruments
-from ins_eval.analysis.results import compare_results
+from ins_eval.analysis.results import RunComparison, compare_results
 from ins_eval.analysis.several import SeveralEvaluations, Summary
 from ins_eval.analysis.simulate import Simulated, simulate_recording
-from ins_eval.analysis.solution import evaluate_solution
+from ins_eval.analysis.solution import SolutionEvaluation, evaluate_solution
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import write_model
 from ins_eval.compensation.registry import FILE
@@ -70,16 +70,19 @@ class Findings(Protocol):
         ...
 
 
+Found = TypeVar("Found", bound=Findings)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Result:
+class Result(Generic[Found]):
     """What an analysis found. It prints as text and shows as a page in a notebook.
 
-    found      what was found, in the types of the analysis
+    found      what was found, in the type of the analysis: `Result[RecordingComparison]`
     metrics    the same as the tree that ``metrics.json`` holds
     """
 
     title: str
-    found: Findings
+    found: Found
     metrics: Mapping[str, Any]
     answer: str
     sections: Sequence[Section] = field(repr=False)
@@ -165,7 +168,7 @@ def evaluate(
     compensations: Sequence[str] = (),
     restart_every_s: float | None = None,
     models: Mapping[str, Sequence[CompensationModel]] | None = None,
-) -> Result:
+) -> Result[RecordingEvaluation | SolutionEvaluation]:
     """How good an instrument is, from its own recording: see `analysis.evaluate.evaluate_recording`.
 
     Where only the solution of an INS was recorded: see `analysis.solution.evaluate_solution`.
@@ -184,7 +187,7 @@ def evaluate(
     return Result(title, found, found.tree, *words, partial(evaluation_figures, found))
 
 
-def evaluate_several(recordings: Sequence[Summary]) -> Result:
+def evaluate_several(recordings: Sequence[Summary]) -> Result[SeveralEvaluations]:
     """Recordings that were evaluated, or refused, on one page with their CEP: see `analysis.several`.
 
     Each is a `summary`, named as the folder below this page in which its own is written.
@@ -193,7 +196,7 @@ def evaluate_several(recordings: Sequence[Summary]) -> Result:
     return Result(f"Evaluation of {len(recordings)} recordings", found, found.tree, *several_content(found.tree), dict)
 
 
-def results(folders: Sequence[PathLike]) -> Result:
+def results(folders: Sequence[PathLike]) -> Result[RunComparison]:
     """Results of runs side by side, each held against the first: see `analysis.results.compare_results`."""
     if len(folders) < 2:
         raise UsageError("results: one folder, expected two or more to hold against each other; name another")
@@ -207,7 +210,7 @@ def results(folders: Sequence[PathLike]) -> Result:
     )
 
 
-def compare(recording: Recording, use_found_offset: bool = False) -> Result:
+def compare(recording: Recording, use_found_offset: bool = False) -> Result[RecordingComparison]:
     """The recorded IMU against what its reference implies: see `analysis.compare.compare_recording`."""
     if recording.imu is None:
         raise DataRefused(f"{recording.name}: holds no imu, only the solution that an INS put out; evaluate it")
@@ -222,7 +225,7 @@ def calibrate(
     compensation: str | None = None,
     unit: str | None = None,
     model_file: PathLike | None = None,
-) -> Result:
+) -> Result[ChamberCalibration]:
     """Calibrate one accelerometer, or those of x, y and z: see `analysis.calibrate.calibrate_chambers`.
 
     Parameters
@@ -255,7 +258,7 @@ def diagnose(
     model_file: PathLike | None = None,
     step: Callable[[str], None] = lambda words: None,
     unit: str | None = None,
-) -> Result:
+) -> Result[RecordingsDiagnosis]:
     """Where recordings of one instrument leave what is believed of them: see `analysis.diagnose.diagnose_folders`.
 
     `belief` replaces that of all recordings; `model_file` gets a belief with the effects that were found; `unit` names
@@ -282,7 +285,7 @@ def fly(
     members: PathLike | None = None,
     workers: int | None = None,
     quiet: bool = False,
-) -> Result:
+) -> Result[FlightStudy]:
     """Fly an ensemble of instruments with each compensation, fresh and aged by a year: see `analysis.fly.fly`.
 
     Parameters
@@ -298,7 +301,7 @@ def fly(
         return of_flights(fly_instruments(ensemble.Plan(profile, seed=seed), size, run, model, missions_flown=missions))
 
 
-def of_flights(found: FlightStudy) -> Result:
+def of_flights(found: FlightStudy) -> Result[FlightStudy]:
     """The result of instruments that were flown."""
     title = f"Flight report: {found.tree['profile']}"
     return Result(title, found, found.tree, *flight_content(found.tree), partial(study_figures, found))

@@ -67,8 +67,8 @@ def velocity_rms(velocity_error: np.ndarray, valid: np.ndarray | None = None) ->
         velocity_error = velocity_error[..., valid, :]
     if velocity_error.shape[-2] == 0:
         raise DataRefused("velocity RMS: none of the epochs is valid; expected at least 1")
-    rms = root_mean_square(np.moveaxis(velocity_error, -1, 0))
-    return VelocityRms(*rms, np.hypot(rms[0], rms[1]))
+    north, east, down = root_mean_square(np.moveaxis(velocity_error, -1, 0))
+    return VelocityRms(north, east, down, np.hypot(north, east))
 
 
 def final_rate(radius_nmi: np.ndarray, time_h: np.ndarray) -> np.ndarray | float:

@@ -6,6 +6,7 @@ with one sentence. ``extends = "other"`` starts from another profile, tables are
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -147,7 +148,8 @@ class Profile(Strict):
 
     @model_validator(mode="after")
     def _in_order(self) -> Profile:
-        for label, changes in (("speed", self.speed), ("height", self.height)):
+        ordered: dict[str, Sequence[SpeedChange | HeightChange]] = {"speed": self.speed, "height": self.height}
+        for label, changes in ordered.items():
             end = 0.0
             for i, c in enumerate(changes):
                 if not end <= c.from_s < c.to_s <= self.duration_s:

@@ -69,7 +69,7 @@ def parse(model: type[T], table: dict[str, Any], where: str) -> T:
         raise UsageError(f"{where}: {_sentence(model, faults[0])}") from None
 
 
-def _sentence(model: type[BaseModel], fault: dict[str, Any]) -> str:
+def _sentence(model: type[BaseModel], fault: Mapping[str, Any]) -> str:
     key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in fault["loc"]).lstrip(".")
     if fault["type"] == "extra_forbidden":
         return f"unknown key '{key}'{did_you_mean(str(fault['loc'][-1]), _fields_at(model, fault['loc'][:-1]))}"

@@ -161,8 +161,8 @@ class _Before:
         if self.time_s.size < 2:
             return None
         temperature_c = self.cold_c + self_heating_c * self.warmed
-        columns = (self.time_s, temperature_c, temperature_c - self.air_c)
-        return Temperature(*(column[:-1] for column in columns), self_heating_c)
+        excess_c = temperature_c - self.air_c
+        return Temperature(self.time_s[:-1], temperature_c[:-1], excess_c[:-1], self_heating_c)
 
 
 def _still_air_c(thermal: Thermal, height_m: np.ndarray) -> np.ndarray:

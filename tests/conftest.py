@@ -6,14 +6,16 @@ from pathlib import Path
 
 import pytest
 
+MADE_ONCE = ("short_report", "finished_gate", "small_report")  # session fixtures that take long
 REPOSITORY = Path(__file__).resolve().parent.parent
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep all tests of the small report in one worker, so that it is made once."""
+    """One worker for the tests of a file, and for all tests of what is made once (``--dist loadgroup``)."""
     for item in items:
-        if "small_report" in getattr(item, "fixturenames", ()):
-            item.add_marker(pytest.mark.xdist_group("small_report"))
+        needed = getattr(item, "fixturenames", ())
+        group = next((name for name in MADE_ONCE if name in needed), item.nodeid.partition("::")[0])
+        item.add_marker(pytest.mark.xdist_group(group))
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,13 @@ import pytest
 from ins_eval import ensemble
 from ins_eval.analysis import ageing
 from ins_eval.analysis.ageing import AGED, COMPENSATIONS, STATES
+from ins_eval.analysis.fly import fly
 from ins_eval.commands import flight_report
 from ins_eval.ensemble import Plan, World
 from ins_eval.ensemble.ageing import aged
 from ins_eval.errors import UsageError
+from ins_eval.interface import of_flights
+from ins_eval.report.results import as_json
 from tests.ensemble.conftest import PROFILE
 
 EXACT = 1e-12  # relative
@@ -99,14 +103,13 @@ def test_nothing_else_of_the_report_knows_of_storage(tmp_path: Path) -> None:
     """With and without the section, on a flight of five minutes: every other number and sentence the same."""
     profile = tmp_path / "hop.toml"
     profile.write_text(PROFILE)
-    found = []
-    for years in (0.0, 2.0):
-        flight_report.run(tmp_path / f"{years}", str(profile), None, 2, 1, 1, True, storage_years=years)
-        found.append(json.loads((tmp_path / f"{years}" / "metrics.json").read_text()))
-    without, stored_too = found
+    run = partial(ensemble.run, folder=tmp_path / "members", workers=1, quiet=True)
+    plan = Plan(str(profile), seed=1)
+    results = [of_flights(fly(plan, 2, run, ageing_years=years)) for years in (0.0, 2.0)]
+    without, stored_too = (json.loads(as_json(result.metrics)) for result in results)
     assert stored_too.pop("storage")["years"] == 2.0
     assert without == stored_too
-    texts = [(tmp_path / f"{years}" / "report.txt").read_text() for years in (0.0, 2.0)]
+    texts = [str(result) for result in results]
     assert "After storage" not in texts[0] and "after 2 years between calibration" in " ".join(texts[1].split())
 
 

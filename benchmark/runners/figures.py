@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from benchmark.scores.score import BANDS, SEEN, rate
-from ins_eval.report.style import FAINT, INK, QUIET, legend_below, sheet, styled
+from ins_eval.figures.style import FAINT, INK, QUIET, legend_below, sheet, styled
 
 GOOD, BAD, ODD, NAMED = "#1b7837", "#b2182b", "#b8860b", "#12508f"
 WORDS = (

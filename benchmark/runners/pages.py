@@ -11,7 +11,7 @@ from benchmark.runners.figures import short
 from benchmark.runners.targets import MET, MISSED, OPEN, TARGETS, spoken, verdict
 from benchmark.scores.score import BANDS, SEEN
 from ins_eval.report.content import Block, Picture, Section, Table, paragraphs, table
-from ins_eval.report.wording import MISSING, fixed
+from ins_eval.wording import MISSING, fixed
 
 RATE = ("cases", "found", "95 % interval")
 

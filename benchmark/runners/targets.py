@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from benchmark.scores.score import CLEAR
 from ins_eval.report.content import Table
-from ins_eval.report.wording import MISSING, fixed
 from ins_eval.tables import pick
+from ins_eval.wording import MISSING, fixed
 
 MET, MISSED, OPEN = "met", "missed", "no cases"
 NO_BREAK = "\u00a0"

@@ -16,7 +16,7 @@ class Absent(AccelerometerEffect):
     of: AccelerometerEffect
 
     @property
-    def name(self) -> str:
+    def name(self) -> str:  # type: ignore[override]
         """The name of the effect that is switched off."""
         return self.of.name
 

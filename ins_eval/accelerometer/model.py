@@ -53,10 +53,9 @@ TIME_TOLERANCE_S = 1e-6
 PRESETS = Path(__file__).parent / "presets"
 
 # what a file may leave out, and what that means; every other effect is stated
-_UNLESS_STATED = {LoopGain: LoopGain()}
-_Tables = create_model(
-    "_Tables", __base__=Strict, **{effect.name: (effect, _UNLESS_STATED.get(effect, ...)) for effect in EFFECTS}
-)
+_UNLESS_STATED = {LoopGain.name: LoopGain()}
+_EFFECTS: dict[str, Any] = {effect.name: (effect, _UNLESS_STATED.get(effect.name, ...)) for effect in EFFECTS}
+_Tables = create_model("_Tables", __base__=Strict, **_EFFECTS)
 
 
 class SlowErrors(NamedTuple):
@@ -175,8 +174,8 @@ class Population:
         tables = parse(_Tables, read_extending(path, _find), str(path))
         return cls(path.stem, tuple(getattr(tables, effect.name) for effect in EFFECTS))
 
-    def __getitem__(self, name: str) -> AccelerometerEffect:
-        """The effect of that name."""
+    def __getitem__(self, name: str) -> Any:
+        """The effect of that name, with the parameters of its own class."""
         self._check((name,))
         return next(effect for effect in self.effects if effect.name == name)
 
@@ -199,9 +198,8 @@ class Population:
     def draw(self, streams: Streams) -> tuple[Accelerometer, Accelerometer, Accelerometer]:
         """The accelerometers x, y, z of one instrument, whose node in the random streams is `streams`."""
         by_effect = [effect.for_axes(streams.at("accelerometer", effect.name).rng()) for effect in self.effects]
-        by_axis = zip("xyz", zip(*by_effect, strict=True), strict=True)
-        x, y, z = (_draw_unit(axis, effects, streams) for axis, effects in by_axis)
-        return x, y, z
+        x, y, z = zip(*by_effect, strict=True)
+        return _draw_unit("x", x, streams), _draw_unit("y", y, streams), _draw_unit("z", z, streams)
 
     def _check(self, names: tuple[str, ...]) -> None:
         known = [effect.name for effect in self.effects]
@@ -214,7 +212,9 @@ def _off(effect: AccelerometerEffect) -> AccelerometerEffect:
     return effect if isinstance(effect, Absent) else Absent(of=effect)
 
 
-def _draw_unit(axis: str, effects: tuple[AccelerometerEffect, ...], streams: Streams) -> Accelerometer:
+def _draw_unit(
+    axis: Literal["x", "y", "z"], effects: tuple[AccelerometerEffect, ...], streams: Streams
+) -> Accelerometer:
     units: dict[str, Any] = {}
     for effect in effects:
         units[effect.name] = effect.draw(streams.at(f"accelerometer.{axis}", effect.name, "unit").rng(), units)

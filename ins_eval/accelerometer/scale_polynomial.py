@@ -56,8 +56,9 @@ class ScalePolynomial(AccelerometerEffect):
         self, rng: np.random.Generator
     ) -> tuple[AccelerometerEffect, AccelerometerEffect, AccelerometerEffect]:
         """One of the units for each axis, in random order."""
-        x, y, z = np.resize(rng.permutation(len(self.units)), 3)
-        return tuple(self.model_copy(update={"units": (self.units[k],)}) for k in (x, y, z))
+        drawn = np.resize(rng.permutation(len(self.units)), 3)
+        x, y, z = (self.model_copy(update={"units": (self.units[k],)}) for k in drawn)
+        return x, y, z
 
     def coefficients(self, unit: ScaleFactor) -> np.ndarray:
         """Coefficients (6,) in the order of `TERMS`, in pulse/(g s), degC and degC/min, sign of the rate applied."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -15,6 +15,7 @@ import pandas as pd
 from ins_eval.calibration import FITS, CalibratedModel, Calibration, Coefficient, calibrate
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.registry import RESERVED, load_model, model_names
+from ins_eval.compensation.scale_and_bias import ScaleAndBias
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.recording import ChamberReadings
 
@@ -142,7 +143,7 @@ def _best(found: Iterable[AccelerometerCalibration]) -> str:
 
 def _model(one: AccelerometerCalibration, chosen: str, name: str) -> CompensationModel:
     """The chosen model with the curves of the calibration, called `name`, but never as a built-in one."""
-    model, calibrated = load_model(chosen), one.calibration.models[chosen]
+    model, calibrated = cast("ScaleAndBias", load_model(chosen)), one.calibration.models[chosen]
     model.scale_, model.bias_ug_ = calibrated.scale, calibrated.bias_ug
     model.name = re.sub(r"[^\w.+ -]", "-", name)
     if model.name in (*model_names(), *RESERVED):

@@ -86,7 +86,7 @@ def predict(runs: list[RunErrors]) -> Prediction:
     lowest, highest = (end([end(run.temperature_c) for run in runs]) for end in (np.min, np.max))
     knots = supported(KNOTS_C, lowest, highest)
     middle = {position: _middle(by_position[position]) for position in POSITIONS}
-    half_width = {}
+    half_width: dict[int, np.ndarray] = {}
     for group in ((1, -1), (0,)):
         parts = [_mean_squares(by_position[position], middle[position], knots) for position in group]
         between, within = np.mean(parts, axis=0)

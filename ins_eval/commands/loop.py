@@ -6,7 +6,7 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -36,7 +36,7 @@ def simulate(
     output: Path,
     forward_ppm: float = -200.0,
     feedback_ppm: float = 200.0,
-    through: str = "gain",
+    through: Literal["gain", "resistor"] = "gain",
     unit: int = 0,
     seed: int = 1,
     quiet: bool = False,

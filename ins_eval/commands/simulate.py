@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from ins_eval.analysis.simulate import chamber_of, simulate_chamber, simulate_recording
 from ins_eval.errors import UsageError
@@ -11,7 +12,7 @@ from ins_eval.recording import form
 
 
 def run(
-    kind: str,
+    kind: Literal["flight", "oven", "chamber"],
     output: Path,
     profile: str = "climb-cruise-landing",
     population: str = "jb-kt8",

@@ -90,17 +90,17 @@ class Models:
         """Fit a model."""
         count = len(READINGS)
         beside = dict(zip(further, arrays[count:], strict=True))
-        returned = self._models[number].fit(ChamberReadings(*arrays[:count], unit_id, axis, beside))
+        readings = dict(zip(READINGS, arrays[:count], strict=True))
+        chamber = ChamberReadings(**readings, unit_id=unit_id, axis=axis, further=beside)
+        returned = self._models[number].fit(chamber)
         return {"returned": None if returned is self._models[number] else kind(returned)}, []
 
     def refine(self, arrays: list, number: int) -> Answer:
         """Refine a model that takes a refinement."""
         width = len(SAMPLES) + 1
         runs = [arrays[first : first + width] for first in range(0, len(arrays), width)]
-        if hasattr(self._models[number], "refine"):
-            self._models[number].refine(
-                [(Samples(*columns), known if known.ndim else float(known)) for *columns, known in runs]
-            )
+        if (refine := getattr(self._models[number], "refine", None)) is not None:
+            refine([(Samples(*columns), known if known.ndim else float(known)) for *columns, known in runs])
         return {}, []
 
     def specific_force(self, arrays: list, number: int) -> Answer:

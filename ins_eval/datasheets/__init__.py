@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
@@ -129,7 +129,7 @@ def load(name: str) -> AccelerometerSheet | InsSheet | UnitSheet:
     if name not in known:
         raise UsageError(f"no data sheet '{name}'{did_you_mean(name, known)}")
     table = read_toml(path)
-    kinds = {"ins": InsSheet, "imu": UnitSheet}
+    kinds: dict[str, Any] = {"ins": InsSheet, "imu": UnitSheet}
     return parse(kinds.get(str(table.get("kind")), AccelerometerSheet), table, str(path))
 
 

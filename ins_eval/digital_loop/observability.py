@@ -45,14 +45,12 @@ def table(loop: Loop, drift_ppm: float = DRIFT_PPM) -> list[DriftRow]:
     rows = []
     for part in PARTS:
         new_gain, new_step, new_output = _tests(loop.with_drift(part, drift_ppm))
-        found = {
-            "scan": float(loop_gains.forward_drift_ppm(gain, new_gain)),
-            "current": float(loop_gains.feedback_drift_ppm(step, new_step)),
-            "output": (new_output - output) / loop.counts_per_g / PPM,
-        }
-        rows.append(
-            DriftRow(part, *found.values(), tuple(name for name, size in found.items() if _seen(size, drift_ppm)))
-        )
+        scan = float(loop_gains.forward_drift_ppm(gain, new_gain))
+        current = float(loop_gains.feedback_drift_ppm(step, new_step))
+        error_ug = (new_output - output) / loop.counts_per_g / PPM
+        found = {"scan": scan, "current": current, "output": error_ug}
+        seen_by = tuple(name for name, size in found.items() if _seen(size, drift_ppm))
+        rows.append(DriftRow(part, scan, current, error_ug, seen_by))
     return rows
 
 

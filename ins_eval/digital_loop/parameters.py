@@ -9,7 +9,7 @@ A file may begin with ``extends = "NAME"`` of a preset: it then states only what
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, Field, create_model, model_validator
 
@@ -31,7 +31,7 @@ class Quantity(Strict):
 
 
 def _in(unit: str, low: float = 0.0, high: float = float("inf"), whole: bool = False, open_low: bool = True) -> Any:
-    """The type of a quantity that must come in `unit` and between `low` and `high`."""
+    """That a quantity comes in `unit` and lies between `low` and `high`."""
 
     def check(quantity: Quantity) -> Quantity:
         if quantity.unit != unit:
@@ -45,7 +45,7 @@ def _in(unit: str, low: float = 0.0, high: float = float("inf"), whole: bool = F
             raise ValueError(f"{quantity.value:g} {unit} cannot be; expected a whole number")
         return quantity
 
-    return Annotated[Quantity, AfterValidator(check)]
+    return AfterValidator(check)
 
 
 def _bits() -> Any:
@@ -59,11 +59,11 @@ def _not_negative(unit: str) -> Any:
 class Pendulum(Strict):
     """J theta'' + C theta' + D theta = M, with pendulosity k0 = m L."""
 
-    mass: _in("kg")
-    arm: _in("m")
-    inertia: _in("kg m^2")
-    damping: _in("N m s/rad")
-    stiffness: _in("N m/rad")
+    mass: Annotated[Quantity, _in("kg")]
+    arm: Annotated[Quantity, _in("m")]
+    inertia: Annotated[Quantity, _in("kg m^2")]
+    damping: Annotated[Quantity, _in("N m s/rad")]
+    stiffness: Annotated[Quantity, _in("N m/rad")]
 
     @model_validator(mode="after")
     def _overdamped(self) -> Pendulum:
@@ -78,27 +78,27 @@ class Pendulum(Strict):
 class Pickoff(Strict):
     """Differential capacitor C1, C2 = C0 / (1 -+ u) with u = l theta / d: k1 = 2 C0 l / d."""
 
-    capacitance: _in("F")
-    arm: _in("m")
-    gap: _in("m")
+    capacitance: Annotated[Quantity, _in("F")]
+    arm: Annotated[Quantity, _in("m")]
+    gap: Annotated[Quantity, _in("m")]
 
 
 class Carrier(Strict):
     """Modulation: V_IN = N_FPGA V_DA1ref / 2^(bits - 1) k_tz."""
 
-    amplitude: _in("count", whole=True)
-    bits: _bits()
-    reference: _in("V")
-    gain: _in("V/V")
-    samples_per_period: _in("1", 8, 256, whole=True, open_low=False)
+    amplitude: Annotated[Quantity, _in("count", whole=True)]
+    bits: Annotated[Quantity, _bits()]
+    reference: Annotated[Quantity, _in("V")]
+    gain: Annotated[Quantity, _in("V/V")]
+    samples_per_period: Annotated[Quantity, _in("1", 8, 256, whole=True, open_low=False)]
 
 
 class Bridge(Strict):
     """AC bridge with its reference capacitors and the instrumentation amplifier."""
 
-    capacitor_1: _in("F")
-    capacitor_2: _in("F")
-    gain: _in("V/V", 1.0)
+    capacitor_1: Annotated[Quantity, _in("F")]
+    capacitor_2: Annotated[Quantity, _in("F")]
+    gain: Annotated[Quantity, _in("V/V", 1.0)]
 
     @model_validator(mode="after")
     def _balances(self) -> Bridge:
@@ -113,35 +113,35 @@ class Bridge(Strict):
 class Adc(Strict):
     """ADC of the bridge voltage; its noise dithers it."""
 
-    bits: _bits()
-    reference: _in("V")
-    noise: _not_negative("count")
+    bits: Annotated[Quantity, _bits()]
+    reference: Annotated[Quantity, _in("V")]
+    noise: Annotated[Quantity, _not_negative("count")]
 
 
 class Demodulator(Strict):
     """Synchronous demodulation in the FPGA."""
 
-    gain: _in("1")
+    gain: Annotated[Quantity, _in("1")]
 
 
 class Controller(Strict):
     """D(z): proportional, integral and derivative action on k(D(z)) times the demodulated value."""
 
-    rate: _in("Hz", 1e3, 1e6, open_low=False)
-    gain: _in("1")
-    proportional: _in("count/count")
-    integral: _not_negative("1/s")
-    derivative: _not_negative("s")
+    rate: Annotated[Quantity, _in("Hz", 1e3, 1e6, open_low=False)]
+    gain: Annotated[Quantity, _in("1")]
+    proportional: Annotated[Quantity, _in("count/count")]
+    integral: Annotated[Quantity, _not_negative("1/s")]
+    derivative: Annotated[Quantity, _not_negative("s")]
 
 
 class Feedback(Strict):
     """DA0 makes the reference voltage of DA2, eq. (30); DA2 and a resistor make the current, eqs. (9), (10)."""
 
-    reference_bits: _bits()
-    full_scale: _in("V")
-    reference_code: _in("count", whole=True)
-    bits: _bits()
-    resistor: _in("ohm")
+    reference_bits: Annotated[Quantity, _bits()]
+    full_scale: Annotated[Quantity, _in("V")]
+    reference_code: Annotated[Quantity, _in("count", whole=True)]
+    bits: Annotated[Quantity, _bits()]
+    resistor: Annotated[Quantity, _in("ohm")]
 
     @model_validator(mode="after")
     def _within(self) -> Feedback:
@@ -155,47 +155,47 @@ class Feedback(Strict):
 class Torquer(Strict):
     """Torque k_t = B L_coil L per ampere."""
 
-    induction: _in("T")
-    coil_length: _in("m")
-    arm: _in("m")
+    induction: Annotated[Quantity, _in("T")]
+    coil_length: Annotated[Quantity, _in("m")]
+    arm: Annotated[Quantity, _in("m")]
 
 
 class CurrentSource(Strict):
     """The constant current I_ref behind the switch M1."""
 
-    current: _in("A")
+    current: Annotated[Quantity, _in("A")]
 
 
 class Scan(Strict):
     """Open-loop scan of N_FPGA: amplitude + i step, i = 0 ... steps, eq. (17)."""
 
-    step: _in("count", whole=True)
-    steps: _in("1", 2, 200, whole=True, open_low=False)
-    periods: _in("1", 1, 1e5, whole=True, open_low=False)
+    step: Annotated[Quantity, _in("count", whole=True)]
+    steps: Annotated[Quantity, _in("1", 2, 200, whole=True, open_low=False)]
+    periods: Annotated[Quantity, _in("1", 1, 1e5, whole=True, open_low=False)]
 
 
 class BenchParameters(Strict):
     """The static test bench: how long is measured, what the room does, and what the accelerometer's bias does."""
 
-    settling: _in("s", 1e-3, 100.0, open_low=False)
-    current_test: _in("s", 0.01, 100.0, open_low=False)
-    static_test: _in("s", 0.01, 100.0, open_low=False)
-    repetitions: _in("1", 2, 100, whole=True, open_low=False)
-    temperature: _in("degC", -100.0, 150.0)
-    warm_up: _in("degC", -50.0, 50.0)
-    warm_up_sigma: _not_negative("degC")
-    room_sigma: _not_negative("degC")
-    bias_sigma: _not_negative("ug")
+    settling: Annotated[Quantity, _in("s", 1e-3, 100.0, open_low=False)]
+    current_test: Annotated[Quantity, _in("s", 0.01, 100.0, open_low=False)]
+    static_test: Annotated[Quantity, _in("s", 0.01, 100.0, open_low=False)]
+    repetitions: Annotated[Quantity, _in("1", 2, 100, whole=True, open_low=False)]
+    temperature: Annotated[Quantity, _in("degC", -100.0, 150.0)]
+    warm_up: Annotated[Quantity, _in("degC", -50.0, 50.0)]
+    warm_up_sigma: Annotated[Quantity, _not_negative("degC")]
+    room_sigma: Annotated[Quantity, _not_negative("degC")]
+    bias_sigma: Annotated[Quantity, _not_negative("ug")]
 
 
 class ChamberParameters(Strict):
     """Where a unit is calibrated over temperature, and the large change of a test made far from its reference."""
 
-    lowest: _in("degC", -100.0, 150.0)
-    highest: _in("degC", -100.0, 150.0)
-    temperatures: _in("1", 3, 100, whole=True, open_low=False)
-    thermometer_sigma: _not_negative("degC")
-    large_change: _in("degC", -200.0, 200.0)
+    lowest: Annotated[Quantity, _in("degC", -100.0, 150.0)]
+    highest: Annotated[Quantity, _in("degC", -100.0, 150.0)]
+    temperatures: Annotated[Quantity, _in("1", 3, 100, whole=True, open_low=False)]
+    thermometer_sigma: Annotated[Quantity, _not_negative("degC")]
+    large_change: Annotated[Quantity, _in("degC", -200.0, 200.0)]
 
     @model_validator(mode="after")
     def _spans(self) -> ChamberParameters:
@@ -206,18 +206,28 @@ class ChamberParameters(Strict):
         return self
 
 
-def _of_parts(name: str, kind: Any, words: str) -> type[Strict]:
-    table = create_model(name, __base__=Strict, **{part: (kind, ...) for part in PARTS})
+def _of_parts(name: str, kind: Any, words: str) -> Any:
+    quantities: dict[str, Any] = {part: (Annotated[Quantity, kind], ...) for part in PARTS}
+    table = create_model(name, __base__=Strict, **quantities)
     table.__doc__ = words
     return table
 
 
-_COEFFICIENT = _in("ppm/degC", -1e4, 1e4)
-TemperatureCoefficient = _of_parts("TemperatureCoefficient", _COEFFICIENT, "Mean over the population, by part.")
-TemperatureCoefficientSigma = _of_parts(
-    "TemperatureCoefficientSigma", _not_negative("ppm/degC"), "Standard deviation over the population, by part."
-)
-AgeingSigma = _of_parts("AgeingSigma", _not_negative("ppm/year"), "Standard deviation over the population, by part.")
+if TYPE_CHECKING:
+
+    class TemperatureCoefficient(Strict): ...
+
+    class TemperatureCoefficientSigma(Strict): ...
+
+    class AgeingSigma(Strict): ...
+
+else:
+    SIGMA = "Standard deviation over the population, by part."
+    TemperatureCoefficient = _of_parts(
+        "TemperatureCoefficient", _in("ppm/degC", -1e4, 1e4), "Mean over the population, by part."
+    )
+    TemperatureCoefficientSigma = _of_parts("TemperatureCoefficientSigma", _not_negative("ppm/degC"), SIGMA)
+    AgeingSigma = _of_parts("AgeingSigma", _not_negative("ppm/year"), SIGMA)
 
 
 class Parameters(Strict):

@@ -83,8 +83,8 @@ def chamber_temperature(readings: ChamberReadings, belief: AccelerometerBelief) 
 
 
 def _three(time_s, columns, rates, belief: AccelerometerBelief, runs=(slice(None),)) -> SmoothedTemperature:
-    three = [np.column_stack([of[k % len(of)] for k in range(3)]) for of in (columns, rates)]
-    return SmoothedTemperature(time_s, *three, belief.reference_temperature_c, belief.rate_filter_s, runs)
+    smooth, rate = (np.column_stack([of[k % len(of)] for k in range(3)]) for of in (columns, rates))
+    return SmoothedTemperature(time_s, smooth, rate, belief.reference_temperature_c, belief.rate_filter_s, runs)
 
 
 def _smooth(readings: ChamberReadings, rows: np.ndarray) -> np.ndarray:

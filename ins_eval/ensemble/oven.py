@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -49,7 +49,7 @@ def member(world: World, index: int) -> dict[str, dict[str, np.ndarray]]:
     absorbs the constant.
     """
     triads = world.triads(index)
-    calibrated = [refined.model for refined in triads[HYSTERESIS]]
+    calibrated = [refined.model for refined in cast("Sequence[Refined]", triads[HYSTERESIS])]
     triads |= _refinements(calibrated, world.oven_runs(index, MOST_REFINEMENTS))
     cases = {arm: ["given"] if arm.startswith("free_") else list(CASES) for arm in triads}
     rms = {f"{arm}/{case}": np.empty((RUNS, len(AXES))) for arm in triads for case in cases[arm]}

@@ -17,7 +17,7 @@ from ins_eval.errors import UsageError
 from ins_eval.gyro import GyroPopulation
 from ins_eval.imu import Instrument, InstrumentPopulation, Mission
 from ins_eval.laboratory import Chamber
-from ins_eval.missions import Missions
+from ins_eval.missions import Gradient, Gyro, Missions
 from ins_eval.navigation import samples, standstill_to_align_on
 from ins_eval.profile import Profile, load
 from ins_eval.recording import ChamberReadings, Recording
@@ -122,7 +122,7 @@ class World:
         for arm in self.plan.arms:
             if (model := arm.removesuffix(REFINED)) in BUILT_IN:
                 fitted = _calibrated(*measured, model)
-                triad = list(fitted) if model == arm else [Refined(one) for one in fitted]
+                triad: list[CompensationModel] = list(fitted) if model == arm else [Refined(one) for one in fitted]
             else:
                 triad = [working_model(arm, f"instrument {index}").fit(readings) for readings in _measured(*measured)]
             for model, runs in zip(triad, ovens, strict=True):
@@ -138,12 +138,12 @@ class World:
 
 def _of_instruments(missions: Missions | None) -> tuple[Change, ...]:
     """What the sources of difference change in the instruments themselves."""
-    sources = missions.sources if missions else {}
     changes: list[Change] = []
-    if "gyro" in sources:
-        changes.append(("gyro.thermal_deg_per_h_per_c", sources["gyro"].thermal_deg_per_h_per_c))
-    if "gradient" in sources:
-        changes.append(("gradient", sources["gradient"].sigma))
+    for source in (missions.sources if missions else {}).values():
+        if isinstance(source, Gyro):
+            changes.append(("gyro.thermal_deg_per_h_per_c", source.thermal_deg_per_h_per_c))
+        elif isinstance(source, Gradient):
+            changes.append(("gradient", source.sigma))
     return tuple(changes)
 
 

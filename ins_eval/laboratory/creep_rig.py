@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -93,7 +93,7 @@ def standing(value: np.ndarray, drawn: np.ndarray) -> np.ndarray:
     return np.mean(drawn < value, axis=0)
 
 
-def _sourced(default: object, source: str) -> object:
+def _sourced(default: Any, source: str) -> Any:
     return field(default=default, metadata={"source": source})
 
 

@@ -82,7 +82,7 @@ def loop(
     amplitude = magnet.half_opening_ppm if half_opening_ppm is None else half_opening_ppm
     # the magnet draws nothing during a run
     ppm = magnet.contribution(amplitude, run, Streams(0)).scale_ppm
-    return HysteresisLoop(run.time_s, run.temperature_c, ppm)
+    return HysteresisLoop(run.time_s, run.temperature_c, np.asarray(ppm))
 
 
 def opening(accelerometer: Accelerometer, chamber: Chamber | None = None, at_c: float = 22.0) -> Opening:

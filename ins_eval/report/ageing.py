@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from contextlib import suppress
 from math import hypot, radians, sin
 
+from ins_eval.figures.style import in_symbols, label
 from ins_eval.report.content import Block, Paragraph, table
-from ins_eval.report.style import in_symbols, label
-from ins_eval.report.vocabulary import CEP, FIRST, SECOND, VELOCITY, measure_name
-from ins_eval.report.wording import MISSING, SHORT_VERDICT, at_most, change, fixed, small, verdict, with_interval
 from ins_eval.units import UG
+from ins_eval.vocabulary import CEP, FIRST, SECOND, VELOCITY, measure_name
+from ins_eval.wording import MISSING, SHORT_VERDICT, at_most, change, fixed, small, verdict, with_interval
 
 STATE_NAME = {"fresh": "fresh", "drifted": "stored", "self_calibrated": "self-calibrated"}
 AGED = ("drifted", "self_calibrated")

@@ -9,10 +9,10 @@ import re
 from collections.abc import Mapping, Sequence
 from math import floor, log10
 
+from ins_eval.figures.style import in_symbols, label
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
-from ins_eval.report.style import in_symbols, label
-from ins_eval.report.wording import MISSING, fixed, joined, sentence
 from ins_eval.tables import pick
+from ins_eval.wording import MISSING, fixed, joined, sentence
 
 POSITIONS = ("+1", "+0", "-1")
 PRINTED = (  # what the paper's equations yield on the two ways to label the angles

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from ins_eval.analysis.calibrate import WANTED, ChamberCalibration
 from ins_eval.calibration import Calibration
-from ins_eval.report.figures import calibration as figures
+from ins_eval.figures import calibration as figures
 
 POINTS = ("temperature_c", "rate_c_per_min", "ramp_c_per_min", "elapsed_s", "scale", "bias_ug")
 DRAWN = ("none", "simple", "quadratic", "hysteresis")
@@ -16,7 +16,7 @@ DRAWN = ("none", "simple", "quadratic", "hysteresis")
 
 def calibration_figures(calibration: ChamberCalibration) -> dict[str, Figure]:
     """Every figure by its name, the axis before it where there are three."""
-    drawn = {}
+    drawn: dict[str, Figure] = {}
     for one in calibration.accelerometers:
         ahead = f"{one.readings.axis}_" if len(calibration.accelerometers) > 1 else ""
         drawn |= {ahead + name: figure for name, figure in _figures_of(one.calibration).items()}

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
-from ins_eval.report.wording import MISSING, fixed, joined, sentence
 from ins_eval.tables import pick
 from ins_eval.units import DEG, DEG_PER_H, DEG_PER_SQRT_H, STANDARD_GRAVITY, UG
+from ins_eval.wording import MISSING, fixed, joined, sentence
 
 AXES = "xyz"
 COARSE_GYRO, COARSE_ACCELEROMETER = 0.01 * DEG, 1e-3  # rad/s, m/s^2: from here on in °/s and m/s²

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from ins_eval import figures
 from ins_eval.analysis.compare import RecordingComparison
 from ins_eval.channels import Windows
-from ins_eval.report import figures
 from ins_eval.report.comparison import axis_units, units
 
 SHOWN_EPOCHS = 300  # of the stretch that is drawn closely

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+from ins_eval.vocabulary import definition_name
 
 
 @dataclass(frozen=True)
@@ -89,3 +91,12 @@ def table(
 ) -> list[Table]:
     """A table, or nothing where there are no rows."""
     return [Table(title, header, rows, note, align)] if rows else []
+
+
+def definitions_table(metrics: Mapping) -> list[Table]:
+    """Each definition in words, as a formula, with its window and source."""
+    rows = [
+        (definition_name(key), *(d.get(part, "") for part in ("words", "formula", "window", "source")))
+        for key, d in (metrics.get("definitions") or {}).items()
+    ]
+    return table("", ("name", "in words", "formula", "window", "source"), rows, align="lllll")

@@ -8,7 +8,7 @@ from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Section
 from ins_eval.report.diagnosis_sections import sections_of
 from ins_eval.report.diagnosis_words import amount, chance, channel, effect_words, figures, nats, probability, rare
-from ins_eval.report.wording import fixed, joined, sentence
+from ins_eval.wording import fixed, joined, sentence
 
 TITLE = "Diagnosis"
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Block, paragraphs, table
 from ins_eval.report.diagnosis_words import effect_words, figures
-from ins_eval.report.wording import MISSING, fixed, joined, sentence
+from ins_eval.wording import MISSING, fixed, joined, sentence
 
 INVISIBLE = 1.0  # expected log Bayes factor below which an effect of usual size does not show
 FAR = 1000.0  # usual sizes, beyond which no size is said to show
@@ -19,7 +20,8 @@ def limits(tree: Mapping) -> list[Block]:
     for one in tree["limits"]:
         if one["expected_log_bayes_factor"] < INVISIBLE:
             of_name.setdefault(one["name"], []).append(one)
-    rows, shown_by = [], {}
+    rows: list[Any] = []
+    shown_by: dict[Any, Any] = {}
     for name, ones in sorted(of_name.items()):
         words = effect_words({"name": name})
         best = max(one["expected_log_bayes_factor"] for one in ones)

@@ -14,11 +14,11 @@ from ins_eval.diagnosis.answer.summary import EffectEvidence, basis, before_afte
 from ins_eval.diagnosis.answer.verdict import Diagnosis
 from ins_eval.diagnosis.estimate.case import Case
 from ins_eval.effects import VOCABULARY
+from ins_eval.figures import diagnosis as figures
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.report.diagnosis_words import channel, effect_words, numbered
-from ins_eval.report.figures import diagnosis as figures
-from ins_eval.report.wording import sentence
 from ins_eval.units import DEG, DEG_PER_H, UG
+from ins_eval.wording import sentence
 
 BLOCK_S = 60.0  # over which a whitened residual is averaged
 FAMILIES = 12  # in the figure of the evidence

@@ -21,7 +21,7 @@ from ins_eval.report.diagnosis_words import (
     numbered,
     probability,
 )
-from ins_eval.report.wording import MISSING, fixed, joined, sentence
+from ins_eval.wording import MISSING, fixed, joined, sentence
 
 NOISE = (
     ("velocity_random_walk_ug_per_sqrt_hz", "velocity random walk [ug/sqrt(Hz)]", 2),

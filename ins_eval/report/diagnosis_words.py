@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from math import floor, log10
 
 from ins_eval.effects import VOCABULARY
-from ins_eval.report.wording import fixed
+from ins_eval.wording import fixed
 
 SPOKEN = {
     "gps.position": "GPS position",

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ins_eval.figures.style import in_order, label
 from ins_eval.report.belief import belief_section
-from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.report.content import Block, Picture, Section, definitions_table, paragraphs, table
 from ins_eval.report.grade import grade_section
 from ins_eval.report.solution import solution_answer, solution_blocks
-from ins_eval.report.style import in_order, label
-from ins_eval.report.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name, definitions_table
-from ins_eval.report.wording import MISSING, fixed, joined, sentence, small
 from ins_eval.tables import pick
+from ins_eval.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name
+from ins_eval.wording import MISSING, fixed, joined, sentence, small
 
 SCHULER_PERIOD_S = 84.4 * 60.0
 SPOKEN_ONE_BY_ONE = 2  # compensations; of more, the first line names the best and the worst

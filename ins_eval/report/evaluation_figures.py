@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from ins_eval import figures
 from ins_eval.analysis.evaluate import RecordingEvaluation
 from ins_eval.navigation import measures
 from ins_eval.recording import Recording
 from ins_eval.recording.stillness import Stretch
-from ins_eval.report import figures
 from ins_eval.report.grade import grade_figures
 from ins_eval.report.recording_figures import path, temperature, traces
 from ins_eval.report.solution_figures import solution_figures

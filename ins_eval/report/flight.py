@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ins_eval.figures.style import LABEL, in_order, label
 from ins_eval.report import missions
 from ins_eval.report.ageing import ageing_blocks
-from ins_eval.report.content import Block, Paragraph, Picture, Section, paragraphs, table
+from ins_eval.report.content import Block, Paragraph, Picture, Section, definitions_table, paragraphs, table
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.published import beside_published
-from ins_eval.report.style import LABEL, in_order, label
-from ins_eval.report.vocabulary import (
+from ins_eval.tables import pick
+from ins_eval.vocabulary import (
     CEP,
     COMPONENTS,
     DEFINITIONS,
@@ -24,14 +25,13 @@ from ins_eval.report.vocabulary import (
     SECOND,
     VELOCITY,
     definition_name,
-    definitions_table,
     improvement,
     measure_name,
     of_ensemble,
     single_flight_name,
     source_name,
 )
-from ins_eval.report.wording import (
+from ins_eval.wording import (
     MISSING,
     SHORT_VERDICT,
     certainty,
@@ -44,7 +44,6 @@ from ins_eval.report.wording import (
     verdict,
     with_interval,
 )
-from ins_eval.tables import pick
 
 UNITS = {VELOCITY: "m/s", CEP: "nmi/h"}
 
@@ -75,7 +74,8 @@ def _answer(metrics: Mapping) -> str:
     velocity, cep = (improvement(metrics, HEADLINE, measure) for measure in (VELOCITY, CEP))
     if not velocity and not cep:
         return "These metrics hold no paired comparison of hysteresis and simple compensation."
-    who, parts = "Hysteresis compensation", []
+    parts: list[str] = []
+    who = "Hysteresis compensation"
     for measure, ratio in ((VELOCITY, velocity), (CEP, cep)):
         if ratio:
             against = "" if parts else f" against simple compensation over {_instruments(metrics)}"

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ins_eval import metrics
+from ins_eval import figures, metrics
 from ins_eval.analysis.flight import PAPER, SHOWN_ARMS, SINGLE_FLIGHT, Shown
 from ins_eval.analysis.fly import FlightStudy
 from ins_eval.analysis.missions import by_mission
 from ins_eval.ensemble import ARMS, SOURCES
 from ins_eval.ensemble.conditions import VELOCITY
-from ins_eval.report import figures
 from ins_eval.report.recording_figures import path, temperature, traces
 from ins_eval.streams import Streams
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from ins_eval import figures
 from ins_eval.allan import TERMS
 from ins_eval.grade import Grade, units_of
-from ins_eval.report import figures
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.tables import pick
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 from ins_eval.report.content import Paragraph
 from ins_eval.report.missions import substitutes
-from ins_eval.report.vocabulary import (
+from ins_eval.tables import pick
+from ins_eval.vocabulary import (
     CEP,
     DEFINITIONS,
     FIRST,
@@ -19,8 +20,7 @@ from ins_eval.report.vocabulary import (
     measure_name,
     source_name,
 )
-from ins_eval.report.wording import at_most, certainty, effect, fixed, joined, percent, sentence, verdict
-from ins_eval.tables import pick
+from ins_eval.wording import at_most, certainty, effect, fixed, joined, percent, sentence, verdict
 
 SHOWS_THE_SIGN = 0.975  # share of instruments improved from which one flight nearly always shows the sign
 BEYOND_REFINEMENT = {

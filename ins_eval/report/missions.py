@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 
+from ins_eval.figures.style import in_order, label
 from ins_eval.report.content import Block, Paragraph, Picture, paragraphs, table
-from ins_eval.report.style import in_order, label
-from ins_eval.report.vocabulary import (
+from ins_eval.tables import pick
+from ins_eval.vocabulary import (
     CEP,
     FIRST,
     HEADLINE,
@@ -17,7 +18,7 @@ from ins_eval.report.vocabulary import (
     measure_name,
     of_ensemble,
 )
-from ins_eval.report.wording import (
+from ins_eval.wording import (
     MISSING,
     SHORT_VERDICT,
     change,
@@ -29,7 +30,6 @@ from ins_eval.report.wording import (
     verdict,
     with_interval,
 )
-from ins_eval.tables import pick
 
 MODEL, OVEN = f"hysteresis/{FIRST}", f"simple_refined/{FIRST}"
 EQUAL, AFTER_MODEL = f"{SECOND}/simple_refined", f"{SECOND}/hysteresis"

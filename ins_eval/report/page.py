@@ -10,10 +10,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
+from ins_eval.figures import style
 from ins_eval.files import write_whole
-from ins_eval.report import style
 from ins_eval.report.content import Paragraph, Picture, Section, Table
-from ins_eval.report.wording import unbroken
+from ins_eval.wording import unbroken
 
 
 def write_page(

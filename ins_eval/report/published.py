@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ins_eval.figures.style import label
 from ins_eval.published_flight import CHOSEN_WITH_TABLE_7
 from ins_eval.report.content import Block, Picture, paragraphs, table
-from ins_eval.report.style import label
-from ins_eval.report.vocabulary import DEFINITIONS, PAPER, PAPER_ARM, definition_name, measure_name, of_ensemble
-from ins_eval.report.wording import MISSING, fixed, with_interval
 from ins_eval.tables import pick
+from ins_eval.vocabulary import DEFINITIONS, PAPER, PAPER_ARM, definition_name, measure_name, of_ensemble
+from ins_eval.wording import MISSING, fixed, with_interval
 
 
 def beside_published(metrics: Mapping) -> list[Block]:

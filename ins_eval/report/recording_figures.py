@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
+from ins_eval import figures
 from ins_eval.earth import radii
 from ins_eval.navigation import Evaluation, samples, since_start
 from ins_eval.recording import Fixes, Recording
 from ins_eval.reference import Errors, bridge, raw_vertices
-from ins_eval.report import figures
 from ins_eval.thermal import Temperature
 from ins_eval.units import DEG
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ins_eval.figures.style import label
 from ins_eval.report.content import Section, paragraphs, table
 from ins_eval.report.several import called
-from ins_eval.report.style import label
-from ins_eval.report.vocabulary import measure_name
-from ins_eval.report.wording import MISSING, change, fixed, joined, sentence
+from ins_eval.vocabulary import measure_name
+from ins_eval.wording import MISSING, change, fixed, joined, sentence
 
 DIGITS = {"velocity_rms": 3, "cep_rate": 3, "radial_error_rate": 3, "final_radial_error": 1}
 UNITS = {"velocity_rms": "m/s", "cep_rate": "nmi/h", "radial_error_rate": "nmi/h", "final_radial_error": "m"}

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from urllib.parse import quote
 
+from ins_eval.figures.style import label
 from ins_eval.report.content import Section, Table, paragraphs, table
-from ins_eval.report.style import label
-from ins_eval.report.vocabulary import COMPONENTS, DEFINITIONS, definition_name
-from ins_eval.report.wording import fixed, joined, with_interval
 from ins_eval.tables import pick
+from ins_eval.vocabulary import COMPONENTS, DEFINITIONS, definition_name
+from ins_eval.wording import fixed, joined, with_interval
 
 COLUMNS = (
     ("span [s]", "span_s", 0),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ins_eval.figures.style import in_symbols
 from ins_eval.report.content import Block, Picture, paragraphs, table
-from ins_eval.report.style import in_symbols
-from ins_eval.report.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name
-from ins_eval.report.wording import fixed, joined, sentence, with_interval
 from ins_eval.tables import pick
+from ins_eval.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name
+from ins_eval.wording import fixed, joined, sentence, with_interval
 
 SCHULER_PERIOD_S = 84.4 * 60.0
 AGAINST = {"ins": "a better INS", "gps": "GPS", "standstill": "the known standstill"}

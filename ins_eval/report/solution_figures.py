@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from ins_eval import figures
 from ins_eval.analysis.solution import SolutionEvaluation
-from ins_eval.report import figures
 
 WORDS = {"gps": "GPS", "ins": "the better INS", "standstill": "the standstill"}
 

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Collection, Sequence
 
 from ins_eval.report.content import Block, Paragraph, Picture, Section, Table
-from ins_eval.report.wording import unbroken
+from ins_eval.wording import unbroken
 
 GAP = 2  # blanks between columns
 INDENT = "    "  # of a remark below its row

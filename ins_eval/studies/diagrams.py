@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
 
-from ins_eval.report.style import INK, QUIET, sheet
+from ins_eval.figures.style import INK, QUIET, sheet
 
 HEIGHT_IN = 2.7
 BOX, ENCLOSURE = "#f2f2f2", "#fbf6ea"

@@ -24,7 +24,7 @@ from ins_eval.report.manifest import manifest
 from ins_eval.report.recording_figures import metres_per_arcmin
 from ins_eval.report.results import as_json, write_results
 from ins_eval.streams import Streams
-from ins_eval.studies.paper_a import figures, paired, rigs
+from ins_eval.studies.paper_a import figures, oven_figures, paired, rigs
 from ins_eval.studies.paper_a.printed import PRINTED
 from ins_eval.studies.paper_a.rows import rows
 from ins_eval.studies.paper_a.single import single_flights, single_runs
@@ -91,7 +91,7 @@ def _figures(members: Mapping[str, list], results: dict[str, Any], shown: flight
         **_oven_figures(members["oven"], results["oven"], results["seed"]),
         **flight_figures(shown, flight),
         **ensemble_figures(arms, flight, Streams(results["seed"]).at("bootstrap")),
-        "sensitivity": figures.sensitivity(cases=results["sensitivity"]),
+        "sensitivity": oven_figures.sensitivity(cases=results["sensitivity"]),
     }
 
 
@@ -159,26 +159,26 @@ def _oven_figures(members: list, results: dict[str, Any], seed: int) -> dict[str
         return {arm: np.array([of_errors(run[arm]) for run in errors]) for arm in pair}
 
     return {
-        "oven_velocity_error": figures.oven_velocity_error(
+        "oven_velocity_error": oven_figures.oven_velocity_error(
             time_s=time_s,
             east_mps=traces(lambda e: e.velocity_n[:, 1]),
             north_mps=traces(lambda e: e.velocity_n[:, 0]),
             best=best[case],
             case=case,
         ),
-        "oven_position_error": figures.oven_position_error(
+        "oven_position_error": oven_figures.oven_position_error(
             time_s=time_s,
             longitude_arcmin=traces(lambda e: e.east_m / per_arcmin["longitude"]),
             latitude_arcmin=traces(lambda e: e.north_m / per_arcmin["latitude"]),
             best=best[case],
             case=case,
         ),
-        "oven_runs": figures.oven_runs(
+        "oven_runs": oven_figures.oven_runs(
             rms_mps=first,
             best=best,
             printed_mps={oven.SIMPLE: table6["simple"], oven.HYSTERESIS: table6["hysteresis"]},
         ),
-        "best_of_ten": figures.best_of_ten(
+        "best_of_ten": oven_figures.best_of_ten(
             ratios={
                 axis: np.array(
                     [
@@ -192,7 +192,7 @@ def _oven_figures(members: list, results: dict[str, Any], seed: int) -> dict[str
             printed={axis: table6["hysteresis"][axis] / table6["simple"][axis] for axis in table6["simple"]},
             case=case,
         ),
-        "refinement": figures.refinement(
+        "refinement": oven_figures.refinement(
             rms_mps=results["refinement_cases"],
             unrefined_mps={c: results[c]["hysteresis"]["horizontal"] for c in oven.CASES},
             size=results["size"],

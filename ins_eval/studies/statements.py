@@ -9,7 +9,6 @@ from itertools import groupby
 from math import ceil, log10
 
 from ins_eval.report.content import Block, Paragraph, Picture, Section, Table, paragraphs, table
-from ins_eval.report.wording import MISSING, fixed, sentence
 from ins_eval.studies.papers import (
     COMPATIBLE,
     CONTRADICTS,
@@ -22,6 +21,7 @@ from ins_eval.studies.papers import (
     head,
     number,
 )
+from ins_eval.wording import MISSING, fixed, sentence
 
 MARK = {
     REPRODUCED: "✓ reproduced",

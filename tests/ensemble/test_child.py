@@ -62,8 +62,8 @@ def found(profile: Path, tmp_path: Path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "spy.py").write_text(SPY)
 
-    def fly() -> list[list[str]]:
-        plan = Plan(profile=str(profile), arms=("simple", "spy.py:Spy", "spy.py:Spy_refined"))
+    def fly(*spies: str) -> list[list[str]]:
+        plan = Plan(profile=str(profile), arms=("simple", *spies))
         assert "spy.py:Spy" in flight.member(World(plan), 0)
         return [json.loads(line) for line in (tmp_path / "found.jsonl").read_text().splitlines()]
 
@@ -71,7 +71,7 @@ def found(profile: Path, tmp_path: Path, monkeypatch):
 
 
 def test_a_model_that_looks_for_the_truth_finds_none(found) -> None:
-    calls = found()
+    calls = found("spy.py:Spy", "spy.py:Spy_refined")
     assert len(calls) == 9  # three axes in flight and, refined, in the oven and in flight
     assert calls == [[]] * 9
 
@@ -79,6 +79,6 @@ def test_a_model_that_looks_for_the_truth_finds_none(found) -> None:
 def test_in_one_process_with_the_truth_it_finds_it_by_each_route(found, monkeypatch) -> None:
     """The spy is able: the test above can fail."""
     monkeypatch.setattr(guard, "load_model", make_model)
-    everything = {thing for call in found() for thing in call}
+    everything = {thing for call in found("spy.py:Spy") for thing in call}
     assert {"Trajectory", "Recording", "frame: fly", "sys.modules: ins_eval.imu"} <= everything
     assert any(thing.startswith("array") for thing in everything)

@@ -42,17 +42,10 @@ bank_deg = 33.0
 self_heating_c = 20.0
 time_constant_s = 600.0
 """
-SIZE = 4
+SIZE = 2
 VAGUE = "{ value = 0.99, log_sd = 1.0 }"  # committed like this, any number is met by the gate and no gain is held
 LONGEST_SENTENCE = 400  # characters, without the paths in it
 TIMEOUT_S = 300.0
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep all tests that need the short report in one worker, so that it is made once."""
-    for item in items:
-        if "short_report" in getattr(item, "fixturenames", ()):
-            item.add_marker(pytest.mark.xdist_group("short_report"))
 
 
 @dataclass(frozen=True)

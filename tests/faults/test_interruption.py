@@ -16,7 +16,7 @@ import pytest
 from ins_eval.cli import main
 from ins_eval.ensemble import Store
 
-KILLS, MANY_KILLS = 5, 30
+KILLS, MANY_KILLS = 3, 30
 MANY = 40  # members, more than are finished before a test interferes
 POLL_S = 0.01
 WORKERS_END_WITHIN_S = 10.0

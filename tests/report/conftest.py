@@ -261,7 +261,7 @@ def series() -> dict:
 
 def make_figures(s: dict, metrics: dict) -> dict:
     """Every figure function called once, by the names that the reports use."""
-    from ins_eval.report import figures
+    from ins_eval import figures
 
     traces = {"time_s": s["time_s"], "bridged": s["bridged"], "outages": s["outages"]}
     t = s["time_s"][::60]

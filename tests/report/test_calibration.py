@@ -8,10 +8,10 @@ import re
 import numpy as np
 import pytest
 
-from ins_eval.report import style
+from ins_eval.figures import calibration as figures
+from ins_eval.figures import style
 from ins_eval.report.calibration import calibration_content, with_half_width
 from ins_eval.report.content import Paragraph, Picture, Table
-from ins_eval.report.figures import calibration as figures
 
 LARGEST_SVG_BYTES = 150_000
 LOOP_PPM, LOOP_UG = 120.0, 40.0  # falling above, rising below the line

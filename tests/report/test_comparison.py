@@ -7,7 +7,8 @@ import copy
 import numpy as np
 import pytest
 
-from ins_eval.report import figures, style
+from ins_eval import figures
+from ins_eval.figures import style
 from ins_eval.report.comparison import comparison_content, units
 from ins_eval.report.content import Paragraph, Table
 from ins_eval.units import DEG, DEG_PER_H, UG

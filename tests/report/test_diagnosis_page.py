@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from ins_eval.effects import VOCABULARY
-from ins_eval.report import style, text
+from ins_eval.figures import diagnosis as drawn
+from ins_eval.figures import style
+from ins_eval.report import text
 from ins_eval.report.content import Paragraph, Table
 from ins_eval.report.diagnosis import diagnosis_content
 from ins_eval.report.diagnosis_sections import sections_of
 from ins_eval.report.diagnosis_words import alike, effect_words, figures
-from ins_eval.report.figures import diagnosis as drawn
-from ins_eval.report.wording import MISSING
+from ins_eval.wording import MISSING
 
 LARGEST_SVG_BYTES = 200_000
 WHITE = {"rms": 1.0, "correlation": 0.01, "rms_of_means": 1.4}

@@ -9,7 +9,7 @@ import pytest
 from ins_eval.report.content import Paragraph, Picture, Table
 from ins_eval.report.flight import flight_content
 from ins_eval.report.missions import AFTER_MODEL, EQUAL, GROUP_WORDS, MODEL, OVEN, WHO, substitutes
-from ins_eval.report.vocabulary import CEP, HEADLINE, VELOCITY
+from ins_eval.vocabulary import CEP, HEADLINE, VELOCITY
 
 BETTER = {"ratio": 0.8, "interval95": [0.7, 0.9]}
 WORSE = {"ratio": 1.2, "interval95": [1.1, 1.3]}

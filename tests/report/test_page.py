@@ -9,7 +9,8 @@ from xml.etree import ElementTree
 import pytest
 
 from ins_eval.errors import StorageError
-from ins_eval.report import page, style, text
+from ins_eval.figures import style
+from ins_eval.report import page, text
 from ins_eval.report.content import Paragraph, Picture, Section, Table
 from ins_eval.report.flight import flight_content
 

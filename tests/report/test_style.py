@@ -11,7 +11,8 @@ from matplotlib import colors
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.transforms import Bbox
 
-from ins_eval.report import figures, style
+from ins_eval import figures
+from ins_eval.figures import style
 
 LARGEST_SVG_BYTES = 150_000
 LARGEST_PAGE_BYTES = 5_000_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ins_eval.report import wording
+from ins_eval import wording
 
 
 @pytest.mark.parametrize(

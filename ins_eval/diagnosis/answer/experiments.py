@@ -170,9 +170,9 @@ class Catalogue:
         source = case.seen.sources[0].name
         same = next((k for k, one in enumerate(self._cases) if one.seen.sources[0].name == source), None)
         if same is not None:
-            other = self._cases[same].noise
+            known = self._cases[same].noise
             white = _white(self._cases[same], case)
-            noise = replace(case.noise, priors=other.priors, down=other.down, white=white)
+            noise = replace(case.noise, priors=known.priors, down=known.down, white=white)
             return replace(case, noise=noise), self._noise_points[same]
         found: dict[str, float] = {}
         for other, noise_point in zip(self._cases, self._noise_points, strict=True):

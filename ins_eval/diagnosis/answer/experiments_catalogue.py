@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -180,13 +180,13 @@ _FLIGHT_TWICE = (
     [(70.0, 1270.0, 7000.0), (2400.0, 3300.0, 500.0), (4000.0, 5000.0, 7000.0), (6000.0, 7000.0, 0.0)],
     [(1800.0 + 1500.0 * k, 180.0, 25.0) for k in range(4)],
 )
-_CAR_TURNS = (
+_CAR_TURNS: tuple[Any, ...] = (
     2400.0,
     [(300.0, 320.0, 15.0), (2070.0, 2090.0, 0.0)],
     [],
     _s_turns(350.0, 40.0, 20, 10.0) + [(1300.0 + 80.0 * k, 360.0, 15.0) for k in range(8)],
 )
-_CAR_DASHES = (
+_CAR_DASHES: tuple[Any, ...] = (
     2400.0,
     [(300.0 + 50.0 * k, 312.0 + 50.0 * k, 25.0 if k % 2 == 0 else 0.0) for k in range(36)],
     [],

@@ -10,7 +10,7 @@ turned_on     turn-on biases and start attitude where the data put them
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -130,7 +130,7 @@ def turned_on(found: Diagnosis, r: int) -> list[TurnedOn]:
     covariance = np.linalg.inv(np.eye(sums_of.projection.size) + sums_of.normal)
     mean, sigma = covariance @ sums_of.projection, np.sqrt(np.diag(covariance))
     belief, start = case.believed.recording.belief, case.believed.start
-    sizes = {}
+    sizes: dict[Any, Any] = {}
     for sensor, unit, size in (
         ("accelerometer", "ug", belief.accelerometer.bias_sigma_ug),
         ("gyro", "deg/h", belief.gyro.bias_sigma_deg_per_h),

@@ -136,7 +136,7 @@ def observed(navigated: Believed, nodes_s: np.ndarray | None = None) -> tuple[Er
 
 
 def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Smoothed errors at the begins of arcs (arcs, 9), of the biases on average (6,), sigmas of all begins (9,)."""
+    """Smoothed errors at the begins of arcs (arcs, 9), of the biases on average (6,), a sigma of all begins (9,)."""
     navigated = here.navigated
     model, seen = observed(navigated)
     smoothed, sigma = _smoothed(here, model, without_outliers(seen)[0])

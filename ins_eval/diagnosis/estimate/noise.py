@@ -270,7 +270,8 @@ def without_outliers(seen: Observations) -> tuple[Observations, int]:
     """The same without isolated measurements that nothing smooth could explain, and their number.
 
     One is left out where it stands more than `OUTLIER` sigmas of what changes from row to row from the median of the
-    two before and the two after it, and none of these does.
+    two before and the two after it, and none of these does. In arcs, where errors change from row to row, it must stand
+    apart as far in units of half the range of these four.
     """
     residual = seen.residual.copy()
     count = 0
@@ -283,6 +284,8 @@ def without_outliers(seen: Observations) -> tuple[Observations, int]:
         y /= max(LEAST_OF_BELIEVED.get(by, 1.0), _level(np.diff(y, 2)))
         beside = np.stack([np.roll(y, shift) for shift in (-2, -1, 1, 2)])
         size = np.abs(y - np.median(beside, axis=0)) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
+        if seen.arc.any():  # a late fix in a turn stands apart from its neighbours as they do from one another
+            size /= np.maximum(1.0, 0.5 * np.ptp(beside, axis=0))
         size[:2] = size[-2:] = 0.0
         odd = here[size > OUTLIER]
         residual[odd, channel] = np.nan

@@ -8,9 +8,9 @@ nonlinear problem (Gauss-Newton).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -219,7 +219,8 @@ class _Profile:
         r = next(i for i, column in enumerate(model[k].columns) if column is not None)
         start_s, end_s = (float(at.cases[r].model.nodes_s[i]) for i in (0, -1))
         logs = parameter.low is not None and not parameter.even
-        to, self.back = (np.log, np.exp) if logs else (np.asarray, np.asarray)
+        to: Callable[..., Any] = np.log if logs else np.asarray
+        self.back: Callable[..., Any] = np.exp if logs else np.asarray
         self.step = float(np.diff(to(parameter.grid(start_s, end_s)))[0])
         bounds = (start_s + 1.0, end_s - 1.0) if parameter.low is None else (parameter.low, parameter.high)
         self.low, self.high = (float(to(x)) for x in bounds)

@@ -62,12 +62,14 @@ def at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
         -down,
     )
     values = (solution.latitude_rad, np.unwrap(solution.longitude_rad), solution.height_m)
-    position = [CubicHermiteSpline(t, v, r)(time_s) for v, r in zip(values, rates, strict=True)]
+    latitude, longitude, height = (CubicHermiteSpline(t, v, r)(time_s) for v, r in zip(values, rates, strict=True))
     degree = min(VELOCITY_DEGREE, (t.size - 1) // 2 * 2 - 1)
     velocity = make_interp_spline(t, solution.velocity_n, k=max(1, degree))
     return States(
         time_s,
-        *position,
+        latitude,
+        longitude,
+        height,
         velocity(time_s),
         velocity.derivative()(time_s),
         _attitude(solution, gyro, time_s).as_matrix(),

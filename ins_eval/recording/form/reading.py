@@ -63,7 +63,8 @@ def read(folder: str | Path, solution_alone: bool = False) -> Recording:
                 f"{opened.folder}: holds no imu, only the solution that an INS put out; expected imu.parquet or "
                 "imu.csv; add it, or take `ins-eval evaluate`, which needs none"
             )
-        start, imu, assumed = _start_of_solution(opened, solution), None, []
+        assumed: list[str] = []
+        start, imu = _start_of_solution(opened, solution), None
     else:
         start, imu, assumed = _start_and_imu(opened)
     notes = (*opened.notes, *assumed, *of_gps, *of_reference, *of_solution)

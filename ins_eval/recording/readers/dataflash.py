@@ -155,7 +155,9 @@ def _gps(path: Path, boot: Rows) -> tuple[Fixes | None, str]:
     velocity_n = np.column_stack([speed * np.cos(course * DEG), speed * np.sin(course * DEG), down])
     fixes = Fixes(
         US * stamps[keep],
-        *position[keep].T,
+        position[keep, 0],
+        position[keep, 1],
+        position[keep, 2],
         velocity_n[keep],
         ((status >= GOOD_FIX) & groups_found(position, velocity_n, None))[keep],
     )

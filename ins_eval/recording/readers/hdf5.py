@@ -6,6 +6,7 @@ import io
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -48,7 +49,7 @@ def variables(path: Path, raw: bytes, transposed: bool) -> dict[str, np.ndarray]
     return found
 
 
-def _datasets(h5py, group, depth: int) -> Iterator[tuple[str, object]]:
+def _datasets(h5py, group, depth: int) -> Iterator[tuple[str, Any]]:
     """Name and data set of each below a group; links are not followed out of the file, nor groups in a circle."""
     if depth == DEEPEST:
         return

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -146,7 +147,7 @@ def _week_note(mapping: MappingFile) -> list[str]:
     ]
 
 
-def _described(mapping: MappingFile) -> list[Epochs]:
+def _described(mapping: MappingFile) -> list[Any]:
     return [one for one in (getattr(mapping, name) for name in OTHERS) if one is not None]
 
 

@@ -170,7 +170,9 @@ def _gps(path: Path, rows: Mapping[str, list[list]], week: float) -> Fixes | Non
         if "BESTVELA" in epochs[time]:
             speed, course, up = epochs[time]["BESTVELA"][2:5]
             velocity_n[k] = speed * np.cos(DEG * course), speed * np.sin(DEG * course), -up
-    fixes = Fixes(np.array(times), *position.T, velocity_n, groups_found(position, velocity_n, None))
+    latitude, longitude, height = position.T
+    valid = groups_found(position, velocity_n, None)
+    fixes = Fixes(np.array(times), latitude, longitude, height, velocity_n, valid)
     return checked_groups(fixes, f"{path}, BESTPOSA and BESTVELA")
 
 

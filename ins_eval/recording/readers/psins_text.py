@@ -144,8 +144,8 @@ def _rows(path: Path) -> tuple[list[tuple[int, list[bytes]]], bool]:
             "export the recording as text, in ASCII or UTF-8"
         )
     rows = []
-    for number, line in enumerate(content.splitlines(), start=1):
-        fields = line.partition(b"%")[0].split()
+    for number, row in enumerate(content.splitlines(), start=1):
+        fields = row.partition(b"%")[0].split()
         if fields:
             rows.append((number, fields))
     # Half a number is still a number: only a line break tells that the last one is whole.

@@ -154,7 +154,8 @@ def _gps(path: Path, places: list[tuple[float, ...]], velocities: list[tuple[flo
     times = np.array(sorted(epochs))
     table = np.array([epochs[time] for time in times])
     valid = groups_found(table[:, :3], table[:, 3:], None)
-    return checked_groups(Fixes(times, *table[:, :3].T, table[:, 3:], valid), f"{path}, NavSatFix")
+    latitude, longitude, height = table[:, :3].T
+    return checked_groups(Fixes(times, latitude, longitude, height, table[:, 3:], valid), f"{path}, NavSatFix")
 
 
 def _solution(path: Path, rows: list[tuple[float, ...]]) -> Fixes | None:

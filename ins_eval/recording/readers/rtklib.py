@@ -72,7 +72,9 @@ def fixes(where: str, raw: bytes) -> tuple[Fixes, list[str]]:
     if set(SIGMAS) <= set(names):
         with np.errstate(all="ignore"):
             sigma = np.sqrt(np.mean(columns(SIGMAS) ** 2, axis=1))
-    found = checked_groups(Fixes(time_s, *place.T, velocity_n, np.isfinite(place).all(axis=1), None, sigma), where)
+    known = np.isfinite(place).all(axis=1)
+    latitude, longitude, height = place.T
+    found = checked_groups(Fixes(time_s, latitude, longitude, height, velocity_n, known, None, sigma), where)
     quality = table[:, 1 + names.index("Q")] if "Q" in names else np.zeros(0)
     counted = ", ".join(f"{int((quality == q).sum())} of quality {q:g}" for q in np.unique(quality)[:9])
     return found, [

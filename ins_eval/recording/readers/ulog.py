@@ -208,7 +208,9 @@ def _solution(path: Path, topics: Topics, attitude: Fixes | None) -> Fixes | Non
     if attitude is not None:
         after = np.clip(np.searchsorted(attitude.time_s, stamps[keep]), 0, len(attitude.time_s) - 1)
         nearest = attitude.attitude_rad[after]
-    fixes = Fixes(stamps[keep], *position[keep].T, velocity_n[keep], np.ones(int(keep.sum()), dtype=bool), nearest)
+    latitude, longitude, height = position[keep].T
+    valid = np.ones(int(keep.sum()), dtype=bool)
+    fixes = Fixes(stamps[keep], latitude, longitude, height, velocity_n[keep], valid, nearest)
     return checked_groups(fixes, f"{path}, vehicle_local_position")
 
 

@@ -7,7 +7,7 @@ ours.py           small simulations that only this page needs
 single.py         single flights, which a published flight has to be held against
 paired.py         changes and ratios of the same instruments, which a claim about a change is tested by
 rows/             all rows, by tables, equations, procedures, figures, claims and inconsistencies
-figures.py        its figures and our distributions beside its tables; rigs.py, drawings of its three rigs
+figures.py        its figures of the laboratory; oven_figures.py, of the oven; rigs.py, drawings of its three rigs
 words.py          the rows and the figures as a page
 
 A row, its verdict and the rule of the verdicts stand in ``ins_eval.studies.papers``.

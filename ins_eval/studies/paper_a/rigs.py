@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from ins_eval.report.style import INK, styled
+from ins_eval.figures.style import INK, styled
 from ins_eval.studies.diagrams import arrow, box, canvas, enclosure
 
 POSITIONS = ("0°: +1 g", "90°: 0 g", "180°: −1 g", "270°: 0 g")

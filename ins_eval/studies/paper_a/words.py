@@ -9,13 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from math import hypot
 
+from ins_eval.figures.style import in_order, in_symbols, label
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.missions import substitutes
 from ins_eval.report.published import beside_published
-from ins_eval.report.style import in_order, in_symbols, label
-from ins_eval.report.vocabulary import CEP, FIRST, HEADLINE, SECOND, VELOCITY, improvement, measure_name, source_name
-from ins_eval.report.wording import (
+from ins_eval.studies.papers import Row
+from ins_eval.studies.statements import counted, signed, statement_sections
+from ins_eval.tables import pick
+from ins_eval.vocabulary import CEP, FIRST, HEADLINE, SECOND, VELOCITY, improvement, measure_name, source_name
+from ins_eval.wording import (
     MISSING,
     certainty,
     effect,
@@ -26,9 +29,6 @@ from ins_eval.report.wording import (
     verdict,
     with_interval,
 )
-from ins_eval.studies.papers import Row
-from ins_eval.studies.statements import counted, signed, statement_sections
-from ins_eval.tables import pick
 
 CASE_NAME = {"given": "true attitude given", "aligned": "self-aligned"}
 AXES = ("east", "north", "horizontal")

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ins_eval.report.style import ACCENT, INK, QUIET, decimate, legend_below, sheet, styled
+from ins_eval.figures.style import ACCENT, INK, QUIET, decimate, legend_below, sheet, styled
 
 BEFORE, AFTER, COMPENSATED, IDENTIFIED = "#4a9bd4", "#b2182b", "#1b7837", "#8073ac"  # blue, red, green as in the paper
 CHANNELS = {"forward": "forward gain", "feedback": "feedback gain"}

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ins_eval.report.style import ACCENT, INK, QUIET, styled
+from ins_eval.figures.style import ACCENT, INK, QUIET, styled
 from ins_eval.studies.diagrams import arrow, box, canvas, enclosure
 
 HIGH, LOW = 2.35, 0.35  # lower edges of the two rows of boxes

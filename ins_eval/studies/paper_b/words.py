@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from ins_eval.report.content import Block, Section, paragraphs, table
-from ins_eval.report.wording import fixed, joined, with_interval
 from ins_eval.studies.papers import Row, number
 from ins_eval.studies.statements import Pictures, counted, signed, statement_sections
+from ins_eval.wording import fixed, joined, with_interval
 
 CHANNELS = ("forward", "feedback")
 OF_TEST = {"scan": "scan", "current": "constant current", "output": "output at 1 g"}

@@ -11,14 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ins_eval import figures
 from ins_eval.calibration.four_point import four_point
 from ins_eval.ensemble.sensitivity import CASES
+from ins_eval.figures import style
 from ins_eval.laboratory import Chamber, draw_printed_units, magnet
 from ins_eval.laboratory.creep_rig import CreepRig
-from ins_eval.report import figures, page, style, text
+from ins_eval.report import page, text
 from ins_eval.report.content import Paragraph, Picture, Section, Table
 from ins_eval.streams import Streams
 from ins_eval.studies.paper_a import figures as of_paper
+from ins_eval.studies.paper_a import oven_figures as of_oven
 from ins_eval.studies.paper_a import rigs
 from ins_eval.studies.paper_a.words import PICTURES, paper_a_content
 from ins_eval.studies.papers import COMPATIBLE, CONTRADICTS, GIVEN, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED, Row
@@ -179,7 +182,9 @@ def test_figures_stand_below_the_rows_of_their_id(rows, results):
 
 
 def test_every_figure_that_is_mentioned_can_be_drawn(rows, results):
-    drawable = {name for module in (of_paper, rigs) for name in vars(module)} | set(figures.__all__) | FLIGHT_FIGURES
+    drawable = (
+        {name for module in (of_paper, of_oven, rigs) for name in vars(module)} | set(figures.__all__) | FLIGHT_FIGURES
+    )
     assert figure_names(paper_a_content(rows, results)[1]) <= drawable
 
 
@@ -326,25 +331,25 @@ def drawn_for_paper(units) -> dict:
         "compensated_scale_factor": of_paper.compensated_scale_factor(
             units=units, fitted={name: models(unit) for name, unit in units.items()}
         ),
-        "oven_velocity_error": of_paper.oven_velocity_error(time_s=t, east_mps=runs, north_mps=runs, best=2),
-        "oven_position_error": of_paper.oven_position_error(
+        "oven_velocity_error": of_oven.oven_velocity_error(time_s=t, east_mps=runs, north_mps=runs, best=2),
+        "oven_position_error": of_oven.oven_position_error(
             time_s=t, longitude_arcmin=runs, latitude_arcmin=runs, best=2, case="aligned"
         ),
         "temperature_sensitivity": of_paper.temperature_sensitivity(
             ours=table4, scaled=table4, printed={u: {"none": 74.14, "simple": 12.78} for u in units}, draws=100
         ),
-        "oven_runs": of_paper.oven_runs(
+        "oven_runs": of_oven.oven_runs(
             rms_mps=rms, best={"given": 1, "aligned": 7}, printed_mps={n: {"east": 0.9, "north": 1.0} for n in PAIR}
         ),
-        "best_of_ten": of_paper.best_of_ten(
+        "best_of_ten": of_oven.best_of_ten(
             ratios={a: np.exp(rng.normal(-0.2, 0.5, (40, 10))) for a in AXES}, printed={"east": 0.755, "north": 0.885}
         ),
-        "refinement": of_paper.refinement(
+        "refinement": of_oven.refinement(
             rms_mps={"given": {"refined": counts, "free": counts}, "aligned": {"refined": {"1": estimate(3.0)}}},
             unrefined_mps={"given": estimate(1.3)},
             size=40,
         ),
-        "sensitivity": of_paper.sensitivity(cases=cases),
+        "sensitivity": of_oven.sensitivity(cases=cases),
     }
 
 
@@ -441,7 +446,7 @@ def test_the_unit_with_the_least_residual_is_shown_large():
 def test_the_best_of_ten_is_chosen_by_the_horizontal_velocity_in_every_panel():
     rng = np.random.default_rng(7)
     ratios = {a: np.exp(rng.normal(0.0, 0.3, (25, 10))) for a in AXES}
-    figure = of_paper.best_of_ten(ratios=ratios)
+    figure = of_oven.best_of_ten(ratios=ratios)
     best = np.array([np.argmin(runs) for runs in ratios["horizontal"]])
     for ax, component in zip(figure.axes, AXES, strict=True):
         dots = [line.get_xdata()[0] for line in ax.lines if line.get_marker() == "o"]
@@ -452,7 +457,7 @@ def test_the_best_of_ten_is_chosen_by_the_horizontal_velocity_in_every_panel():
 def test_all_ten_runs_are_drawn_and_the_best_is_thick():
     t = np.arange(0.0, 100.0)
     runs = {name: np.outer(np.arange(1.0, 11.0), np.ones(t.size)) for name in PAIR}
-    figure = of_paper.oven_velocity_error(time_s=t, east_mps=runs, north_mps=runs, best=3)
+    figure = of_oven.oven_velocity_error(time_s=t, east_mps=runs, north_mps=runs, best=3)
     for ax in figure.axes:
         curves = [line for line in ax.lines if line.get_xdata()[-1] == t[-1]]
         assert len(curves) == 20
@@ -477,6 +482,6 @@ def test_the_largest_change_comes_first_after_the_base():
     def case(value: float) -> dict:
         return {"words": f"times {value}", "ratio": estimate(0.8), "against_base": {"simple": estimate(value)}}
 
-    figure = of_paper.sensitivity(cases={"a": case(1.2), "b": case(0.4), "base": case(1.0), "c": case(2.0)})
+    figure = of_oven.sensitivity(cases={"a": case(1.2), "b": case(0.4), "base": case(1.0), "c": case(2.0)})
     labels = [label.get_text() for label in figure.axes[0].get_yticklabels()]
     assert labels == ["base", "times 0.4", "times 2.0", "times 1.2"]

@@ -7,7 +7,8 @@ import copy
 import numpy as np
 import pytest
 
-from ins_eval.report import style, text
+from ins_eval.figures import style
+from ins_eval.report import text
 from ins_eval.report.content import Picture, Section, Table
 from ins_eval.studies.paper_b import figures, loop_diagrams
 from ins_eval.studies.paper_b.rows import rows

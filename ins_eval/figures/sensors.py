@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ins_eval.report.style import INK, QUIET, decimate, legend_below, sheet, styled
+from ins_eval.figures.style import INK, QUIET, decimate, legend_below, sheet, styled
 
 AXES = "xyz"
 SENSORS = ("gyro", "accelerometer")

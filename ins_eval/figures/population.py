@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
 
-from ins_eval.report.style import (
+from ins_eval.figures.style import (
     ACCENT,
     INK,
     QUIET,
@@ -21,10 +22,10 @@ from ins_eval.report.style import (
     sheet,
     styled,
 )
-from ins_eval.report.vocabulary import PAPER_ARM, definition_name, measure_name, source_name
 from ins_eval.units import NMI
+from ins_eval.vocabulary import PAPER_ARM, definition_name, measure_name, source_name
 
-Statistic = Mapping[str, object]  # {"value": float, "interval95": [low, high]}
+Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
 
 RATIO_TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 RATIO_RANGE = (0.1, 5.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ins_eval.report.content import Table, table
 from ins_eval.tables import pick
 
 PAPER = "Paper A (Sensors 2021, 21, 294)"
@@ -80,12 +79,3 @@ def of_ensemble(metrics: Mapping, name: str, measure: str) -> Mapping | None:
 def improvement(metrics: Mapping, pair: str, measure: str) -> Mapping | None:
     """Ratio and interval of a pair ``new/old`` in one measure, or None."""
     return pick(metrics, "ensemble", "improvement", pair, measure)
-
-
-def definitions_table(metrics: Mapping) -> list[Table]:
-    """Each definition in words, as a formula, with its window and source."""
-    rows = [
-        (definition_name(key), *(d.get(part, "") for part in ("words", "formula", "window", "source")))
-        for key, d in (metrics.get("definitions") or {}).items()
-    ]
-    return table("", ("name", "in words", "formula", "window", "source"), rows, align="lllll")

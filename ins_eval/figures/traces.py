@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from ins_eval.report.style import (
+from ins_eval.figures.style import (
     ACCENT,
     COLOUR,
     INK,
@@ -24,8 +24,8 @@ from ins_eval.report.style import (
     sheet,
     styled,
 )
-from ins_eval.report.wording import small
 from ins_eval.units import NMI
+from ins_eval.wording import small
 
 Spans = Sequence[tuple[float, float]]
 Series = Mapping[str, np.ndarray]

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ins_eval.report.style import QUIET, colour, decimate, in_order, label, legend_below, sheet, styled
+from ins_eval.figures.style import QUIET, colour, decimate, in_order, label, legend_below, sheet, styled
 
 Columns = Mapping[str, np.ndarray]
 

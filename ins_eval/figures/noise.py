@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 
-from ins_eval.report.style import INK, QUIET, legend_below, sheet, styled
+from ins_eval.figures.style import INK, QUIET, legend_below, sheet, styled
 
 SEEN, FIT = "#35978f", INK
 TERMS = {

@@ -8,7 +8,7 @@ from textwrap import fill
 import numpy as np
 from matplotlib.figure import Figure
 
-from ins_eval.report.style import INK, QUIET, in_symbols, legend_below, sheet, styled
+from ins_eval.figures.style import INK, QUIET, in_symbols, legend_below, sheet, styled
 
 CHANNELS = (
     "position north", "position east", "position down",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import Any, Literal
 
-Statistic = Mapping[str, object]  # {"value": float, "interval95": [low, high]}
-Ratio = Mapping[str, object]  # {"ratio": float, "interval95": [low, high]}
+Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
+Ratio = Mapping[str, Any]  # {"ratio": float, "interval95": [low, high]}
 Verdict = Literal["better", "worse", "open", "equal"]
 
 MISSING = "–"

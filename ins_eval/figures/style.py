@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from ins_eval.report.wording import unbroken
+from ins_eval.wording import unbroken
 
 WIDTH_IN = 8.0
 TITLE_PT = 11.0
@@ -181,6 +181,6 @@ def svg(figure: Figure) -> str:
         FigureCanvasSVG(figure)  # its layout is found with the widths of text in this format
         if layout := figure.get_layout_engine():
             layout.execute(figure)
-            figure.set_layout_engine("none")  # a second layout would start from the first and shift by a hair
+            figure.set_layout_engine(None)  # a second layout would start from the first and shift by a hair
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), buffer.getvalue())

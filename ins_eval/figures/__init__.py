@@ -4,8 +4,8 @@
 `noise` their Allan deviation.
 """
 
-from ins_eval.report.figures.noise import allan_deviation
-from ins_eval.report.figures.population import (
+from ins_eval.figures.noise import allan_deviation
+from ins_eval.figures.population import (
     cep_over_time,
     error_budget,
     improvement_per_instrument,
@@ -13,8 +13,8 @@ from ins_eval.report.figures.population import (
     single_flight_rates,
     velocity_rms_by_compensation,
 )
-from ins_eval.report.figures.sensors import sensor_residuals, sensor_scatter, sensor_signals
-from ins_eval.report.figures.traces import (
+from ins_eval.figures.sensors import sensor_residuals, sensor_scatter, sensor_signals
+from ins_eval.figures.traces import (
     activity,
     angle_error,
     attitude,
