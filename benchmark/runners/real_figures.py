@@ -13,7 +13,7 @@ from benchmark.scores import independent
 from benchmark.worlds.earth import W
 from benchmark.worlds.into_data import DEG_PER_H
 from benchmark.worlds.recorded import GYRO, Recorded
-from ins_eval.report.style import INK, QUIET, legend_below, sheet, styled
+from ins_eval.figures.style import INK, QUIET, legend_below, sheet, styled
 
 CAPTIONS = {
     "delay": "A scan of delays without navigation, and the delay that the tool names.",

@@ -23,11 +23,11 @@ from benchmark.runners.targets import MET, MISSED, OPEN, TONES, spoken
 from benchmark.scores.against import ENDED, FAULT, REFUSED, judged, summary, targets
 from benchmark.scores.score import CLEAR, read
 from benchmark.worlds.real import SOURCES
+from ins_eval.figures.style import FAINT, QUIET, legend_below, sheet, styled
 from ins_eval.files import write_whole
 from ins_eval.report.content import Block, Picture, Section, Table, paragraphs, table
 from ins_eval.report.results import as_json, write_results
-from ins_eval.report.style import FAINT, QUIET, legend_below, sheet, styled
-from ins_eval.report.wording import MISSING, fixed
+from ins_eval.wording import MISSING, fixed
 
 TITLE = "Effects concealed in real recordings"
 WHAT = ("detected", "right channel", "named first or listed")
