@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS := 1
 RUN_OPTIONS = $(if $(WORKERS),--workers "$(WORKERS)") $(if $(SEED),--seed "$(SEED)")
 
 .DEFAULT_GOAL := help
-.PHONY: help env flight-report paper-report loop-report check-cep concealed test test-all lint wheel lock clean
+.PHONY: help env flight-report paper-report loop-report check-cep concealed real-report test test-all lint wheel lock clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -52,7 +52,18 @@ SEALED_SEED ?= 3
 SEALED := single:205 pair:40 outside:60 unidentifiable:39 null:150 adversarial:150 limited:100 multi:60
 CONCEALED = .cache/concealed/$(SEALED_SEED)
 
-concealed: env ## effects concealed in recordings: does diagnose find them? writes reports/concealed/ (SEALED_SEED= WORKERS=)
+# Effects in the real recordings of ../shared/recordings; a case is ended after so many seconds of the processor.
+REAL_SEED ?= 1
+REAL_LIMIT ?= 300
+REAL_SET = .cache/concealed/real-$(REAL_SEED)
+
+ifdef REAL
+concealed: env
+	@$(VENV)/bin/python -m benchmark.runners.make_real --seed $(REAL_SEED) -o $(REAL_SET)
+	@$(VENV)/bin/python -m benchmark.runners.run $(REAL_SET)/recordings $(REAL_SET)/answers --workers $(or $(WORKERS),2) --limit $(REAL_LIMIT)
+	@$(VENV)/bin/python -m benchmark.runners.report_real $(REAL_SET) $(REAL_SET)/answers --output reports/concealed-real
+else
+concealed: env ## effects concealed in recordings: does diagnose find them? writes reports/concealed/ (SEALED_SEED= WORKERS= REAL=1: in real ones, reports/concealed-real/)
 	@for each in $(SEALED); do \
 	    $(VENV)/bin/python -m benchmark.runners.make --set sealed --seed $(SEALED_SEED) --rate 20 --kind $${each%:*} \
 	        --count $${each#*:} --workers $(or $(WORKERS),2) -o $(CONCEALED) || exit 1; done
@@ -61,6 +72,10 @@ concealed: env ## effects concealed in recordings: does diagnose find them? writ
 	@$(VENV)/bin/python -m benchmark.runners.experiments $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
 	@$(VENV)/bin/python -m benchmark.runners.navigation $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
 	@$(VENV)/bin/python -m benchmark.runners.report $(CONCEALED) $(CONCEALED)/answers
+endif
+
+real-report: env ## what diagnose says of the real recordings of ../shared/recordings, and who else knows; writes reports/real/
+	@$(VENV)/bin/python -m benchmark.runners.real_report --limit $(REAL_LIMIT)
 
 test: lint ## lint, then all tests that are not marked slow
 	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadgroup --no-loadscope-reorder -m "not slow"

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from benchmark.runners.real_studies import RAF
+from benchmark.worlds.real import WARM_UP
 from ins_eval.cli import main
 from tests.test_docs import missing_figures
 
@@ -130,20 +132,6 @@ def test_real_mems_flights_are_evaluated_between_fixes(real, tmp_path: Path, for
     assert "Started afresh from a fix" in (tmp_path / "report" / "report.txt").read_text()
 
 
-WARM_UP = """
-kind = "static"
-axes = "FRD"
-time = { file = "F00379_Bt.gz", column = 1, unit = "ms" }
-gyro = { columns = ["GyroX", "GyroY", "GyroZ"], unit = "rad/s" }
-accelerometer = { columns = ["AccX", "AccY", "AccZ"], unit = "m/s^2" }
-temperature = { column = "Temp" }
-[start]
-latitude_deg = 78.22
-longitude_deg = 15.65
-height_m = 0.0
-"""
-
-
 def test_a_parked_mems_unit_comes_from_its_raw_text_to_a_page(real, tmp_path: Path) -> None:
     """Stamps stand in a file of their own, no attitude and no belief is stated, single samples are missing."""
     for name in ("F00379_B.gz", "F00379_Bt.gz"):
@@ -156,20 +144,6 @@ def test_a_parked_mems_unit_comes_from_its_raw_text_to_a_page(real, tmp_path: Pa
     assert offsets == pytest.approx(WARM_UP_OFFSETS_DEG_PER_S, abs=OFFSET_TOLERANCE_DEG_PER_S)
     assert found["grade"]["grade"] == "industrial MEMS"
     assert (tmp_path / "page" / "figures" / "allan_deviation.svg").exists()
-
-
-RAF = """
-kind = "flight"
-axes = "FRD"
-[solution]
-time = { column = "Time", unit = "s" }
-velocity = { columns = ["VNS", "VEW"], axes = "NE" }
-attitude = { columns = ["ROLL", "PITCH", "THDG"], unit = "deg" }
-position = { columns = ["LATC", "LONC", "GGALT"], unit = "deg" }
-[gps]
-time = { column = "Time", unit = "s" }
-velocity = { columns = ["GGVNS", "GGVEW"], axes = "NE" }
-"""
 
 
 def test_what_a_real_ins_put_out_comes_from_its_netcdf_to_a_page(real, tmp_path: Path) -> None:

@@ -1,10 +1,11 @@
-"""`python -m benchmark.runners.run RECORDINGS ANSWERS [--workers 2] [--only PATTERN]`: diagnose as a user would.
+"""`python -m benchmark.runners.run RECORDINGS ANSWERS [--workers 2] [--only PATTERN] [--limit S]`: diagnose as a user.
 
 RECORDINGS holds a folder for each case: a recording, or several of one instrument, which go on one command line. Each
 case is given to the command line of the installed package, ``diagnose CASE --json ANSWERS/CASE.json --quiet``. An
 answer that this package has already written is kept, so a run that was interrupted goes on. Where the command fails,
-its exit code and sentence stand in ``ANSWERS/CASE.error``; ``ANSWERS/runs.json`` keeps for each case the seconds and
-the package that it took. Answers do not depend on the number of workers.
+its exit code and sentence stand in ``ANSWERS/CASE.error``, 124 where it took longer than ``--limit``, and it is tried
+again. ``ANSWERS/runs.json`` keeps for each case the seconds that it took, by the clock and of the processor, and the
+package. Answers do not depend on the number of workers.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import io
 import json
 import multiprocessing
 import os
+import signal
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -27,6 +29,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 RUNS = "runs.json"
+TIMEOUT = 124  # exit code of a case that was ended
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # the number of threads decides the last bits of a result
 
 
@@ -46,17 +49,33 @@ def recordings(case: Path) -> list[Path]:
     )
 
 
-def diagnose(folders: list[str], answer: str) -> tuple[int, str, float]:
-    """Give recordings to the verb: exit code, what it said on standard error, seconds."""
+class TooLong(BaseException):
+    """The limit is over; no `Exception`, so that the command line does not take it for a fault of its own."""
+
+
+def _over(number, frame):
+    raise TooLong
+
+
+def diagnose(folders: list[str], answer: str, limit_s: float = 0.0, *options: str) -> tuple[int, str, float, float]:
+    """Give recordings to the verb: exit code, words on standard error, seconds by the clock and of the processor."""
     from ins_eval.cli import main
 
-    said, begin = io.StringIO(), time.perf_counter()
+    said, begin, used = io.StringIO(), time.perf_counter(), time.process_time()
+    before = signal.signal(signal.SIGPROF, _over)
+    signal.setitimer(signal.ITIMER_PROF, limit_s)
     with contextlib.redirect_stderr(said):
         try:
-            code = main(["diagnose", *folders, "--json", answer, "--quiet"])
+            code = main(["diagnose", *folders, "--json", answer, "--quiet", *options])
         except SystemExit as end:  # an option that the command line refuses
             code = end.code
-    return int(code or 0), said.getvalue().strip(), time.perf_counter() - begin
+        except TooLong:
+            code = TIMEOUT
+            print(f"ended after {limit_s:g} s of the processor", file=sys.stderr)
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            signal.signal(signal.SIGPROF, before)
+    return int(code or 0), said.getvalue().strip(), time.perf_counter() - begin, time.process_time() - used
 
 
 def read_runs(answers: Path) -> dict[str, dict]:
@@ -65,26 +84,31 @@ def read_runs(answers: Path) -> dict[str, dict]:
     return json.loads(path.read_text()) if path.exists() else {}
 
 
-def run(cases: dict[str, list[Path]], answers: Path, workers: int = 1) -> list[str]:
-    """Diagnose `cases`, name -> recordings, into `answers`; returns the names of those that failed."""
+def run(cases: dict[str, list[Path]], answers: Path, workers: int = 1, limit_s: float = 0.0) -> list[str]:
+    """Diagnose `cases`, name -> recordings, into `answers`; returns the names of those that failed.
+
+    A case that takes longer than `limit_s` of the processor, which no other load lengthens, is ended; 0: none is.
+    """
     answers.mkdir(parents=True, exist_ok=True)
     package, runs, failed = package_hash(), read_runs(answers), []
     to_do = [name for name in sorted(cases) if not whole(answers, name, runs, package)]
     os.environ.update(ONE_THREAD)
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        jobs = {pool.submit(diagnose, [str(one) for one in cases[name]], str(answers / f"{name}.json")): name
-                for name in to_do}  # fmt: skip
+        jobs = {
+            pool.submit(diagnose, [str(one) for one in cases[name]], str(answers / f"{name}.json"), limit_s): name
+            for name in to_do
+        }
         for job in tqdm(as_completed(jobs), "cases", len(cases), initial=len(cases) - len(to_do), file=sys.stderr):
-            name, (code, said, seconds) = jobs[job], job.result()
+            name, (code, said, seconds, used) = jobs[job], job.result()
             error = answers / f"{name}.error"
+            runs[name] = {"seconds": round(seconds, 2), "processor_s": round(used, 2), "package": package}
+            write(answers / RUNS, json.dumps(runs, indent=1, sort_keys=True) + "\n")
             if code:
                 failed.append(name)
                 (answers / f"{name}.json").unlink(missing_ok=True)
                 error.write_text(f"exit code {code}\n{said}\n")
                 continue
             error.unlink(missing_ok=True)
-            runs[name] = {"seconds": round(seconds, 2), "package": package}
-            write(answers / RUNS, json.dumps(runs, indent=1, sort_keys=True) + "\n")
     return sorted(failed)
 
 
@@ -108,13 +132,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("recordings", type=Path, help="folder of the cases")
     parser.add_argument("answers", type=Path, help="where the answers go")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument(
+        "--limit", type=float, default=0.0, metavar="S", help="seconds of the processor after which a case is ended"
+    )
     parser.add_argument("--only", default="*", metavar="PATTERN", help="cases whose name matches, such as case-0*")
     chosen = parser.parse_args(arguments)
     found = sorted(path for path in chosen.recordings.glob("*") if path.is_dir() and fnmatch(path.name, chosen.only))
     if not found:
         parser.error(f"{chosen.recordings}: no case that matches {chosen.only}; expected folders of recordings")
     try:
-        failed = run({path.name: recordings(path) for path in found}, chosen.answers, chosen.workers)
+        failed = run({path.name: recordings(path) for path in found}, chosen.answers, chosen.workers, chosen.limit)
     except BrokenProcessPool:
         print("a worker was ended from outside; what was finished is kept, run again to go on", file=sys.stderr)
         return 1
