@@ -24,17 +24,14 @@ from ins_eval.earth import EARTH_RATE
 from ins_eval.errors import DataRefused
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import EarthBelief
-from ins_eval.recording.readers import apm_mat
 from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import DEG, DEG_PER_H, STANDARD_GRAVITY
 from tests.diagnosis.real_recordings import (
-    RECORDINGS,
     chamber_belief,
     fog_mems,
     half,
     laser,
     ramp,
-    real,
     shuffled_axes,
     shuffled_reference,
     shuffled_temperature,
@@ -371,12 +368,3 @@ def test_no_alarm_about_a_rate_that_is_believed(readings) -> None:
     first = diagnosed(readings, line=True, bias_sigma_ug=SHEET_UG)
     again = judge(first.after)
     assert again.verdict == "no mismatch"
-
-
-# ---------------------------------------------------------------- what cannot be followed
-
-
-def test_an_autopilot_that_hardly_knows_its_attitude_is_refused_in_one_sentence() -> None:
-    recording = apm_mat.read(real(RECORDINGS / "plane_flight_gps_latency" / "TestLog2.mat"), {})
-    with pytest.raises(DataRefused, match="the attitude may be 104 degrees off before the end"):
-        cases.prepare(recording)

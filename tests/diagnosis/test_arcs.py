@@ -1,0 +1,87 @@
+"""What is navigated in arcs: real recordings of MEMS units that stand and fly, and what must not be named in them.
+
+What is documented of each stands in `SOURCE.md` beside it. The laws of the parked unit are held against straight
+lines through its means of 20 s, which need no navigation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmark.runners.imported import recorded
+from benchmark.worlds.real import SOURCES
+from ins_eval.diagnosis.answer.judge import Diagnosis, judge
+from ins_eval.diagnosis.estimate import case as cases
+from ins_eval.recording import Recording, form
+from ins_eval.units import DEG_PER_H, UG
+from tests.diagnosis.real_recordings import RECORDINGS
+
+SETTLED_S = 65.0  # until which the unit was carried
+MEANS_S = 20.0
+SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wander
+AUTOPILOT_LATE_S = (0.21, 0.29)  # of positions, by the authors' filter; of velocities, by their increments
+
+
+def imported(name: str, folder: Path) -> Recording:
+    source = next(one for one in SOURCES if one.name == name)
+    if recorded(source, RECORDINGS, folder) is None:
+        pytest.skip(f"{RECORDINGS / source.file} is not here")
+    return form.read(folder)
+
+
+def judged(recording: Recording, folder: Path) -> Diagnosis:
+    return judge([cases.prepare(recording, folder)])
+
+
+def values(found: Diagnosis) -> dict[tuple[str, str | None], float]:
+    return {(one.hypothesis.candidate.name, one.hypothesis.candidate.axis): one.value for one in found.effects}
+
+
+def slope(time_s: np.ndarray, output: np.ndarray, temperature_c: np.ndarray) -> float:
+    """Of a straight line through means over `MEANS_S` of an output against the temperature."""
+    rows = time_s > SETTLED_S
+    count = round(MEANS_S / float(np.median(np.diff(time_s))))
+    output, temperature_c = (
+        one[rows][: rows.sum() // count * count].reshape(-1, count).mean(axis=1) for one in (output, temperature_c)
+    )
+    return float(np.polyfit(temperature_c, output, 1)[0])
+
+
+@pytest.fixture(scope="module")
+def warm_up(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Path]:
+    folder = tmp_path_factory.mktemp("warm_up") / "recording"
+    return imported("warm-up", folder), folder
+
+
+@pytest.mark.slow
+def test_a_parked_unit_that_warms_up_has_its_laws_of_temperature(warm_up) -> None:
+    recording, folder = warm_up
+    found = values(judged(recording, folder))
+    imu, interval_s = recording.imu, recording.interval_s
+    temperature = np.asarray(imu.temperature_c).reshape(len(imu.time_s), -1)[:, 0]
+    gyro = slope(imu.time_s, imu.gyro[:, 2] / interval_s / DEG_PER_H, temperature)
+    force = slope(imu.time_s, imu.accelerometer[:, 2] / interval_s / UG, temperature)
+    assert found["gyro.bias_temperature", "z"] == pytest.approx(gyro, rel=SLOPE_AGREES)
+    assert found["accelerometer.bias_temperature", "z"] == pytest.approx(force, rel=SLOPE_AGREES)
+
+
+@pytest.mark.slow
+def test_a_temperature_of_another_time_is_no_cause(warm_up) -> None:
+    recording, folder = warm_up
+    temperature = np.roll(recording.imu.temperature_c, len(recording.imu.time_s) // 2, axis=0)
+    elsewhere = replace(recording, imu=replace(recording.imu, temperature_c=temperature))
+    assert not [name for name, _ in values(judged(elsewhere, folder)) if "temperature" in name]
+
+
+@pytest.mark.slow
+def test_the_clock_of_an_autopilot_is_late_and_an_applied_delay_comes_on_top(tmp_path: Path) -> None:
+    recording = imported("plane", tmp_path / "plane")
+    applied = 0.15
+    later = replace(recording, gps=replace(recording.gps, time_s=recording.gps.time_s + applied))
+    own, both = (values(judged(one, tmp_path / "plane"))["gps.time_offset", None] for one in (recording, later))
+    assert AUTOPILOT_LATE_S[0] < own < AUTOPILOT_LATE_S[1]
+    assert AUTOPILOT_LATE_S[0] < both - applied < AUTOPILOT_LATE_S[1]
