@@ -147,7 +147,7 @@ def test_short_names_stay_apart():
 
     names = [short(name) for name in VOCABULARY]
     assert len(set(names)) == len(names)
-    assert max(map(len, names)) <= 24
+    assert max(map(len, names)) <= 25
 
 
 def test_bands_are_of_d_with_the_noise_estimated() -> None:

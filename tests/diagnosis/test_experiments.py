@@ -302,7 +302,7 @@ def test_the_mechanization_follows_every_plan(made, earth):
             continue
         planned = believe(experiment.plan())
         solution = solve(planned)
-        end_s = float(solution.time_s[-1])
+        end_s = float(solution[-1].time_s[-1])
         measured = sources(planned, end_s)
         model = build(planned, solution, nodes(planned, measured, end_s))
         seen = observe(planned, model, measured)
