@@ -15,6 +15,7 @@ import pandas as pd
 
 from ins_eval import metrics
 from ins_eval.analysis.several import rows_of
+from ins_eval.boundary import file_bytes
 from ins_eval.ensemble import STATISTICS, Store
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.metrics import Estimate
@@ -240,9 +241,7 @@ def _members(folder: Path, tree: Mapping[str, Any]) -> dict[str, dict[str, dict[
 
 def _json(file: Path) -> dict[str, Any]:
     try:
-        tree = json.loads(file.read_bytes())
-    except OSError as error:
-        raise UsageError(f"{file}: cannot be read ({error.strerror}); name a folder with results") from None
+        tree = json.loads(file_bytes(file, "the metrics.json of a folder with results"))
     except (ValueError, RecursionError):
         raise DataRefused(f"{file}: is no JSON, expected what evaluate or flight-report wrote; write it anew") from None
     if not isinstance(tree, dict):

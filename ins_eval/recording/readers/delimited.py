@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from ins_eval.boundary import content
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.recording.readers.columns import Column
-from ins_eval.recording.readers.files import content, shown
+from ins_eval.recording.readers.files import shown
 
 EXPECTED = "a table in CSV with one line of names and one row a sample"
 SEPARATORS = (",", ";", "\t")
