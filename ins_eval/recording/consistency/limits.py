@@ -85,6 +85,8 @@ def check_outliers(recording: Recording) -> Iterator[Finding]:
 
 def _of_fixes(fixes: Fixes, table: str) -> Iterator[Finding]:
     rows = np.flatnonzero(fixes.valid)
+    if len(fixes.time_s) < 2:
+        return
     known = fixes.latitude_rad[rows]
     middle = float(np.nanmedian(known)) if np.isfinite(known).any() else 0.0
     along = [float(one) for one in radii(middle)]
