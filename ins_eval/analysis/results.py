@@ -20,6 +20,8 @@ from ins_eval.boundary import file_bytes
 from ins_eval.ensemble import STATISTICS, Store
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.metrics import Estimate
+from ins_eval.printable import LONGEST_VALUE
+from ins_eval.recording.limits import OTHER
 from ins_eval.streams import Streams
 
 UNITS = {"velocity_rms": "m/s", "cep_rate": "nmi/h", "radial_error_rate": "nmi/h", "final_radial_error": "m"}
@@ -263,12 +265,22 @@ def _members(folder: Path, tree: Mapping[str, Any]) -> dict[str, dict[str, dict[
 
 def _json(file: Path) -> dict[str, Any]:
     try:
-        tree = json.loads(file_bytes(file, "the metrics.json of a folder with results"))
+        raw = file_bytes(file, "the metrics.json of a folder with results")
+        tree = json.loads(raw, parse_float=_number, parse_int=_number, parse_constant=_number)
     except (ValueError, RecursionError):
-        raise DataRefused(f"{file}: is no JSON, expected what evaluate or flight-report wrote; write it anew") from None
+        raise DataRefused(
+            f"{file}: is no JSON with numbers within 1e15; let evaluate or flight-report write it anew"
+        ) from None
     if not isinstance(tree, dict):
         raise DataRefused(f"{file}: holds no table, expected what evaluate or flight-report wrote; write it anew")
     return tree
+
+
+def _number(text: str) -> int | float:
+    value: int | float = float(text) if set(text) & set(".eEnN") else int(text)
+    if not abs(value) <= OTHER[1]:
+        raise ValueError(f"{text[:LONGEST_VALUE]} is beyond all numbers")
+    return value
 
 
 def _tree(ratio: Estimate | None) -> dict[str, Any] | None:
