@@ -5,17 +5,22 @@ from __future__ import annotations
 import argparse
 import contextlib
 import errno
+import math
 import os
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
 
+from ins_eval import process
+from ins_eval.boundary import GIB
 from ins_eval.errors import InsEvalError, StorageError
+from ins_eval.printable import LONGEST_SENTENCE, printable, shortened
 
 INTERRUPTED, DEFECT = 130, 5
+LEAST_GIB = 0.5  # the libraries alone take 0.3 GiB
 # where a verb is that does not stand in `commands` under its own name
 MODULES = {
     "import": "commands.import_recording",
@@ -39,7 +44,22 @@ def _parser() -> argparse.ArgumentParser:
         *(_calibrate, _import, _compare, _diagnose, _loop, _check_model, _check_cep),
     ):
         add(verbs)
+    for verb in _leaves(verbs):
+        verb.add_argument(
+            "--memory",
+            type=_gib,
+            dest="memory_bytes",
+            metavar="GIB",
+            help="ceiling of what each process takes, in GiB (default: half of what is there)",
+        )
     return parser
+
+
+def _leaves(verbs: argparse._SubParsersAction) -> Iterator[argparse.ArgumentParser]:
+    """The parsers of verbs, and of the actions of those that have some."""
+    for parser in verbs.choices.values():
+        below = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+        yield from _leaves(below[0]) if below else [parser]
 
 
 def _flight_report(verbs: argparse._SubParsersAction) -> None:
@@ -340,11 +360,31 @@ def _at_least(smallest: int) -> Callable[[str], int]:
     return number
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run a verb and return its exit code; a failure is one sentence on standard error."""
-    options = vars(_parser().parse_args(arguments))
-    verb = options.pop("verb")
+def _gib(text: str) -> int:
+    """GiB as bytes, of at least `LEAST_GIB`."""
     try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}, expected a number of GiB") from None
+    if not LEAST_GIB <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}, expected at least {LEAST_GIB:g} GiB")
+    return int(value * GIB)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a verb and return its exit code; a failure is one sentence on standard error.
+
+    Without `arguments` it is a program of its own: those of the command line count, and the process is made ready.
+    """
+    closed = process.open_streams() if arguments is None else False
+    options = vars(_parser().parse_args(arguments))
+    verb, memory = options.pop("verb"), options.pop("memory_bytes") or process.memory_ceiling_bytes()
+    try:
+        if closed and not options.get("quiet"):
+            raise StorageError("standard output is closed, expected a place for the text; give one, or add --quiet")
+        if arguments is None:
+            process.keep_quiet()
+            process.limit_memory(memory)
         code = _run(verb, options)
         sys.stdout.flush()
         return code
@@ -357,6 +397,13 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:  # whoever read our text has left; nothing is wrong
         _stop_writing()
         return 0
+    except MemoryError:
+        size = f"{memory / GIB:.3g} GiB" if memory else "what is there"
+        print(
+            f"ins-eval: {verb} needs more memory than its ceiling of {size}; raise --memory or cut the recording",
+            file=sys.stderr,
+        )
+        return StorageError.exit_code
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG):
             return _defect(error)
@@ -380,14 +427,14 @@ def _run(verb: str, options: dict) -> int:
 
 
 def _defect(error: Exception) -> int:
-    kept = "and its details cannot be kept"
+    kept, said = "and its details cannot be kept", shortened(printable(str(error)), LONGEST_SENTENCE)
     with (
         contextlib.suppress(OSError),
         tempfile.NamedTemporaryFile("w", prefix="ins-eval-", suffix=".txt", delete=False, encoding="utf-8") as file,
     ):
         traceback.print_exception(error, file=file)
         kept = f"the details are in {file.name}"
-    print(f"ins-eval: a defect of ours, {type(error).__name__}: {error}; {kept}, please report it", file=sys.stderr)
+    print(f"ins-eval: a defect of ours, {type(error).__name__}: {said}; {kept}, please report it", file=sys.stderr)
     return DEFECT
 
 

@@ -82,6 +82,8 @@ def implied_increments(
 
 def epoch_spacing_s(fixes: Fixes) -> float:
     """The usual time between two epochs of a reference."""
+    if fixes.time_s.size < 2:
+        raise DataRefused(f"reference: {fixes.time_s.size} epoch, expected at least two; give the whole table")
     return float(np.median(np.diff(fixes.time_s)))
 
 

@@ -9,7 +9,11 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from ins_eval.boundary import text
 from ins_eval.errors import UsageError, did_you_mean
+from ins_eval.printable import LONGEST_VALUE, printable, shortened, shown
+
+LONGEST_NAME = 200  # characters: file names end at 255 bytes on the usual disks
 
 T = TypeVar("T", bound=BaseModel)
 
@@ -40,6 +44,11 @@ def read_extending(path: Path, find: Callable[[str], Path], seen: tuple[Path, ..
         return table
     if path in seen:
         raise UsageError(f"{path}: 'extends' leads back to itself; break the circle")
+    if not isinstance(base_name, str) or len(base_name) > LONGEST_NAME:
+        raise UsageError(
+            f"{path}: 'extends' is {shown(base_name)}, expected a name of at most {LONGEST_NAME} characters in quotes; "
+            "name the file that this one goes on from, without .toml"
+        )
     sibling = path.parent / f"{base_name}.toml"
     base = read_extending(sibling if sibling.is_file() and sibling != path else find(base_name), find, (*seen, path))
     for key, value in table.items():
@@ -50,11 +59,7 @@ def read_extending(path: Path, find: Callable[[str], Path], seen: tuple[Path, ..
 def read_toml(path: Path) -> dict[str, Any]:
     """The tables of a TOML file; a file that is not TOML is refused with its line."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise UsageError(f"{path}: no such file; give an existing .toml file") from None
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+        return tomllib.loads(text(path, "a .toml file"))
     except (ValueError, RecursionError) as error:  # not TOML, not UTF-8, a number of thousands of digits, deep nesting
         raise UsageError(f"{path}: not valid TOML ({error}); correct that place") from None
 
@@ -70,7 +75,8 @@ def parse(model: type[T], table: dict[str, Any], where: str) -> T:
 
 
 def _sentence(model: type[BaseModel], fault: Mapping[str, Any]) -> str:
-    key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in fault["loc"]).lstrip(".")
+    parts = (f"[{p}]" if isinstance(p, int) else f".{shortened(p, LONGEST_VALUE)}" for p in fault["loc"])
+    key = printable("".join(parts).lstrip("."))
     if fault["type"] == "extra_forbidden":
         return f"unknown key '{key}'{did_you_mean(str(fault['loc'][-1]), _fields_at(model, fault['loc'][:-1]))}"
     if fault["type"] == "missing":
@@ -78,7 +84,7 @@ def _sentence(model: type[BaseModel], fault: Mapping[str, Any]) -> str:
     message = fault["msg"].removeprefix("Value error, ")
     if fault["type"] == "value_error":
         return f"{key}: {message}" if key else message
-    return f"'{key}' is {fault['input']!r}: {message[0].lower()}{message[1:]}; mind the unit in the key's name"
+    return f"'{key}' is {shown(fault['input'])}: {message[0].lower()}{message[1:]}; mind the unit in the key's name"
 
 
 def _fields_at(model: type[BaseModel], location: tuple[Any, ...]) -> list[str]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,9 +16,12 @@ import pandas as pd
 
 from ins_eval import metrics
 from ins_eval.analysis.several import rows_of
+from ins_eval.boundary import file_bytes
 from ins_eval.ensemble import STATISTICS, Store
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.metrics import Estimate
+from ins_eval.printable import LONGEST_VALUE
+from ins_eval.recording.limits import OTHER
 from ins_eval.streams import Streams
 
 UNITS = {"velocity_rms": "m/s", "cep_rate": "nmi/h", "radial_error_rate": "nmi/h", "final_radial_error": "m"}
@@ -141,22 +145,43 @@ def read_run(folder: Path, name: str) -> Run:
         tree = _json(file)
         kind = tree.get("format")
         if kind == "ins-eval-metrics/1":
-            return Run(name, _members(folder, tree))
+            with _as_written(file):
+                return Run(name, _members(folder, tree))
         if kind not in ("ins-eval-evaluations/1", "ins-eval-evaluation/1"):
             raise UsageError(
                 f"{file}: is of format {str(kind)[:40]!r}, expected results of evaluate or flight-report; name "
                 "their folder"
             )
         several = kind == "ins-eval-evaluations/1"
-        label = tree.get("recording", {}).get("name", "") if file == own else file.parent.name
-        for row in tree["recordings"] if several else rows_of(label, tree):
-            if "refused" in row:
-                refused.append(row["name"])
-            for key, value in row.items():
-                if isinstance(value, float) and SUFFIX.search(key):
-                    arm = found.setdefault(row["compensation"], {})
-                    arm.setdefault(SUFFIX.sub("", key), {})[row["name"]] = np.asarray(value)
+        with _as_written(file):
+            label = tree.get("recording", {}).get("name", "") if file == own else file.parent.name
+            refused += _add(found, tree["recordings"] if several else rows_of(label, tree))
     return Run(name, found, tuple(refused))
+
+
+@contextmanager
+def _as_written(file: Path) -> Iterator[None]:
+    """Refuse a tree that has another shape than what writes it gives it."""
+    try:
+        yield
+    except (LookupError, TypeError, ValueError, AttributeError) as fault:
+        raise DataRefused(
+            f"{file}: lacks keys of its format ({type(fault).__name__}: {fault}), expected what evaluate or "
+            "flight-report wrote; write it anew"
+        ) from None
+
+
+def _add(found: dict[str, dict[str, dict[str, np.ndarray]]], rows: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Put the measures of rows where they belong, and return the names of those refused."""
+    refused = []
+    for row in rows:
+        if "refused" in row:
+            refused.append(row["name"])
+        for key, value in row.items():
+            if isinstance(value, float) and SUFFIX.search(key):
+                arm = found.setdefault(row["compensation"], {})
+                arm.setdefault(SUFFIX.sub("", key), {})[row["name"]] = np.asarray(value)
+    return refused
 
 
 def regression(found: RunComparison, limit: str) -> str:
@@ -240,14 +265,22 @@ def _members(folder: Path, tree: Mapping[str, Any]) -> dict[str, dict[str, dict[
 
 def _json(file: Path) -> dict[str, Any]:
     try:
-        tree = json.loads(file.read_bytes())
-    except OSError as error:
-        raise UsageError(f"{file}: cannot be read ({error.strerror}); name a folder with results") from None
+        raw = file_bytes(file, "the metrics.json of a folder with results")
+        tree = json.loads(raw, parse_float=_number, parse_int=_number, parse_constant=_number)
     except (ValueError, RecursionError):
-        raise DataRefused(f"{file}: is no JSON, expected what evaluate or flight-report wrote; write it anew") from None
+        raise DataRefused(
+            f"{file}: is no JSON with numbers within 1e15; let evaluate or flight-report write it anew"
+        ) from None
     if not isinstance(tree, dict):
         raise DataRefused(f"{file}: holds no table, expected what evaluate or flight-report wrote; write it anew")
     return tree
+
+
+def _number(text: str) -> int | float:
+    value: int | float = float(text) if set(text) & set(".eEnN") else int(text)
+    if not abs(value) <= OTHER[1]:
+        raise ValueError(f"{text[:LONGEST_VALUE]} is beyond all numbers")
+    return value
 
 
 def _tree(ratio: Estimate | None) -> dict[str, Any] | None:

@@ -9,6 +9,7 @@ for what was measured as a pair. Lines that begin with # are passed over.
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from ins_eval.boundary import content
 from ins_eval.errors import UsageError
+from ins_eval.printable import listed, printable, shown
 
 STATES = ("reference", "test")
 SCAN = ("state", "repetition", "n_fpga", "n_out")
@@ -57,18 +60,15 @@ def read(paths: Sequence[Path]) -> LoopReadings:
 def _table(path: Path) -> tuple[tuple[str, ...], pd.DataFrame]:
     """The columns that say which kind of test a file holds, and its rows."""
     try:
-        table = pd.read_csv(path, comment="#", dtype=str, skipinitialspace=True, keep_default_na=False)
-    except FileNotFoundError:
-        raise UsageError(f"{path}: no such file; give an existing .csv file") from None
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read ({error.strerror}); give a .csv file") from None
+        raw = io.BytesIO(content(path, "a table in CSV"))
+        table = pd.read_csv(raw, comment="#", dtype=str, skipinitialspace=True, keep_default_na=False)
     except (ValueError, pd.errors.ParserError) as error:  # not UTF-8, nothing in it, rows of different length
-        raise UsageError(f"{path}: not a CSV table ({str(error).strip()}); correct it") from None
+        raise UsageError(f"{path}: not a CSV table ({printable(str(error).strip())}); correct it") from None
     columns = next((kind for kind in (SCAN, CURRENT) if set(kind) == set(table.columns)), None)
     if columns is None:
         raise UsageError(
-            f"{path}: has the columns {', '.join(map(str, table.columns))}; expected {', '.join(SCAN)} (a scan) or "
-            f"{', '.join(CURRENT)} (the reference current on and off)"
+            f"{path}: has the columns {listed(list(map(str, table.columns)))}; expected "
+            f"{', '.join(SCAN)} (a scan) or {', '.join(CURRENT)} (the reference current on and off)"
         )
     if table.empty:
         raise UsageError(f"{path}: has no rows; record the test again")
@@ -86,7 +86,7 @@ def _table(path: Path) -> tuple[tuple[str, ...], pd.DataFrame]:
 def _check(column: pd.Series, good: pd.Series, path: Path, expected: str) -> None:
     if not good.all():
         row = int(np.argmin(good.to_numpy()))
-        raise UsageError(f"{path}: row {row + 1}, {column.name} is '{column.iloc[row]}'; expected {expected}")
+        raise UsageError(f"{path}: row {row + 1}, {column.name} is {shown(column.iloc[row])}; expected {expected}")
 
 
 def _scans(table: pd.DataFrame, named: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:

@@ -8,13 +8,13 @@ from ins_eval.errors import UsageError
 
 
 def run(model: str) -> int:
-    """Print a line for each point of the contract and one of what is not seen; a breach is refused in a sentence."""
+    """Print a line for each point of the contract and one of what is not seen; raise UsageError with what is broken."""
     findings = check_model(load_model(model))
     for finding in findings:
-        print(finding)
+        print(f"{finding.check}: {'refused' if finding.refusal else 'ok'}")
     print(NOT_SEEN)
     refusals = [finding.refusal for finding in findings if finding.refusal]
     if refusals:
-        raise UsageError(f"compensation model '{model}': {refusals[0]}")
+        raise UsageError(f"compensation model '{model}': {'; '.join(refusals)}")
     print(f"{model} keeps the contract of a compensation model")
     return 0

@@ -15,11 +15,13 @@ from pydantic import BaseModel
 
 from ins_eval import datasheets, missions, profile
 from ins_eval.accelerometer.model import PRESETS as POPULATIONS
+from ins_eval.boundary import LARGEST_TEXT_BYTES, file_bytes
 from ins_eval.digital_loop import parameters as loops
 from ins_eval.errors import UsageError, did_you_mean
 from ins_eval.gyro import GyroPopulation
 from ins_eval.laboratory import Chamber
 from ins_eval.laboratory.creep_rig import CreepRig
+from ins_eval.printable import printable
 from ins_eval.tables import read_toml
 
 
@@ -99,10 +101,9 @@ def _tomls(folder: Path) -> list[Path]:
 
 
 def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+    return printable(
+        file_bytes(path, "a .toml file", LARGEST_TEXT_BYTES).decode("utf-8", errors="replace"), keep="\n\t"
+    )
 
 
 def _words(path: Path) -> str:

@@ -203,7 +203,8 @@ def believed_model(belief: Belief, axis: str, folder: str | Path) -> Compensatio
     if believed is None:
         raise UsageError(
             f"{folder}: its recording.toml has no table [accelerometer.{axis}], expected scale and bias of that "
-            "accelerometer or a compensation file; add it, or choose a compensation model"
+            "accelerometer or a compensation file; add it, choose a compensation model, or find one from its chamber "
+            "recording with ins-eval calibrate"
         )
     if believed.compensation is not None:
         return read_model(Path(folder) / believed.compensation, axis)

@@ -14,6 +14,7 @@ from types import ModuleType
 
 import numpy as np
 
+from ins_eval import boundary
 from ins_eval.compensation import CompensationModel, Samples
 from ins_eval.compensation.ablations import (
     hysteresis_bias_only,
@@ -203,7 +204,7 @@ def _import_file(spec: str, path: Path, _modified_ns: int) -> ModuleType:
     sys.modules[name] = module  # dataclasses look their module up
     try:
         # compiled here rather than by an importer, which would leave a __pycache__ beside the user's file
-        exec(compile(path.read_bytes(), path, "exec"), module.__dict__)
+        exec(compile(boundary.file_bytes(path, "Python", boundary.LARGEST_TEXT_BYTES), path, "exec"), module.__dict__)
     except (Exception, SystemExit) as error:
         del sys.modules[name]
         raise _import_failed(spec, str(path), error) from error

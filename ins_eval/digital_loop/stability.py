@@ -71,6 +71,8 @@ def margins(loop: Loop, forward_ppm: float = 0.0) -> Margins:
     """
     period_s = loop.period_s
     cut, closed = open_loop(loop, forward_ppm), closed_loop(loop, forward_ppm)
+    if not np.isfinite([*cut.numerator, *cut.denominator, *closed.numerator, *closed.denominator]).all():
+        raise UsageError("the loop has a gain or a time constant beyond all numbers; mind the units of its parts")
     if np.abs(np.roots(closed.denominator)).max() >= 1.0:
         raise UsageError("the loop is unstable: a pole lies on or outside the unit circle; lower its gain")
     frequency = np.geomspace(LOWEST_HZ, 0.499 / period_s, GRID)

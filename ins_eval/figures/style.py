@@ -14,7 +14,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
+from ins_eval.printable import printable
 from ins_eval.wording import unbroken
 
 WIDTH_IN = 8.0
@@ -95,7 +97,7 @@ def colour(name: str) -> str:
 
 def label(name: str) -> str:
     """The name of a compensation as a reader sees it."""
-    return LABEL.get(name, name)
+    return LABEL.get(name) or printable(name)
 
 
 def in_symbols(text: str) -> str:
@@ -119,9 +121,21 @@ def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
         with mpl.rc_context():
             mpl.rcdefaults()
             mpl.rcParams.update(RC)
-            return draw(*args, **kwargs)
+            return as_written(draw(*args, **kwargs))
 
     return wrapped
+
+
+def as_written(figure: Figure) -> Figure:
+    """The figure whose texts are drawn as they stand: a `$` of a name begins no formula, and nothing in it acts.
+
+    The numbers of an axis are made when it is drawn, so that those in powers of ten are not touched.
+    """
+    for text in figure.findobj(Text):
+        if text.get_text():
+            text.set_text(printable(text.get_text(), keep="\n"))
+            text.set_parse_math(False)
+    return figure
 
 
 def sheet(height_in: float, title: str, note: str, *, rows: int = 1, columns: int = 1, **grid):

@@ -10,8 +10,9 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
+from ins_eval.recording.limits import LONGEST_TEXT, limits_of
 from ins_eval.scale_factor import TERMS
 
 Vector = tuple[float, float, float]
@@ -21,9 +22,20 @@ POSITION_SIGMA_M, VELOCITY_SIGMA_MPS = 2.5, 0.05  # of a single-frequency receiv
 
 
 class FormTable(BaseModel):
-    """A table of the form: extra keys are allowed and kept, numbers are finite."""
+    """A table of the form: extra keys are allowed and kept, numbers lie within `limits`, texts are not endless."""
 
     model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+
+    @field_validator("*")
+    @classmethod
+    def _within_limits(cls, value: object, info: ValidationInfo) -> object:
+        low, high = limits_of(info.field_name or "")
+        for one in value if isinstance(value, tuple) else (value,):
+            if isinstance(one, float) and not low <= one <= high:
+                raise ValueError(f"{one:g}, expected {low:g} to {high:g}; mind the unit in the key's name")
+            if isinstance(one, str) and len(one) > LONGEST_TEXT:
+                raise ValueError(f"{len(one)} characters, expected at most {LONGEST_TEXT}; write less")
+        return value
 
 
 class GpsBelief(FormTable):

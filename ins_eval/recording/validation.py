@@ -12,6 +12,7 @@ import numpy as np
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Imu, Recording, consistency
+from ins_eval.recording.limits import BY_UNIT, OTHER, within
 from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
 
@@ -23,8 +24,8 @@ BIAS_SIGMAS = 5.0  # of the believed gyro bias
 LARGEST_BIAS_RADPS = 20.0 * DEG  # of any gyro in use: the tolerance of the coarsest data sheet (MPU-6050)
 EARTH_DIRECTION = 0.1  # part along gravity, from sin(latitude): Earth rate in another unit
 LARGEST_TILT_DEG = 45.0  # between gravity as measured and as the start has it
-LARGEST_RATE_RADPS = 100.0
-LARGEST_SPECIFIC_FORCE_MPS2 = 1e4
+LARGEST_RATE_RADPS = BY_UNIT["radps"][1]
+LARGEST_SPECIFIC_FORCE_MPS2 = BY_UNIT["mps2"][1]
 LARGEST_PULSE_COUNT = 1e9
 STUCK_S = 1.0
 ROUND_OFF = 1e-11  # of the largest value: what the conversion of a held rate to increments leaves
@@ -91,12 +92,13 @@ def _check_shapes(imu: Imu, where: str) -> None:
 def _check_finite(imu: Imu, where: str) -> None:
     for column in ("time_s", "gyro", "accelerometer", "temperature_c", "height_baro_m"):
         values = getattr(imu, column)
-        if values is None or np.isfinite(values).all():
+        sound = np.isfinite if column in ("gyro", "accelerometer") else within  # of which `_check_range` says more
+        if values is None or sound(values).all():
             continue
-        bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+        bad = ~sound(values.reshape(len(values), -1)).all(axis=1)
         raise DataRefused(
-            f"{where}: {column} is not finite in {bad.sum()} IMU samples, first in sample {np.argmax(bad) + 1} of "
-            f"{len(bad)}; remove or repair them, a missing IMU sample cannot be navigated over"
+            f"{where}: {column} is not finite, or beyond {OTHER[1]:g}, in {bad.sum()} IMU samples, first in sample "
+            f"{np.argmax(bad) + 1} of {len(bad)}; remove or repair them, a missing IMU sample cannot be navigated over"
         )
 
 
@@ -154,6 +156,12 @@ def _check_fixes(fixes: Fixes, where: str) -> None:
         if values is not None and values.shape != shape:
             raise DataRefused(
                 f"{where}: {column} has shape {values.shape}, expected {shape} beside {m} times; check its columns"
+            )
+        if values is not None and (bad := np.flatnonzero(np.isfinite(values) & ~within(values))).size:
+            row = int(bad[0]) // int(np.prod(shape[1:]))
+            raise DataRefused(
+                f"{where}, row {row + 1}, column {column}: {values.flat[bad[0]]:g}, expected {OTHER[0]:g} to "
+                f"{OTHER[1]:g}; correct that value or leave the row out"
             )
     if not np.isfinite(fixes.time_s).all() or (np.diff(fixes.time_s) <= 0.0).any():
         raise DataRefused(

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from ins_eval.figures import style
 from ins_eval.files import write_whole
+from ins_eval.printable import printable
 from ins_eval.report.content import Paragraph, Picture, Section, Table
 from ins_eval.wording import unbroken
 
@@ -62,9 +63,10 @@ def render(
         sections = [*sections, Section("Further figures", rest)]
     inline = {name: Markup(inline_svg(name, drawing)) for name, drawing in drawings.items()}
     facts = [f"{key} {metrics[key]}" for key in ("profile", "seed") if key in metrics]
-    return environment.get_template("page.html").render(
+    html = environment.get_template("page.html").render(
         title=title, answer=answer, sections=sections, drawings=inline, facts=facts
     )
+    return printable(html, keep="\n\t")
 
 
 def embedded(

@@ -6,6 +6,7 @@ import textwrap
 import unicodedata
 from collections.abc import Collection, Sequence
 
+from ins_eval.printable import printable
 from ins_eval.report.content import Block, Paragraph, Picture, Section, Table
 from ins_eval.wording import unbroken
 
@@ -24,7 +25,7 @@ def render(
     for section in sections:
         parts += _headed(section.heading, "-", width)
         parts += [text + "\n" for block in section.blocks if (text := _block(block, figures, width))]
-    return "\n".join(parts).rstrip("\n") + "\n"
+    return printable("\n".join(parts).rstrip("\n") + "\n", keep="\n")
 
 
 def format_table(table: Table, width: int = 100) -> str:

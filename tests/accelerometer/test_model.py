@@ -200,7 +200,7 @@ def test_a_circle_of_files_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_missing_file_or_name_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"no-such\.toml: no such file"):
+    with pytest.raises(UsageError, match=r"no-such\.toml: there is no such file"):
         Population.load(tmp_path / "no-such.toml")
     with pytest.raises(UsageError, match=r"no accelerometer population 'jb-kt'; did you mean 'jb-kt8'\?"):
         Population.load("jb-kt")

@@ -89,7 +89,8 @@ def test_flight_without_time_to_align(short_profile: Path, tmp_path: Path, refus
 
 
 @pytest.mark.parametrize(
-    ("population", "said"), [("jb-kt", "did you mean 'jb-kt8'"), ("nowhere.toml", "nowhere.toml: no such file")]
+    ("population", "said"),
+    [("jb-kt", "did you mean 'jb-kt8'"), ("nowhere.toml", "nowhere.toml: there is no such")],
 )
 def test_unknown_population(output: Path, refused, population: str, said: str) -> None:
     assert said in refused(["flight-report", "--population", population, "--output", str(output), "--quiet"], 2)
@@ -120,7 +121,7 @@ COMMITTED = {
 def test_committed_file_that_is_missing(tmp_path: Path, output: Path, refused) -> None:
     path = tmp_path / "gate.toml"
     sentence = refused(["check-cep", "--committed", str(path), "--output", str(output), "--quiet"], 2)
-    assert f"{path}: no such file" in sentence
+    assert f"{path}: there is no such file" in sentence
     assert not output.exists()
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.recording import form
+from tests.faults.mutations import mutated
 
 LONGEST_READ_S = 2.0
 
@@ -31,27 +32,6 @@ def sound(tmp_path_factory) -> dict[str, bytes]:
     return {name: ((csv if name.endswith("csv") else parquet) / name).read_bytes() for name in FILES}
 
 
-def mutated(content: bytes, rng: np.random.Generator) -> bytes:
-    content = bytearray(content)
-    for _ in range(rng.integers(1, 6)):
-        place = int(rng.integers(0, max(len(content), 1)))
-        length = int(rng.integers(1, 40))
-        kind = rng.integers(0, 6)
-        if kind == 0 and content:
-            content[place % len(content)] = int(rng.integers(0, 256))
-        elif kind == 1:
-            del content[place : place + length]
-        elif kind == 2:
-            content[place:place] = content[place : place + length]
-        elif kind == 3:
-            content[place:place] = rng.bytes(length)
-        elif kind == 4:
-            content[place : place + 1] = rng.choice([b"9", b"-", b"e", b".", b",", b"\n", b'"', b"nan", b"[", b"="])
-        elif rng.random() < 0.3:
-            del content[place:]
-    return bytes(content)
-
-
 def try_many(sound: dict[str, bytes], folder: Path, seeds: range) -> None:
     folder.mkdir()
     outcomes = {"read": 0, "refused": 0}
@@ -64,7 +44,7 @@ def try_many(sound: dict[str, bytes], folder: Path, seeds: range) -> None:
         tables = [f"imu.{form_of}", f"gps.{form_of}", "reference.csv", "recording.toml"]
         for name in tables:
             folder.joinpath(name).write_bytes(sound[name])
-        folder.joinpath(chosen).write_bytes(mutated(sound[chosen], rng))
+        folder.joinpath(chosen).write_bytes(mutated(chosen, sound[chosen], rng))
         began = time.perf_counter()
         try:
             form.read(folder)

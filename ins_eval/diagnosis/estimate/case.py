@@ -20,6 +20,7 @@ from ins_eval.diagnosis.model.library import Candidate, Parameters, candidates, 
 from ins_eval.diagnosis.model.observations import REFERENCE_POSITION_M, Observations
 from ins_eval.diagnosis.model.thermometer import step_noise
 from ins_eval.effects.temperature import SmoothedTemperature, temperature
+from ins_eval.errors import DataRefused
 from ins_eval.navigation import PARKED
 from ins_eval.units import DEG_PER_H, UG
 
@@ -104,6 +105,10 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
     What was taken off is put back linearly, and every prior stays around the belief.
     """
     believed = null.believe(recording, folder)
+    if not believed.time_s.size:
+        raise DataRefused(
+            f"{recording.name}: no sample lies behind what the start needs, expected some to judge by; record longer"
+        )
     if arcs.needed(believed) and not planned:
         return _in_arcs(recording, folder)
     case = _around(believed, believed, nuisances(believed), folder)

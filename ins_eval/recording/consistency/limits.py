@@ -9,15 +9,15 @@ import numpy as np
 from ins_eval.earth import radii
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.consistency.alternatives import Finding
+from ins_eval.recording.limits import LONGEST_LEVER_ARM_M, limits_of
 from ins_eval.units import DEG
 
-# quantity: lowest, highest, unit. One list for the form, the importers and `evaluate`.
+# quantity: lowest, highest, unit
 LIMITS = {
-    "temperature": (-150.0, 500.0, "degC"),
-    "baro height": (-5e3, 1e6, "m"),
-    "height": (-2e4, 1e6, "m"),
-    "speed": (0.0, 2e4, "m/s"),
-    "lever arm": (0.0, 200.0, "m"),
+    "temperature": (*limits_of("temperature_c"), "degC"),
+    "baro height": (*limits_of("height_baro_m"), "m"),
+    "height": (*limits_of("height_m"), "m"),
+    "speed": (0.0, limits_of("speed_mps")[1], "m/s"),
 }
 # quantity: the smallest distance from the neighbours that nothing but a fault makes in one sample and takes back
 JUMPS = {"temperature": 20.0, "baro height": 300.0, "height": 500.0, "velocity": 60.0, "position": 1000.0}
@@ -44,8 +44,8 @@ def check_limits(recording: Recording) -> Iterator[Finding]:
         speed = np.linalg.norm(np.nan_to_num(fixes.velocity_n), axis=1)[:, None]
         yield from _beyond("speed", speed, fixes.time_s, table, "velocity", valid)
         lever_m = float(np.linalg.norm(getattr(recording.belief, table).lever_arm_m))
-        if lever_m > LIMITS["lever arm"][1]:
-            seen = f"[{table}] lever_arm_m is {lever_m:.4g} m long, expected at most {LIMITS['lever arm'][1]:g} m"
+        if lever_m > LONGEST_LEVER_ARM_M:
+            seen = f"[{table}] lever_arm_m is {lever_m:.4g} m long, expected at most {LONGEST_LEVER_ARM_M:g} m"
             yield Finding(f"{table}.lever_arm_m", seen, "give it in metres, in body axes")
 
 
@@ -85,6 +85,8 @@ def check_outliers(recording: Recording) -> Iterator[Finding]:
 
 def _of_fixes(fixes: Fixes, table: str) -> Iterator[Finding]:
     rows = np.flatnonzero(fixes.valid)
+    if len(fixes.time_s) < 2:
+        return
     known = fixes.latitude_rad[rows]
     middle = float(np.nanmedian(known)) if np.isfinite(known).any() else 0.0
     along = [float(one) for one in radii(middle)]

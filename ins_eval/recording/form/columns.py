@@ -14,11 +14,14 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
-from ins_eval.errors import DataRefused, StorageError
-from ins_eval.recording.form.description import one_line, shown
+from ins_eval.boundary import check_unpacked, file_bytes
+from ins_eval.errors import DataRefused
+from ins_eval.printable import printable, shown
+from ins_eval.recording.limits import OTHER
 
 PARQUET, CSV = ".parquet", ".csv"
 _NEAR = 0.85  # similarity from which an unknown column is taken for a slip of the pen
+BYTES_A_VALUE = 8  # of a float
 _METADATA_LIMIT = 10_000_000  # bytes, and entries: a damaged length must not ask for all memory
 _UNREADABLE = (pa.ArrowException, OSError, ValueError, MemoryError)
 
@@ -66,7 +69,7 @@ class Columns:
             f"{self.path}: the column '{missing[0]}'{more} is missing, expected {', '.join(names)}; {hint}"
         )
 
-    def numbers(self, name: str, low: float = -np.inf, high: float = np.inf, gaps: bool = False) -> np.ndarray:
+    def numbers(self, name: str, low: float = OTHER[0], high: float = OTHER[1], gaps: bool = False) -> np.ndarray:
         """A column as floats (n,) within `low` and `high`; where it may have `gaps`, NaN stands for no value.
 
         Raises DataRefused with the row of the first value that is no number, not finite, or outside.
@@ -78,8 +81,7 @@ class Columns:
         bad = (bad | np.isinf(values)) & ~np.isnan(values) if gaps else bad | ~np.isfinite(values)
         if bad.any():
             row = int(np.argmax(bad))
-            expected = f"{low:g} to {high:g}" if np.isfinite(low) and np.isfinite(high) else "a finite number"
-            expected = f"{low:g} or more" if np.isfinite(low) and not np.isfinite(high) else expected
+            expected = f"a finite number, {low:g} to {high:g}" if (low, high) == OTHER else f"{low:g} to {high:g}"
             more = f", and {np.count_nonzero(bad) - 1} more" if np.count_nonzero(bad) > 1 else ""
             raise DataRefused(
                 f"{self.path}, row {self.row(row)}, column {name}: {values[row]:g}{more}, expected {expected}; correct "
@@ -154,7 +156,7 @@ def open_table(folder: Path, name: str) -> Columns | None:
         return _opened(parquet, _parquet(parquet), both)
     if not csv.exists():
         return None
-    content = _content(csv)
+    content = file_bytes(csv, "a table in CSV")
     whole = content.endswith((b"\n", b"\r"))
     cut = () if whole else (f"{csv.name} does not end with a line break, so its last row may be cut.",)
     return _opened(csv, _csv(csv, content), cut)
@@ -187,22 +189,19 @@ def _opened(path: Path, data: pa.Table, notes: tuple[str, ...]) -> Columns:
     return Columns(path, data, notes)
 
 
-def _content(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as fault:
-        raise StorageError(f"{path}: cannot be read ({fault.strerror}); check what it is and its permissions") from None
-
-
 def _parquet(path: Path) -> pa.Table:
-    content = _content(path)
+    content = file_bytes(path, "a parquet table")
     try:
-        data = pa.parquet.ParquetFile(
+        file = pa.parquet.ParquetFile(
             pa.BufferReader(content),
             page_checksum_verification=True,
             thrift_string_size_limit=_METADATA_LIMIT,
             thrift_container_size_limit=_METADATA_LIMIT,
-        ).read()
+        )
+        # a column of one value takes no room, so that the rows are counted, too
+        groups = [file.metadata.row_group(k).total_byte_size for k in range(file.metadata.num_row_groups)]
+        check_unpacked(path, max(sum(groups), BYTES_A_VALUE * file.metadata.num_rows * file.metadata.num_columns))
+        data = file.read()
         data.validate(full=True)
     except _UNREADABLE as fault:
         raise _unreadable(path, fault) from None
@@ -220,7 +219,7 @@ def _csv(path: Path, content: bytes) -> pa.Table:
 def _unreadable(path: Path, fault: BaseException) -> DataRefused:
     """The reason as the library gives it, on one line; its rows count the line of names, ours do not."""
     reason = " ".join(str(fault).split()) or type(fault).__name__
-    reason = re.sub(r"CSV parse error: Row #(\d+)", lambda found: f"row {int(found[1]) - 1}", one_line(reason))
+    reason = re.sub(r"CSV parse error: Row #(\d+)", lambda found: f"row {int(found[1]) - 1}", printable(reason))
     reason = reason if len(reason) <= 120 else f"{reason[:117]}..."
     form = "a parquet table" if path.suffix == PARQUET else "a table in CSV, one line of names and then numbers"
     return DataRefused(f"{path}: cannot be read ({reason}), expected {form}; export or copy it again")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -11,6 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.printable import shown
 from ins_eval.recording import Start
 from ins_eval.recording.belief import ZERO, Belief, FormTable, NotNegative, Vector
 from ins_eval.tables import parse, read_toml
@@ -154,11 +154,6 @@ def open_folder(folder: str | Path) -> Opened:
     return Opened(folder, description, belief, axes, tuple(notes))
 
 
-def one_line(text: str) -> str:
-    """A text without what would break a sentence: line breaks and other characters that are not printable."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
-
-
 def table_of(description: Description, belief: Belief, unused: tuple[str, ...]) -> dict[str, Any]:
     """The tables of ``recording.toml``.
 
@@ -169,13 +164,6 @@ def table_of(description: Description, belief: Belief, unused: tuple[str, ...]) 
         if key not in unused or getattr(belief, key) != getattr(Belief(), key):
             table[key] = {**table[key], **value} if isinstance(table.get(key), dict) else value
     return {key: value for key, value in table.items() if value != ()}
-
-
-def shown(value: object) -> str:
-    """A value of a file as it can be printed in a sentence: on one line, in ASCII, not long."""
-    text = json.dumps(value) if isinstance(value, str) else ascii(value)
-    text = f"'{text[1:-1]}'" if isinstance(value, str) else text
-    return text if len(text) <= 40 else f"{text[:36]}...{text[-1]}"
 
 
 def _table(table: dict[str, Any], key: str) -> dict[str, Any]:

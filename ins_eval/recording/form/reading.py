@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.printable import printable, shown
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start, whole_rows
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.form.columns import Columns, open_table
-from ins_eval.recording.form.description import CHAMBER, ImuTable, Opened, one_line, open_folder, shown
+from ins_eval.recording.form.description import CHAMBER, ImuTable, Opened, open_folder
 from ins_eval.recording.form.names import (
     ACCELEROMETER,
     ATTITUDE,
     BARO,
     FILLED,
     GYRO,
-    LIMITS,
     POSITION,
     READINGS,
     SIGMAS,
@@ -29,6 +29,7 @@ from ins_eval.recording.form.names import (
     VELOCITY,
 )
 from ins_eval.recording.form.plausibility import check_plausible
+from ins_eval.recording.limits import BY_NAME, limits_of
 from ins_eval.recording.mending import mended
 from ins_eval.recording.validation import validate
 from ins_eval.units import DEG
@@ -148,7 +149,7 @@ def read_chamber(folder: str | Path, unit: str | None = None) -> ChamberReadings
     whole.require(("time_s", *READINGS))
     unit_id, table = _of_unit(whole, unit)
     time_s = table.increasing_time()
-    run, input_g, rate_c_per_min, temperature_c, output = (table.numbers(name) for name in READINGS)
+    run, input_g, rate_c_per_min, temperature_c, output = (table.numbers(name, *limits_of(name)) for name in READINGS)
     _check_runs(table, run, input_g)
     return ChamberReadings(
         time_s,
@@ -253,7 +254,7 @@ def _fixes(opened: Opened, name: str) -> tuple[Fixes | None, list[str]]:
     missing = np.full(time_s.size, np.nan)
 
     def column(of: str) -> np.ndarray | None:
-        return table.numbers(of, *LIMITS.get(of, ()), gaps=True) if of in table.names else None
+        return table.numbers(of, *BY_NAME.get(of, ()), gaps=True) if of in table.names else None
 
     def filled(of: str) -> np.ndarray:
         return missing.copy() if (values := column(of)) is None else values
@@ -301,7 +302,7 @@ def validated(recording: Recording) -> Recording:
         checked = validate(right if complete else replace(right, reference=None))
         check_plausible(right)
     except DataRefused as refused:
-        raise DataRefused(one_line(f"{recording.folder}: {refused}")) from None
+        raise DataRefused(printable(f"{recording.folder}: {refused}")) from None
     return replace(recording, notes=checked.notes)
 
 

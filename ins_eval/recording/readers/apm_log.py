@@ -95,13 +95,15 @@ def recording(log: Log, name: str, where: str, what: str, assumed: Mapping[str, 
 def _fixes(table: np.ndarray, where: str) -> Fixes:
     stamps, status, latitude, longitude, height, speed, course, down = table.T
     valid = (status >= GOOD_FIX) & np.isfinite(table).all(axis=1)
+    with np.errstate(invalid="ignore"):  # of a damaged course; such a fix is not valid
+        north, east = speed * np.cos(course * DEG), speed * np.sin(course * DEG)
     return checked(
         Fixes(
             time_s=MS * stamps,
             latitude_rad=latitude * DEG,
             longitude_rad=longitude * DEG,
             height_m=height,
-            velocity_n=np.column_stack([speed * np.cos(course * DEG), speed * np.sin(course * DEG), down]),
+            velocity_n=np.column_stack([north, east, down]),
             valid=valid,
         ),
         where,

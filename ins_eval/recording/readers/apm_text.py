@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from ins_eval.boundary import archive
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Recording
 from ins_eval.recording.readers.apm_log import KEYS, Log, recording
-from ins_eval.recording.readers.files import archive, text_numbers
+from ins_eval.recording.readers.files import text_numbers
 
 __all__ = ["KEYS", "read"]
 

@@ -18,8 +18,9 @@ from typing import NoReturn
 
 import numpy as np
 
+from ins_eval.boundary import content
 from ins_eval.errors import DataRefused
-from ins_eval.recording.readers.files import content, shown
+from ins_eval.recording.readers.files import shown
 
 KEYS = ()
 EXPECTED = "the file imu.csv with the columns ts, id, Ax, Ay, Az, Gx, Gy, Gz"

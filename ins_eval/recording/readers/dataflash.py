@@ -16,12 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ins_eval.boundary import content
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.readers import assembly, autopilot
 from ins_eval.recording.readers.apm_log import ATTITUDE_SIGMA_RAD, GOOD_FIX
 from ins_eval.recording.readers.autopilot import US
-from ins_eval.recording.readers.files import content
 from ins_eval.recording.readers.fix_columns import checked_groups, groups_found
 from ins_eval.recording.readers.layout import Layout
 from ins_eval.recording.readers.optional import library

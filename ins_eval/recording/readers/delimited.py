@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from ins_eval.boundary import content
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.recording.readers.columns import Column
-from ins_eval.recording.readers.files import content, shown
+from ins_eval.recording.readers.files import shown
 
 EXPECTED = "a table in CSV with one line of names and one row a sample"
 SEPARATORS = (",", ";", "\t")
@@ -68,7 +69,8 @@ class DelimitedTable:
         values = self.data[name]
         if values.dtype.kind in "iuf":
             return values.to_numpy(dtype=float)
-        as_numbers = pd.to_numeric(values, errors="coerce")
+        # as texts: a whole number of hundreds of digits is a text here, not a number that fits no float
+        as_numbers = pd.to_numeric(values.astype(str).where(values.notna()), errors="coerce")
         bad = (as_numbers.isna() & values.notna()).to_numpy()
         if not bad.any() and values.dtype.kind != "b":
             return as_numbers.to_numpy(dtype=float)

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from ins_eval.boundary import LARGEST_BYTES
 from ins_eval.errors import DataRefused
-from ins_eval.recording.readers.files import LARGEST_BYTES
 from ins_eval.recording.readers.optional import library
 
 MARK = b"\x89HDF\r\n\x1a\n"

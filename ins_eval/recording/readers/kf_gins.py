@@ -15,10 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ins_eval.boundary import content
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.readers import assembly, receivers
-from ins_eval.recording.readers.files import content, text_numbers
+from ins_eval.recording.readers.files import text_numbers
 from ins_eval.recording.readers.fix_columns import checked_groups
 from ins_eval.recording.readers.layout import Layout
 from ins_eval.recording.readers.sampling import Readings

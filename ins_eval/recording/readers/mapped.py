@@ -90,8 +90,8 @@ def _mapping(path: Path, assumed: Mapping[str, str], opened: Opened) -> tuple[Pa
     if not file.is_file():
         raise UsageError(
             f"{file}: there is no such mapping file, expected one that says what the columns of {path.name} are; save "
-            f"the following as {path.with_suffix('.toml').name}, complete it and import again\n\n"
-            f"{mapping_template.template(opened(path, True))}"
+            f"the following as {path.with_suffix('.toml').name}, complete it and import again",
+            mapping_template.template(opened(path, True)),
         )
     described = read_toml(file)
     if "kind" in assumed:

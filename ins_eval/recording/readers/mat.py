@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import scipy.io
 
+from ins_eval.boundary import LARGEST_BYTES, content
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Recording
 from ins_eval.recording.readers import hdf5, mapped
 from ins_eval.recording.readers.columns import NamedArrays, of_variables
-from ins_eval.recording.readers.files import LARGEST_BYTES, content
 from ins_eval.recording.readers.matlab5 import HEADER_BYTES, all_variables
 
 KEYS = mapped.KEYS

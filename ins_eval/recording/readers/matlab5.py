@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ins_eval.boundary import ZLIB_WINDOW, content, inflated
 from ins_eval.errors import DataRefused
-from ins_eval.recording.readers.files import LARGEST_BYTES, content
 
 HEADER_BYTES = 128
 MATRIX, COMPRESSED = 14, 15
@@ -64,7 +64,7 @@ def _visit(path: Path, expected: str, take: Callable[[memoryview, str], None]) -
             raise ValueError("no mark of the byte order")
         for kind, data in _elements(memoryview(raw)[HEADER_BYTES:], order):
             if kind == COMPRESSED:
-                data = _unpacked(data, LARGEST_BYTES - unpacked)
+                data = memoryview(inflated(path, data, ZLIB_WINDOW, unpacked)[0])
                 unpacked += len(data)
                 kind, data = next(_elements(data, order))
             if kind == MATRIX:
@@ -129,14 +129,6 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
             raise ValueError("element beyond the end")
         yield first, data[begin : begin + size]
         at += step
-
-
-def _unpacked(data: memoryview, most: int) -> memoryview:
-    unpacker = zlib.decompressobj()
-    raw = unpacker.decompress(data, max(most, 1))
-    if not unpacker.eof:
-        raise ValueError("cut short or too large")
-    return memoryview(raw)
 
 
 def _matrix(data: memoryview, order: str, names: Collection[str] | None, depth: int = 0):

@@ -14,8 +14,9 @@ from typing import NoReturn
 
 import numpy as np
 
+from ins_eval.boundary import content
 from ins_eval.errors import DataRefused
-from ins_eval.recording.readers.files import content, text_numbers
+from ins_eval.recording.readers.files import text_numbers
 
 KEYS = ()
 EXPECTED = "rows of sensor number, x, y, z [milli-g], temperature [degC]"

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import scipy.io
 
+from ins_eval.boundary import content
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Recording
 from ins_eval.recording.readers import hdf5, mapped
 from ins_eval.recording.readers.columns import NamedArrays, of_variables
-from ins_eval.recording.readers.files import content
 
 KEYS = mapped.KEYS
 EXPECTED = "a netCDF file with variables along time"

@@ -19,11 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ins_eval.boundary import content
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.readers import assembly
 from ins_eval.recording.readers.autopilot import later
-from ins_eval.recording.readers.files import content, shown
+from ins_eval.recording.readers.files import shown
 from ins_eval.recording.readers.fix_columns import checked_groups, groups_found
 from ins_eval.recording.readers.layout import Layout, choose
 from ins_eval.recording.readers.options import number

@@ -21,13 +21,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ins_eval.errors import DataRefused, StorageError, UsageError
+from ins_eval.boundary import content
+from ins_eval.errors import DataRefused
 from ins_eval.recording import Imu, Recording, Start
 from ins_eval.recording.readers.files import shown
 from ins_eval.recording.readers.layout import frd_from
 from ins_eval.units import ARCSEC, DEG
 
 COLUMNS = 6
+EXPECTED = "a text file in the PSINS format, three header lines and rows of counts"
 EXPECTED_ROW = "gyro x y z, accelerometer x y z"
 LARGEST_COUNT = 2.0**31
 CUT_NOTE = "The file does not end with a line break, so its last row may be cut and was left out."
@@ -125,31 +127,20 @@ def read_imu_text(path: str | Path, axes: str = AXES) -> Recording:
 
 def _rows(path: Path) -> tuple[list[tuple[int, list[bytes]]], bool]:
     """Every line that holds numbers, as (line in the file, fields), and whether a last row may be cut short."""
-    try:
-        content = path.read_bytes().removeprefix(b"\xef\xbb\xbf")  # the mark some editors put before UTF-8
-    except FileNotFoundError:
-        raise UsageError(f"{path}: there is no such file; check the name and the folder") from None
-    except IsADirectoryError:
-        raise UsageError(
-            f"{path}: is a folder, expected one text file in the PSINS format; name the .imu file in it"
-        ) from None
-    except OSError as failure:
-        raise StorageError(f"{path}: cannot be read ({failure.strerror}); check its permissions") from failure
-    if not content.strip():
-        raise DataRefused(f"{path}: is empty, expected three header lines and rows of counts; copy the file again")
-    if b"\0" in content:
-        line = content.count(b"\n", 0, content.index(b"\0")) + 1
+    raw = content(path, EXPECTED).removeprefix(b"\xef\xbb\xbf")  # the mark of some editors before UTF-8
+    if b"\0" in raw:
+        line = raw.count(b"\n", 0, raw.index(b"\0")) + 1
         raise DataRefused(
             f"{path}, line {line}: a zero byte, expected plain text in the PSINS format; "
             "export the recording as text, in ASCII or UTF-8"
         )
     rows = []
-    for number, row in enumerate(content.splitlines(), start=1):
+    for number, row in enumerate(raw.splitlines(), start=1):
         fields = row.partition(b"%")[0].split()
         if fields:
             rows.append((number, fields))
     # Half a number is still a number: only a line break tells that the last one is whole.
-    cut = not content.endswith((b"\n", b"\r")) and len(rows) > len(HEADER) and len(rows[-1][1]) == COLUMNS
+    cut = not raw.endswith((b"\n", b"\r")) and len(rows) > len(HEADER) and len(rows[-1][1]) == COLUMNS
     return (rows[:-1] if cut else rows), cut
 
 

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ins_eval.boundary import content
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes
 from ins_eval.recording.readers import nmea, rtklib
-from ins_eval.recording.readers.files import content
 from ins_eval.recording.readers.fix_columns import GPS_EPOCH_S, WEEK_S
 
 EXPECTED = "a file of a receiver, RTKLIB .pos or NMEA"

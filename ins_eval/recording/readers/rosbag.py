@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ins_eval.boundary import check_regular, check_unpacked
 from ins_eval.errors import DataRefused, StorageError, UsageError, did_you_mean
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.readers import assembly, autopilot
@@ -78,8 +79,7 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
 def _messages(path: Path, assumed: Mapping[str, str]) -> tuple[dict[str, str], dict[str, list[tuple[float, ...]]]]:
     """The topic read for each table, and its rows: stamp in s, then the values."""
     highlevel, typesys = library("rosbags.highlevel", f"{path}"), library("rosbags.typesys", f"{path}")
-    if not path.exists():
-        raise UsageError(f"{path}: there is no such file, expected {EXPECTED}; check the name and the folder")
+    check_unpacked(path, sum(check_regular(file, EXPECTED) for file in (path.iterdir() if path.is_dir() else [path])))
     rows: dict[str, list[tuple[float, ...]]] = {name: [] for name in TYPES}
     try:
         with (

@@ -18,12 +18,12 @@ from pathlib import Path
 import numpy as np
 from pymap3d import ned2geodetic
 
+from ins_eval.boundary import content
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.readers import assembly, autopilot
 from ins_eval.recording.readers.apm_log import ATTITUDE_SIGMA_RAD
 from ins_eval.recording.readers.autopilot import US
-from ins_eval.recording.readers.files import content
 from ins_eval.recording.readers.fix_columns import attitude_of, checked_groups, groups_found
 from ins_eval.recording.readers.layout import Layout
 from ins_eval.recording.readers.optional import library

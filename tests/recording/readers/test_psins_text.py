@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ins_eval import boundary
 from ins_eval.errors import DataRefused, StorageError, UsageError
 from ins_eval.recording.readers.psins_text import read_imu_text
 
@@ -137,20 +138,20 @@ def test_binary_rubbish_is_refused(tmp_path):
 
 
 def test_a_path_that_names_no_file(tmp_path):
-    with pytest.raises(UsageError, match=r"absent\.imu: there is no such file; check"):
+    with pytest.raises(UsageError, match=r"absent\.imu: there is no such file, expected a text file"):
         read_imu_text(tmp_path / "absent.imu")
-    with pytest.raises(UsageError, match=r"is a folder, expected one text file.*name the \.imu file"):
+    with pytest.raises(UsageError, match=r"is a folder, expected a text file in the PSINS format.*name the file in it"):
         read_imu_text(tmp_path)
 
 
 def test_a_file_that_cannot_be_read(tmp_path, monkeypatch):
     path = write(tmp_path, [ROW])
 
-    def denied(_):
+    def denied(*_):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", denied)
-    with pytest.raises(StorageError, match=r"unit\.imu: cannot be read \(Permission denied\); check its permissions"):
+    monkeypatch.setattr(boundary, "open", denied, raising=False)
+    with pytest.raises(StorageError, match=r"unit\.imu: cannot be read \(Permission denied\); check"):
         read_imu_text(path)
 
 
