@@ -18,7 +18,6 @@ from scipy.spatial.transform import Rotation, Slerp
 from ins_eval.earth import gravity
 from ins_eval.recording import Fixes, Imu, Recording
 from ins_eval.recording.consistency.alternatives import (
-    BEYOND_DOUBT,
     CHANGED,
     LIKELY,
     MATRICES,
@@ -31,6 +30,8 @@ from ins_eval.recording.consistency.alternatives import (
     undecided_axes,
 )
 from ins_eval.recording.consistency.windows import (
+    FORCE_OFFSET,
+    GYRO_OFFSET,
     HANDED,
     OFFSETS_S,
     RATE_FACTORS,
@@ -120,11 +121,13 @@ def _by_attitude(recording, integrals: Integrals, reference: Fixes, moving: Fixe
     chosen = _liveliest(rate[0])
     rate, first, last = rate[:, chosen], first[chosen], last[chosen]
     seen = _synchronous(rate[0], lambda o: integrals.rates("angle", time_s[first] - o, time_s[last] - o))
-    by_rate = order_scores(channel_scores(rate, np.repeat(seen[None], 3, axis=0), RATE_FACTORS, RATE_FLOOR))
+    by_rate = order_scores(
+        channel_scores(rate, np.repeat(seen[None], 3, axis=0), RATE_FACTORS, RATE_FLOOR, GYRO_OFFSET)
+    )
     by_force = np.zeros((3, 48, len(FORCE_FACTORS)))
     if moving is not None:
         by_force = _force_by_attitude(recording, integrals, (time_s, attitude), moving, table)
-    return _decided(by_rate, by_force, None, "the attitude of the reference" + (f" and {table}" if table else ""), True)
+    return _decided(by_rate, by_force, None, "the attitude of the reference" + (f" and {table}" if table else ""))
 
 
 def _force_by_attitude(recording, integrals: Integrals, known, moving: Fixes, table: str) -> np.ndarray:
@@ -154,7 +157,9 @@ def _force_by_attitude(recording, integrals: Integrals, known, moving: Fixes, ta
             best, at = agreed, offset_s
     seen = integrals.rates("velocity", at_s[first] - at, at_s[last] - at)
     wanted = np.array([expected(at, factor) for factor in ATTITUDES.values()])
-    return order_scores(channel_scores(wanted, np.repeat(seen[None], 3, axis=0), FORCE_FACTORS, FORCE_FLOOR))
+    return order_scores(
+        channel_scores(wanted, np.repeat(seen[None], 3, axis=0), FORCE_FACTORS, FORCE_FLOOR, FORCE_OFFSET)
+    )
 
 
 def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table: str) -> list[Finding]:
@@ -181,11 +186,12 @@ def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table:
     def seen(name: str, expected: np.ndarray) -> np.ndarray:
         return _synchronous(expected, lambda o: integrals.rates(name, at_s[first] - o, at_s[last] - o))
 
-    by_rate = order_scores(channel_scores(rate[None], seen("angle", rate)[None], RATE_FACTORS, RATE_FLOOR))
+    by_rate = order_scores(channel_scores(rate[None], seen("angle", rate)[None], RATE_FACTORS, RATE_FLOOR, GYRO_OFFSET))
     observed = seen("velocity", force)
-    by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR))
-    relative = relative_scores(integrals, at_s, velocity_n, down)
-    return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table, certain=False)
+    by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR, FORCE_OFFSET))
+    arm_m = np.asarray(getattr(recording.belief, table).lever_arm_m, dtype=float)
+    relative = relative_scores(integrals, at_s, velocity_n, down, arm_m)
+    return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table)
 
 
 def _velocities(recording: Recording, moving: Fixes, table: str) -> tuple[np.ndarray, np.ndarray, float]:
@@ -239,7 +245,7 @@ def _synchronous(expected: np.ndarray, seen_at) -> np.ndarray:
     return seen_at(offset_s)
 
 
-def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Finding]:
+def _decided(by_rate, by_force, relative, by: str) -> list[Finding]:
     """The best of all orders and units of both triads (and units of the attitude) against what was read.
 
     by_rate (a, 48 g, s), by_force (a, 48 p, t), relative (2, 48, 4) or None.
@@ -268,8 +274,6 @@ def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Findin
         parts = [f"gyro {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=0)))]
         parts += [f"accelerometer {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=1)))]
         return undecided(f"the motion against {by}", [f"order and sign of {', '.join(parts)}"] if parts else [])
-    if not certain:  # no attitude: arms of antennas that rock and offsets of a MEMS are no part of the relations
-        log_odds = min(log_odds, BEYOND_DOUBT - 1.0)
     near = sorted(
         zip(*np.nonzero(total[best[0]] > total[best] - LIKELY), strict=True), key=lambda k: -total[best[0]][k]
     )
