@@ -30,7 +30,6 @@ from ins_eval.recording.consistency.alternatives import (
     undecided_axes,
 )
 from ins_eval.recording.consistency.windows import (
-    FORCE_OFFSET,
     GYRO_OFFSET,
     HANDED,
     OFFSETS_S,
@@ -157,9 +156,7 @@ def _force_by_attitude(recording, integrals: Integrals, known, moving: Fixes, ta
             best, at = agreed, offset_s
     seen = integrals.rates("velocity", at_s[first] - at, at_s[last] - at)
     wanted = np.array([expected(at, factor) for factor in ATTITUDES.values()])
-    return order_scores(
-        channel_scores(wanted, np.repeat(seen[None], 3, axis=0), FORCE_FACTORS, FORCE_FLOOR, FORCE_OFFSET)
-    )
+    return order_scores(channel_scores(wanted, np.repeat(seen[None], 3, axis=0), FORCE_FACTORS, FORCE_FLOOR))
 
 
 def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table: str) -> list[Finding]:
@@ -188,7 +185,7 @@ def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table:
 
     by_rate = order_scores(channel_scores(rate[None], seen("angle", rate)[None], RATE_FACTORS, RATE_FLOOR, GYRO_OFFSET))
     observed = seen("velocity", force)
-    by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR, FORCE_OFFSET))
+    by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR))
     arm_m = np.asarray(getattr(recording.belief, table).lever_arm_m, dtype=float)
     relative = relative_scores(integrals, at_s, velocity_n, down, arm_m)
     return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table)
