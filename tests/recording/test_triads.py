@@ -13,10 +13,12 @@ from benchmark.worlds.grades import RANGES, a_recording
 from ins_eval.recording import Recording, consistency, form
 from ins_eval.recording.consistency import triads
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
+from ins_eval.recording.readers import read
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
 PATHS = ("climb, cruise, landing", "box", "straight", "wing rock", "drive")
 RATE_HZ = 25.0
+DRIVE = ("shared", "recordings", "fog_mems_vehicle", "transfer_align_fog_mems.mat")
 SEEDS = 7  # of each grade on each path: 105 recordings
 MOST_REFUSED = 0.035  # of sound ones, upper end of the 95 % interval at none of 105
 LEAST_NAMED = 0.95  # of what a motion on wheels, or the unit, must tell
@@ -79,6 +81,17 @@ def test_what_is_beyond_doubt_is_refused_again(world, name):
         np.testing.assert_array_equal(found.matrix if name.startswith("both") else Z_SIGN, gyro)
     else:
         assert found.factor == pytest.approx(DEG)
+
+
+def test_the_real_drive_without_its_attitude():
+    """A unit on wheels whose vibration is as large as its motion: no unit may win by making the noise small."""
+    file = Path(__file__).resolve().parents[3].joinpath(*DRIVE)
+    if not file.exists():
+        pytest.skip(f"the real recording ../{'/'.join(DRIVE)} is absent here")
+    recording = read("psins-mat", file, {})
+    recording = replace(recording, reference=replace(recording.reference, attitude_rad=None))
+    assert not [found for found in triads.check_triads(recording) if found.decided]
+    assert refused(turned(recording, Z_SIGN, SAME))
 
 
 @pytest.mark.slow
