@@ -28,12 +28,18 @@ CONSUMER_HEADING_RAD = 3.0 * DEG  # found after a minute of motion
 ENOUGH = 3.0  # sigmas
 
 
-def errors_of(seed: int, folder: Path) -> tuple[np.ndarray, Initialization]:
-    """True less found position (m), velocity (m/s) and attitude (rad) of one recording, and what was found."""
+def errors_of(seed: int, folder: Path, velocities: bool = True) -> tuple[np.ndarray, Initialization]:
+    """True less found position (m), velocity (m/s) and attitude (rad) of one recording, and what was found.
+
+    Without `velocities` the receiver gave positions alone.
+    """
     grade, path = list(RANGES)[seed % 3], PATHS[seed % 4]
     made = a_recording(np.random.default_rng(seed), grade, path, RATE_HZ)
     made.save(folder)
     recording = form.read(folder)
+    if not velocities:
+        nothing = np.full_like(recording.gps.velocity_n, np.nan)
+        recording = replace(recording, gps=replace(recording.gps, velocity_n=nothing, velocity_sigma_mps=None))
     found = find(recording, recording.imu.gyro, recording.imu.accelerometer)
     start = found.start
     lla, velocity, euler, _ = made.felt.truth.state([start.time_s])
@@ -58,6 +64,24 @@ def test_stated_sigmas_are_those_of_the_errors(tmp_path: Path) -> None:
     assert low < total < high
     assert all(not found.rival_headings_rad for _, found in runs)
     assert runs[0][1].heading_sigma_rad < CONSUMER_HEADING_RAD
+
+
+def test_positions_alone_are_a_start_in_motion(tmp_path: Path) -> None:
+    """A tactical unit that drives: its heading is found without a measured velocity, and the sigmas are true."""
+    errors, found = errors_of(2, tmp_path / "r", velocities=False)
+    low, high = chi2.interval(0.998, STATES)
+    assert low < squared(errors, found) < high
+    assert found.heading_sigma_rad < CONSUMER_HEADING_RAD and not found.rival_headings_rad
+
+
+@pytest.mark.slow
+def test_stated_sigmas_of_starts_by_positions_alone(tmp_path: Path) -> None:
+    """The mean normalised error squared of 24 drives and flights lies in its 99.8 % band."""
+    runs = [errors_of(seed, tmp_path / str(seed), velocities=False) for seed in range(3000, 3024)]
+    total = sum(squared(*run) for run in runs)
+    low, high = chi2.interval(0.998, STATES * len(runs))
+    print(f"mean {total / len(runs):.2f} of {STATES} [{low / len(runs):.2f}, {high / len(runs):.2f}]")
+    assert low < total < high
 
 
 @pytest.mark.slow
