@@ -167,8 +167,9 @@ def _results(verbs: argparse._SubParsersAction) -> None:
         action="append",
         default=[],
         metavar="KEY+P%",
-        help="exit with 1 where KEY is more than P %% above the first run; velocity_rms is its horizontal, cep_rate "
-        "and radial_error_rate their final; may be repeated",
+        help="exit with 1 where the whole 95 %% interval of the paired change of KEY lies above P %%, or, with "
+        "KEY.value+P%%, where its value does; velocity_rms is its horizontal, cep_rate and radial_error_rate their "
+        "final; may be repeated",
     )
     _output(parser, Path("reports/results"), "folder of the report (default: %(default)s)")
     parser.add_argument("--quiet", action="store_true", help="no text on the terminal")

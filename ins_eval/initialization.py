@@ -25,7 +25,7 @@ import numpy as np
 from ins_eval.earth import EARTH_RATE, gravity, radii
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Recording, Start
-from ins_eval.recording.belief import EarthBelief
+from ins_eval.recording.belief import EarthBelief, GpsBelief
 from ins_eval.recording.stillness import Stretch, still_stretches
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate, quaternion_from_attitude
 from ins_eval.units import DEG, DEG_PER_H, DEG_PER_SQRT_H, UG
@@ -39,6 +39,9 @@ LONGEST_S = 300.0  # of a window that is made longer because its heading is not 
 REST_S = 120.0  # of standstill before the motion
 MOVING_MPS = 2.0
 FAST = 0.3  # of the highest speeds: motion that tells a heading
+STANDS_MPS = 0.5  # that a receiver shows of a vehicle that stands, or `GATE` sigmas of it
+HALF_SPAN_S = 2.0  # over which positions are differentiated, to both sides: 0.7 m/s where they are good to 2 m
+GUESSED_VELOCITY_MPS = 5.0  # sigma of the first velocity where it was differentiated
 STILL_S = 5.0  # shortest standstill that is used
 EDGE_S = 3.0  # of a standstill that is not used: the vehicle comes to rest and leaves it
 STATED_HEADING_RAD = 5.0 * DEG
@@ -146,7 +149,7 @@ def find(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Initia
 
     The window holds the standstill before the first motion and a minute of motion, and is made longer, up to five
     minutes, while the heading is not known to 3 degrees. Without motion it is the standstill alone.
-    Raises: DataRefused where there is neither a standstill nor fixes with velocities.
+    Raises: DataRefused where there is neither a standstill nor fixes that move.
     """
     begin_s, moves_s, end_s, last_s = _first_window(recording)
     while True:
@@ -195,7 +198,8 @@ def _first_window(recording: Recording) -> tuple[float, float, float, float]:
     """Begin of the window, of the motion, end and latest end; the begin is that of a sample."""
     edges_s = np.concatenate([[recording.start.time_s], recording.imu.time_s])
     first_s, last_s = recording.start.time_s, float(recording.imu.time_s[-1])
-    fixes, offset_s = _fixes(recording)
+    fixes, section, _ = _fixes(recording)
+    offset_s = section.time_offset_s if fixes is not None else 0.0
     still = _still(recording, fixes, offset_s)
     if fixes is not None:
         speed = np.where(fixes.valid, np.linalg.norm(np.nan_to_num(fixes.velocity_n), axis=1), 0.0)
@@ -218,7 +222,7 @@ def _first_window(recording: Recording) -> tuple[float, float, float, float]:
         raise DataRefused(
             f"{recording.name}: the attitude of the start is unknown, no standstill of {STILL_S:g} s was found and no "
             f"fix moves faster than {MOVING_MPS:g} m/s; give attitude_deg in [start], record some seconds at rest, or "
-            "add the velocities of a GPS"
+            "add the fixes of a GPS"
         )
     chosen = max(still, key=lambda s: s.duration_s)
     end_s = min(chosen.end_s, chosen.start_s + REST_S)
@@ -238,12 +242,40 @@ def _still(recording: Recording, fixes: Fixes | None, offset_s: float) -> list[S
     return out
 
 
-def _fixes(recording: Recording) -> tuple[Fixes | None, float]:
-    """What velocities come from, and the offset of its clock."""
-    for fixes, section in ((recording.gps, recording.belief.gps), (recording.reference, recording.belief.reference)):
-        if fixes is not None and (fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)).any():
-            return fixes, section.time_offset_s
-    return None, 0.0
+def _fixes(recording: Recording) -> tuple[Fixes | None, GpsBelief, bool]:
+    """What velocities come from, what is believed of it, and whether they are positions that were differentiated."""
+    tables = (recording.gps, recording.belief.gps), (recording.reference, recording.belief.reference)
+    for fixes, section in tables:
+        if fixes is not None and _has_velocities(fixes):
+            return fixes, section, False
+    for fixes, section in tables:
+        if fixes is not None and _has_velocities(moving := _differentiated(fixes, section.position_sigma_m)):
+            return moving, section, True
+    return None, recording.belief.reference, False
+
+
+def _has_velocities(fixes: Fixes) -> bool:
+    return bool((fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)).any())
+
+
+def _differentiated(fixes: Fixes, sigma_m: float) -> Fixes:
+    """Positions with the velocities (p(t + h) - p(t - h)) / 2 h, of sigma sqrt(2) sigma_p / 2 h; NaN over gaps."""
+    use = np.flatnonzero(fixes.valid & np.isfinite(fixes.latitude_rad + fixes.longitude_rad + fixes.height_m))
+    velocity_n = np.full((len(fixes.time_s), 3), np.nan)
+    if use.size > 1:
+        time_s, latitude = fixes.time_s[use], fixes.latitude_rad[use]
+        meridian, transverse = (r + float(fixes.height_m[use[0]]) for r in radii(float(latitude[0])))
+        metre = np.column_stack(
+            [meridian * latitude, transverse * np.cos(latitude[0]) * fixes.longitude_rad[use], -fixes.height_m[use]]
+        )
+        behind = np.searchsorted(time_s, time_s - HALF_SPAN_S - 1e-6)
+        ahead = np.searchsorted(time_s, time_s + HALF_SPAN_S + 1e-6) - 1
+        span_s = (time_s[ahead] - time_s[behind])[:, None]
+        whole = span_s[:, 0] >= HALF_SPAN_S
+        velocity_n[use[whole]] = (metre[ahead] - metre[behind])[whole] / span_s[whole]
+    own = sigma_m if fixes.position_sigma_m is None else float(np.median(fixes.position_sigma_m))
+    sigma = np.full(len(fixes.time_s), np.sqrt(2.0) * own / (2.0 * HALF_SPAN_S))
+    return replace(fixes, velocity_n=velocity_n, velocity_sigma_mps=sigma)
 
 
 def _stands(fixes: Fixes | None, offset_s: float, stretch: Stretch) -> bool:
@@ -252,15 +284,16 @@ def _stands(fixes: Fixes | None, offset_s: float, stretch: Stretch) -> bool:
         return True
     at_s = fixes.time_s - offset_s
     inside = (at_s > stretch.start_s) & (at_s <= stretch.end_s) & fixes.valid
-    return not (np.linalg.norm(fixes.velocity_n[inside], axis=1) > 0.5).any()
+    sigma = 0.0 if fixes.velocity_sigma_mps is None else np.nanmedian(fixes.velocity_sigma_mps)
+    return not (np.linalg.norm(fixes.velocity_n[inside], axis=1) > max(STANDS_MPS, GATE * sigma)).any()
 
 
 def _window(recording, dtheta_b, dv_b, begin_s: float, end_s: float) -> Window:
     imu, belief = recording.imu, recording.belief
     rows = slice(*np.searchsorted(imu.time_s, [begin_s + 1e-6, end_s + 1e-6]))
-    fixes, offset_s = _fixes(recording)
+    fixes, section, derived = _fixes(recording)
+    offset_s = section.time_offset_s if fixes is not None else 0.0
     still = [s for s in _still(recording, fixes, offset_s) if s.end_s > begin_s and s.start_s < end_s]
-    section = belief.gps if fixes is recording.gps else belief.reference
     sigma = np.empty(0), np.empty(0)
     if fixes is not None:
         at_s = fixes.time_s - offset_s
@@ -273,6 +306,8 @@ def _window(recording, dtheta_b, dv_b, begin_s: float, end_s: float) -> Window:
                 (fixes.velocity_sigma_mps, section.velocity_sigma_mps, 0.01),
             )
         )
+        if derived:  # the positions they come from are measured already, once
+            sigma = sigma[0], np.zeros(use.sum())
     seconds = [
         np.column_stack([edges[:-1], edges[1:]])
         for s in still
@@ -323,7 +358,10 @@ def _prior(recording: Recording, window: Window, still: bool) -> np.ndarray:
     scale = SCALE_SIGMA if gyro > COARSE_RADPS else FINE_SCALE_SIGMA
     sigma = np.empty(STATES)
     sigma[POSITION] = 3.0 * window.fix_sigma[0].max(initial=1.0)
-    sigma[VELOCITY] = ZERO_VELOCITY_MPS if still else max(1.0, 10.0 * window.fix_sigma[1].max(initial=0.0))
+    velocity = window.fix_sigma[1]
+    derived = velocity.size > 0 and not velocity.any()
+    moving = GUESSED_VELOCITY_MPS if derived else max(1.0, 10.0 * velocity.max(initial=0.0))
+    sigma[VELOCITY] = ZERO_VELOCITY_MPS if still else moving
     sigma[ATTITUDE] = TILT_SIGMA_RAD, TILT_SIGMA_RAD, _stated_heading_sigma(recording)
     sigma[GYRO_BIAS], sigma[ACCELEROMETER_BIAS] = gyro, force
     sigma[GYRO_SCALE], sigma[ACCELEROMETER_SCALE] = scale, scale

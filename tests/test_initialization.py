@@ -12,12 +12,14 @@ from scipy.stats import beta, chi2
 
 from benchmark.worlds.earth import from_euler, radii
 from benchmark.worlds.grades import RANGES, a_recording
+from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, GYRO_BIAS, Initialization, find
 from ins_eval.navigation import beginning, evaluate, restarts
 from ins_eval.recording import Imu, Recording, form
 from ins_eval.recording.readers import apm_mat, apm_text
 from ins_eval.recording.stillness import Stretch
+from ins_eval.report.results import as_json
 from ins_eval.units import DEG, DEG_PER_H
 
 RATE_HZ = 20.0
@@ -26,14 +28,21 @@ STATES = 9  # position, velocity, attitude
 ONBOARD_RAD = 10.0 * DEG  # an autopilot's own attitude: heading by a magnetometer that is believed to 20 degrees
 CONSUMER_HEADING_RAD = 3.0 * DEG  # found after a minute of motion
 ENOUGH = 3.0  # sigmas
+GROWN_M = 15.0  # after ten seconds of an industrial unit, beside the noise of two fixes
 
 
-def errors_of(seed: int, folder: Path) -> tuple[np.ndarray, Initialization]:
-    """True less found position (m), velocity (m/s) and attitude (rad) of one recording, and what was found."""
+def errors_of(seed: int, folder: Path, velocities: bool = True) -> tuple[np.ndarray, Initialization]:
+    """True less found position (m), velocity (m/s) and attitude (rad) of one recording, and what was found.
+
+    Without `velocities` the receiver gave positions alone.
+    """
     grade, path = list(RANGES)[seed % 3], PATHS[seed % 4]
     made = a_recording(np.random.default_rng(seed), grade, path, RATE_HZ)
     made.save(folder)
     recording = form.read(folder)
+    if not velocities:
+        nothing = np.full_like(recording.gps.velocity_n, np.nan)
+        recording = replace(recording, gps=replace(recording.gps, velocity_n=nothing, velocity_sigma_mps=None))
     found = find(recording, recording.imu.gyro, recording.imu.accelerometer)
     start = found.start
     lla, velocity, euler, _ = made.felt.truth.state([start.time_s])
@@ -58,6 +67,24 @@ def test_stated_sigmas_are_those_of_the_errors(tmp_path: Path) -> None:
     assert low < total < high
     assert all(not found.rival_headings_rad for _, found in runs)
     assert runs[0][1].heading_sigma_rad < CONSUMER_HEADING_RAD
+
+
+def test_positions_alone_are_a_start_in_motion(tmp_path: Path) -> None:
+    """A tactical unit that drives: its heading is found without a measured velocity, and the sigmas are true."""
+    errors, found = errors_of(2, tmp_path / "r", velocities=False)
+    low, high = chi2.interval(0.998, STATES)
+    assert low < squared(errors, found) < high
+    assert found.heading_sigma_rad < CONSUMER_HEADING_RAD and not found.rival_headings_rad
+
+
+@pytest.mark.slow
+def test_stated_sigmas_of_starts_by_positions_alone(tmp_path: Path) -> None:
+    """The mean normalised error squared of 24 drives and flights lies in its 99.8 % band."""
+    runs = [errors_of(seed, tmp_path / str(seed), velocities=False) for seed in range(3000, 3024)]
+    total = sum(squared(*run) for run in runs)
+    low, high = chi2.interval(0.998, STATES * len(runs))
+    print(f"mean {total / len(runs):.2f} of {STATES} [{low / len(runs):.2f}, {high / len(runs):.2f}]")
+    assert low < total < high
 
 
 @pytest.mark.slow
@@ -95,9 +122,21 @@ def test_a_mems_drive_is_navigated_and_restarted_without_a_reference(drive: Reco
     assert pieces.count > 100
     assert (pieces.position_interval_m[0] < pieces.position_rms_m).all()
     assert (pieces.position_rms_m < pieces.position_interval_m[1]).all()
-    assert pieces.position_rms_m[-1] < 15.0  # ten seconds of an industrial unit, beside the noise of two fixes
+    assert pieces.position_rms_m[-1] < GROWN_M
     few = restarts(drive, drive.imu.accelerometer, 1000.0, begin)
     assert np.isnan(few.position_interval_m).all()
+
+
+@pytest.mark.slow
+def test_positions_alone_are_evaluated_and_restarted(drive: Recording, tmp_path: Path) -> None:
+    """The numbers leave velocities out; positions grow as those of an industrial unit."""
+    nothing = np.full_like(drive.gps.velocity_n, np.nan)
+    placed = replace(drive, gps=replace(drive.gps, velocity_n=nothing, velocity_sigma_mps=None))
+    found = evaluate_recording(placed, restart_every_s=10.0)
+    pieces = found.tree["restarts"]["none"]
+    assert "velocity_rms_mps" not in pieces and "velocity_interval95_mps" not in pieces
+    assert pieces["count"] > 100 and pieces["position_rms_m"][-1] < GROWN_M
+    assert as_json(found.tree)
 
 
 def test_an_unknown_heading_is_stated_as_unknown(drive: Recording) -> None:

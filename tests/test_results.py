@@ -8,9 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ins_eval.analysis.results import regression
 from ins_eval.cli import main
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.interface import results
+
+RUNS = 40
+# of RUNS whose true change is the limit: 2.5 % on one side of the interval, 5 % where 30 recordings with large errors
+# make a bootstrap interval too narrow; more than 6 come by chance in 0.3 % of such tests
+MOST_BY_CHANCE = 6
 
 
 def written(folder: Path, values: dict[str, float], refused: tuple[str, ...] = ()) -> Path:
@@ -51,14 +57,39 @@ def test_the_change_of_one_recording_has_no_interval(tmp_path):
     assert "+25.0 %" in str(found)
 
 
-@pytest.mark.parametrize(("limit", "code"), [("velocity_rms+5%", 1), ("velocity_rms_horizontal+30%", 0)])
+@pytest.mark.parametrize(
+    ("limit", "code"),
+    [("velocity_rms+5%", 1), ("velocity_rms.value+5%", 1), ("velocity_rms_horizontal+30%", 0)],
+)
 def test_a_stated_regression_fails(limit, code, tmp_path, capsys):
     a = written(tmp_path / "a", {"one": 1.0, "two": 2.0})
     b = written(tmp_path / "b", {"one": 1.2, "two": 2.4})
     assert main(["results", str(a), str(b), "--fail-if", limit, "--output", str(tmp_path / "page"), "--quiet"]) == code
     said = capsys.readouterr().err
     assert ("expected at most 5 % more" in said) == bool(code)
+    assert ("paired" in said) == (limit == "velocity_rms+5%")
     assert (tmp_path / "page" / "index.html").exists()
+
+
+def test_a_change_that_chance_explains_is_no_regression(tmp_path):
+    rng = np.random.default_rng(7)
+    failed = {"velocity_rms+5%": 0, "velocity_rms.value+5%": 0, "velocity_rms+0%": 0}
+    for k in range(RUNS):
+        a, b = draws(rng, 1.05)
+        found = results([written(tmp_path / f"{k}a", a), written(tmp_path / f"{k}b", b)]).found
+        for limit in failed:
+            failed[limit] += bool(regression(found, limit))
+    assert failed["velocity_rms+5%"] <= MOST_BY_CHANCE
+    assert RUNS / 4 < failed["velocity_rms.value+5%"] < 3 * RUNS / 4  # the value lies above 5 % in one half of them
+    assert failed["velocity_rms+0%"] > RUNS / 2
+
+
+def test_a_change_without_interval_is_held_up_by_its_value_only(tmp_path):
+    found = results([written(tmp_path / "a", {"one": 1.0}), written(tmp_path / "b", {"one": 1.25})]).found
+    with pytest.raises(UsageError, match=r"has no interval \(1 recordings\).*velocity_rms\.value\+5% compares"):
+        regression(found, "velocity_rms+5%")
+    assert "is 1.25 m/s in b" in regression(found, "velocity_rms.value+5%")
+    assert not regression(found, "velocity_rms.value+30%")
 
 
 def test_a_recording_that_is_refused_now_is_a_regression(tmp_path, capsys):

@@ -161,17 +161,7 @@ class RecordingEvaluation:
         if self.solution is not None:
             result["solution"] = self.solution.numbers
         if self.restarts:
-            result["restarts"] = {
-                name: {
-                    "count": piece.count,
-                    "after_s": [float(t) for t in piece.after_s],
-                    "position_rms_m": [float(p) for p in piece.position_rms_m],
-                    "velocity_rms_mps": [float(v) for v in piece.velocity_rms_mps],
-                    "position_interval95_m": _listed(piece.position_interval_m),
-                    "velocity_interval95_mps": _listed(piece.velocity_interval_mps),
-                }
-                for name, piece in self.restarts.items()
-            }
+            result["restarts"] = {name: _growth(piece) for name, piece in self.restarts.items()}
         return result
 
 
@@ -296,6 +286,20 @@ def _of_increments(recording: Recording) -> dict[str, _Arm]:
         velocity = recording.imu.accelerometer - bias * recording.interval_s[:, None]
         arms[BELIEVED] = _Arm(*without_effects(recording, velocity, recording.folder))
     return arms
+
+
+def _growth(piece: Restarts) -> dict[str, Any]:
+    """The numbers of `restarts`; those of the velocity are left out where the fixes have none."""
+    found = {
+        "count": piece.count,
+        "after_s": piece.after_s.tolist(),
+        "position_rms_m": piece.position_rms_m.tolist(),
+        "position_interval95_m": _listed(piece.position_interval_m),
+    }
+    if np.isfinite(piece.velocity_rms_mps).all():
+        found["velocity_rms_mps"] = piece.velocity_rms_mps.tolist()
+        found["velocity_interval95_mps"] = _listed(piece.velocity_interval_mps)
+    return found
 
 
 def _listed(interval: np.ndarray) -> list[list[float]] | None:

@@ -28,7 +28,7 @@ UNITS = {"velocity_rms": "m/s", "cep_rate": "nmi/h", "radial_error_rate": "nmi/h
 SUFFIX = re.compile(r"_(mps|nmi_per_h|m)$")
 SHORT = {name: f"{name}_{which}" for name, which in (
     ("velocity_rms", "horizontal"), ("cep_rate", "final"), ("radial_error_rate", "final"))}  # fmt: skip
-LIMIT = re.compile(r"([a-z0-9_]+)\+(\d+(?:\.\d+)?)%")
+LIMIT = re.compile(r"([a-z0-9_]+)(\.value)?\+(\d+(?:\.\d+)?)%")
 SEED = 1  # of the bootstrap
 
 
@@ -185,14 +185,19 @@ def _add(found: dict[str, dict[str, dict[str, np.ndarray]]], rows: Iterable[Mapp
 
 
 def regression(found: RunComparison, limit: str) -> str:
-    """A sentence that says where a later run is worse than the first by more than a `limit` ``KEY+P%``, or nothing.
+    """A sentence that says where a later run is worse than the first by more than a `limit`, or nothing.
 
-    Raises: UsageError for a limit that cannot be read or a key that the runs do not have.
+    ``KEY+P%`` is passed where the whole 95 % interval of the paired ratio lies above 1 + P/100, ``KEY.value+P%`` where
+    the ratio of the values does.
+
+    Raises: UsageError for a limit that cannot be read, a key that the runs do not have or a change without interval.
     """
     read = LIMIT.fullmatch(limit)
     if read is None:
-        raise UsageError(f"--fail-if {limit}: expected KEY+PERCENT%, such as velocity_rms+5%; correct it")
-    key, percent = SHORT.get(read[1], read[1]), float(read[2])
+        raise UsageError(
+            f"--fail-if {limit}: expected KEY+PERCENT% or KEY.value+PERCENT%, such as velocity_rms+5%; correct it"
+        )
+    key, by_value, most = SHORT.get(read[1], read[1]), bool(read[2]), 1.0 + float(read[3]) / 100.0
     known = list(dict.fromkeys(one.measure for one in found.changes))
     if key not in known:
         raise UsageError(
@@ -202,14 +207,27 @@ def regression(found: RunComparison, limit: str) -> str:
     if found.lost:
         return f"{found.lost[0]} was evaluated in {found.runs[0].name} and is missing or refused in a later run"
     for one in found.changes:
-        for run, value in zip(found.runs[1:], one.values[1:], strict=True):
-            if one.measure == key and value > one.values[0] * (1.0 + percent / 100.0):
+        for run, value, ratio in zip(found.runs[1:], one.values[1:], one.ratios, strict=True):
+            if one.measure != key:
+                continue
+            if not by_value and (ratio is None or not np.isfinite(ratio.low)):
+                raise UsageError(
+                    f"--fail-if {limit}: the change of {key} with compensation '{one.compensation}' has no interval "
+                    f"({len(one.recordings)} recordings), expected two or more with errors that are not zero; "
+                    f"--fail-if {read[1]}.value+{read[3]}% compares the values"
+                )
+            if (value > most * one.values[0]) if by_value else (ratio.low > most):
                 unit = next(unit for name, unit in UNITS.items() if key.startswith(name))
+                interval = "" if by_value else f" ({_percent(ratio.low)} to {_percent(ratio.high)} %, paired)"
                 return (
                     f"{key} with compensation '{one.compensation}' is {value:.4g} {unit} in {run.name} and "
-                    f"{one.values[0]:.4g} {unit} in {found.runs[0].name}, expected at most {percent:g} % more"
+                    f"{one.values[0]:.4g} {unit} in {found.runs[0].name}{interval}, expected at most {read[3]} % more"
                 )
     return ""
+
+
+def _percent(ratio: float) -> str:
+    return f"{100.0 * (ratio - 1.0):+.1f}"
 
 
 def statistic(measure: str):

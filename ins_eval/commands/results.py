@@ -13,7 +13,7 @@ from ins_eval.interface import results
 def run(folders: Sequence[Path], output: Path, fail_if: Sequence[str] = (), quiet: bool = False) -> int:
     """Hold each later run against the first, write the page into `output` and print its text.
 
-    Raises: GateNotMet where one of the limits `fail_if` (``KEY+P%``) is passed.
+    Raises: GateNotMet where one of the limits `fail_if` (``KEY+P%``, ``KEY.value+P%``) is passed.
     """
     found = results(folders)
     worse = [words for limit in fail_if if (words := regression(found.found, limit))]

@@ -203,9 +203,12 @@ def _restarts(metrics: Mapping) -> list[Block]:
     pieces = [metrics["restarts"][name] for name in arms]
     after_s = pieces[0]["after_s"]
     shown = [k for k, t in enumerate(after_s) if t in RESTART_TIMES_S or k == len(after_s) - 1]
-    header = ["time since the start afresh [s]"]
-    for name in arms:
-        header += [f"{label(name)}: position [m]", f"{label(name)}: velocity [m/s]"]
+    measures = [
+        ("position [m]", "position_rms_m", "position_interval95_m", 1),
+        ("velocity [m/s]", "velocity_rms_mps", "velocity_interval95_mps", 2),
+    ]
+    measures = [one for one in measures if all(one[1] in piece for piece in pieces)]
+    header = ["time since the start afresh [s]", *(f"{label(name)}: {one[0]}" for name in arms for one in measures)]
     rows = [
         (
             fixed(after_s[k], 0),
@@ -213,8 +216,7 @@ def _restarts(metrics: Mapping) -> list[Block]:
                 cell
                 for piece in pieces
                 for cell in (
-                    _with_interval(piece, "position_rms_m", "position_interval95_m", k, 1),
-                    _with_interval(piece, "velocity_rms_mps", "velocity_interval95_mps", k, 2),
+                    _with_interval(piece, value, interval, k, digits) for _, value, interval, digits in measures
                 )
             ),
         )

@@ -1,9 +1,8 @@
 """Wrong descriptions of a recording, before physics is looked for: what `consistency` finds, as effects of a belief.
 
-Each contradiction has alternatives. Where there are several, or where the relation that betrays it has other reasons to
-be broken, they are navigated, and the one whose evidence is highest with everything uncertain integrated out is taken,
-if it is higher than that of what was read. Then the recording is examined again as it is mended, until nothing
-contradicts itself.
+Each contradiction has alternatives. Where there are several, or where the odds leave doubt, they are navigated, and the
+one whose evidence is highest with everything uncertain integrated out is taken, if it is higher than that of what was
+read. Then the recording is examined again as it is mended, until nothing contradicts itself.
 """
 
 from __future__ import annotations
@@ -55,7 +54,7 @@ class _Changes:
         why = dict(self.why)
         of_sensors = [(sensor, one) for sensor in SENSORS for one in _of_matrix(sensor, getattr(self, sensor))]
         return [
-            WrongDescription(one, _log_odds(why[key]), why[key].seen)
+            WrongDescription(one, why[key].log_odds, why[key].seen)
             for key, one in (*of_sensors, *((one.name, one) for one in self.others))
         ]
 
@@ -82,11 +81,11 @@ def wrong_descriptions(recording: Recording) -> list[WrongDescription]:
 
 def _best(recording: Recording, here: Recording, found: Finding, options: Sequence[_Changes]) -> _Changes | None:
     """The option whose navigation is the most probable, None where that of what was read is no worse."""
-    if len(options) == 1 and _log_odds(found) > BEYOND_DOUBT:
+    if len(options) == 1 and found.log_odds > BEYOND_DOUBT:
         return options[0]
     heights = [_evidence(one.on(recording)) for one in options]
-    if all(height is None for height in heights):  # the relation alone decides
-        return options[0] if _log_odds(found) > BEYOND_DOUBT else None
+    if all(height is None for height in heights):  # its odds alone decide
+        return options[0] if found.log_odds > BEYOND_DOUBT else None
     known = [-np.inf if height is None else height for height in heights]
     before = _evidence(here)
     return options[int(np.argmax(known))] if before is None or max(known) > before else None
@@ -101,10 +100,6 @@ def _evidence(recording: Recording) -> float | None:
     except (InsEvalError, ArithmeticError, np.linalg.LinAlgError, ValueError):  # a wrong sign makes any solution absurd
         return None
     return height if np.isfinite(height) else None
-
-
-def _log_odds(found: Finding) -> float:
-    return found.log_odds if found.relation is None else found.relation
 
 
 def _options(found: Finding, changes: _Changes) -> Iterator[_Changes]:

@@ -43,7 +43,7 @@ class Finding:
     `key` is what a user assumes to mend it or to insist; `mend` says in words what to correct; `factor` is the right
     scale over the one read and `matrix` (3, 3) turns what was read to what is right. Infinite odds: impossible.
     `orders` are such matrices of accelerometers and of gyros, likeliest first; `jump` the instant of a jump of stamps
-    and its size in s; `relation` the log odds of the relation alone, where something else may break it.
+    and its size in s.
     """
 
     key: str
@@ -55,7 +55,6 @@ class Finding:
     matrix: np.ndarray | None = None
     orders: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
     jump: tuple[float, float] | None = None
-    relation: float | None = None
 
     @property
     def decided(self) -> bool:
@@ -66,11 +65,14 @@ class Finding:
         return "beyond 1e12 to 1" if self.log_odds > np.log(1e12) else f"{np.exp(self.log_odds):.2g} to 1"
 
 
-def channel_scores(expected: np.ndarray, observed: np.ndarray, factors: np.ndarray, floor: np.ndarray) -> np.ndarray:
+def channel_scores(
+    expected: np.ndarray, observed: np.ndarray, factors: np.ndarray, floor: np.ndarray, offset: float = 0.0
+) -> np.ndarray:
     """log L (a, 3, 3, 2, s) of channel i read from column j with either sign and each of s factors.
 
-    `expected` and `observed` are (a, n, 3) under each of a further alternatives, `floor` (3,) the smallest sigma; zero
-    throughout where a channel tells nothing: too few finite rows, or no alternative explains what it should show.
+    `expected` and `observed` are (a, n, 3) under each of a further alternatives, `floor` (3,) the smallest sigma, and
+    `offset` the sigma of the constant that every channel may have, at its best under each alternative. Zero throughout
+    where a channel tells nothing: too few finite rows, or no alternative explains what it should show.
     """
     signed = np.stack([factors, -factors])
     scores = np.zeros((len(expected), 3, 3, 2, len(factors)))
@@ -82,6 +84,8 @@ def channel_scores(expected: np.ndarray, observed: np.ndarray, factors: np.ndarr
         wanted = expected[:, rows, i][:, None, None, None, :]
         columns = observed[:, rows].transpose(0, 2, 1)[:, :, None, None, :]
         residual = wanted - signed[None, None, :, :, None] * columns  # (a, 3, 2, s, n)
+        constant = _constant(residual, offset)
+        residual = residual - constant
         # relative to what the channel should show, so that no alternative wins by making everything small
         shown = np.maximum(_core_size(wanted)[..., None], SMALLEST)  # (a, 1, 1, 1, 1)
         residual = residual / shown
@@ -95,7 +99,18 @@ def channel_scores(expected: np.ndarray, observed: np.ndarray, factors: np.ndarr
         sigma = max(float(size[best]), least)
         counted = effective_share(residual[best])
         scores[:, i] = -0.5 * (NU + 1.0) * counted * np.log1p(residual**2 / (NU * sigma**2)).sum(axis=-1)
+        if offset > 0.0:
+            scores[:, i] -= 0.5 * (constant[..., 0] / offset) ** 2
     return scores
+
+
+def _constant(residual: np.ndarray, sigma: float) -> np.ndarray:
+    """The likeliest constant in residuals (..., n), with a prior of zero mean and `sigma`."""
+    if sigma == 0.0:
+        return np.zeros((*residual.shape[:-1], 1))
+    level = np.median(residual, axis=-1, keepdims=True)
+    spread = np.median(np.abs(residual - level), axis=-1, keepdims=True)
+    return level * sigma**2 / (sigma**2 + spread**2 / residual.shape[-1])
 
 
 def _core_size(values: np.ndarray) -> np.ndarray:

@@ -12,15 +12,12 @@ triads against each other: `windows`.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from ins_eval.earth import gravity
 from ins_eval.recording import Fixes, Imu, Recording
 from ins_eval.recording.consistency.alternatives import (
-    BEYOND_DOUBT,
     CHANGED,
     LIKELY,
     MATRICES,
@@ -33,6 +30,7 @@ from ins_eval.recording.consistency.alternatives import (
     undecided_axes,
 )
 from ins_eval.recording.consistency.windows import (
+    GYRO_OFFSET,
     HANDED,
     OFFSETS_S,
     RATE_FACTORS,
@@ -122,11 +120,13 @@ def _by_attitude(recording, integrals: Integrals, reference: Fixes, moving: Fixe
     chosen = _liveliest(rate[0])
     rate, first, last = rate[:, chosen], first[chosen], last[chosen]
     seen = _synchronous(rate[0], lambda o: integrals.rates("angle", time_s[first] - o, time_s[last] - o))
-    by_rate = order_scores(channel_scores(rate, np.repeat(seen[None], 3, axis=0), RATE_FACTORS, RATE_FLOOR))
+    by_rate = order_scores(
+        channel_scores(rate, np.repeat(seen[None], 3, axis=0), RATE_FACTORS, RATE_FLOOR, GYRO_OFFSET)
+    )
     by_force = np.zeros((3, 48, len(FORCE_FACTORS)))
     if moving is not None:
         by_force = _force_by_attitude(recording, integrals, (time_s, attitude), moving, table)
-    return _decided(by_rate, by_force, None, "the attitude of the reference" + (f" and {table}" if table else ""), True)
+    return _decided(by_rate, by_force, None, "the attitude of the reference" + (f" and {table}" if table else ""))
 
 
 def _force_by_attitude(recording, integrals: Integrals, known, moving: Fixes, table: str) -> np.ndarray:
@@ -183,26 +183,12 @@ def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table:
     def seen(name: str, expected: np.ndarray) -> np.ndarray:
         return _synchronous(expected, lambda o: integrals.rates(name, at_s[first] - o, at_s[last] - o))
 
-    by_rate = order_scores(channel_scores(rate[None], seen("angle", rate)[None], RATE_FACTORS, RATE_FLOOR))
+    by_rate = order_scores(channel_scores(rate[None], seen("angle", rate)[None], RATE_FACTORS, RATE_FLOOR, GYRO_OFFSET))
     observed = seen("velocity", force)
     by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR))
-    relative = relative_scores(integrals, at_s, velocity_n, down)
-    if relative is not None:
-        turned = integrals.rates("angle", at_s[first], at_s[last])
-        relative[:, :, ~_of_that_size(rate[:, 2], turned)] = relative.min()
-    return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table, certain=False)
-
-
-def _of_that_size(turning: np.ndarray, turned: np.ndarray) -> np.ndarray:
-    """Which of `RELATIVE_FACTORS` bring the gyros (n, 3) nearer to the size of the turns of the course (n,).
-
-    In a window an offset of the gyros cannot be told from turns, and gyros that are read as next to nothing have none.
-    """
-    known = np.isfinite(turning) & np.isfinite(turned).all(axis=1)
-    if known.sum() < FEWEST_FIXES or np.std(turning[known]) < RATE_FLOOR[2]:
-        return np.ones(RELATIVE_FACTORS.size, dtype=bool)
-    size = float(np.sqrt(turned[known].var(axis=0).sum())) / float(np.std(turning[known]))
-    return (RELATIVE_FACTORS == 1.0) | (np.abs(np.log(size * RELATIVE_FACTORS)) < abs(np.log(size)))
+    arm_m = np.asarray(getattr(recording.belief, table).lever_arm_m, dtype=float)
+    relative = relative_scores(integrals, at_s, velocity_n, down, arm_m)
+    return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table)
 
 
 def _velocities(recording: Recording, moving: Fixes, table: str) -> tuple[np.ndarray, np.ndarray, float]:
@@ -256,7 +242,7 @@ def _synchronous(expected: np.ndarray, seen_at) -> np.ndarray:
     return seen_at(offset_s)
 
 
-def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Finding]:
+def _decided(by_rate, by_force, relative, by: str) -> list[Finding]:
     """The best of all orders and units of both triads (and units of the attitude) against what was read.
 
     by_rate (a, 48 g, s), by_force (a, 48 p, t), relative (2, 48, 4) or None.
@@ -285,16 +271,12 @@ def _decided(by_rate, by_force, relative, by: str, certain: bool) -> list[Findin
         parts = [f"gyro {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=0)))]
         parts += [f"accelerometer {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=1)))]
         return undecided(f"the motion against {by}", [f"order and sign of {', '.join(parts)}"] if parts else [])
-    relation = log_odds
-    if not certain:  # no attitude: arms of antennas that rock and offsets of a MEMS are no part of the relations
-        log_odds = min(log_odds, BEYOND_DOUBT - 1.0)
     near = sorted(
         zip(*np.nonzero(total[best[0]] > total[best] - LIKELY), strict=True), key=lambda k: -total[best[0]][k]
     )
     near = [(int(p), int(g)) for p, g in near if p or g]
     orders = list(dict.fromkeys([*near[:MOST_NAMED], *[(p, g) for p, g in near if p == g][:1]]))
-    named = _named(int(best[0]), orders, float(RATE_FACTORS[units[0]]), float(FORCE_FACTORS[units[1]]), log_odds, by)
-    return [replace(named, relation=relation)]
+    return [_named(int(best[0]), orders, float(RATE_FACTORS[units[0]]), float(FORCE_FACTORS[units[1]]), log_odds, by)]
 
 
 def _named(a: int, orders: list[tuple[int, int]], rate: float, force: float, log_odds: float, by: str) -> Finding:

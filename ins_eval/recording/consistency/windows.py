@@ -5,8 +5,9 @@ but for a rotation:
 
     min over C_w of  sum |dv - g dt - C_w sum R f dt|^2       (Wahba's problem; only singular values are needed)
 
-That tells the order of one triad against the other and whether they are right-handed, of 96 in all. An offset of the
-gyros turns R f as well: what they turn by on the mean is taken off, where that makes the best alternative better.
+What nobody stated is part of the relation, to first order and with a prior of its usual size (`SPREAD`): offsets and
+scales of the gyros, offsets of the accelerometers, the arm to the antenna about the believed one, and the clock. That
+tells the order of one triad against the other and whether they are right-handed, of 96 in all.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ins_eval.recording import Recording
 from ins_eval.recording.consistency.alternatives import MATRICES, NU
@@ -26,6 +28,17 @@ OFFSETS_S = np.arange(-0.6, 0.61, 0.1)  # of the clocks, tried for every relatio
 WINDOW_S, STEP_S, MARGIN_S = 8.0, 0.05, 0.6
 MOST_WINDOWS, FEWEST_WINDOWS = 16, 3
 WINDOW_FLOOR_MPS = 0.05  # of a difference of two velocities
+ARM_HALF_S = 0.1  # half of the time over which a receiver's velocity is a mean, of 5 to 10 Hz receivers
+ITERATIONS, CLOCKS = 3, 2  # of the fit, and of the clock about which it is one
+TINY = 1e-12  # (m/s)^2
+# sigma of what nobody stated
+GYRO_OFFSET = DEG  # rad/s, data sheets of MEMS gyros state 0.2 to 3 deg/s
+GYRO_SCALE = 0.02  # of one, the same sheets state 1 to 3 %
+FORCE_OFFSET = 0.5  # m/s^2, data sheets of MEMS accelerometers state 5 to 60 mg
+ARM_SIGMA_M = 2.0  # of the believed arm to the antenna: anywhere in a car or cabin
+CLOCK_SIGMA_S = 0.1  # beside the offsets that are tried, their step
+SPREAD = np.array([GYRO_OFFSET] * 3 + [GYRO_SCALE] * 3 + [FORCE_OFFSET] * 3 + [ARM_SIGMA_M] * 3 + [CLOCK_SIGMA_S])
+ARM = slice(9, 12)
 
 
 @dataclass(frozen=True)
@@ -64,7 +77,7 @@ def integrated(recording: Recording) -> Integrals | None:
     return Integrals(time_s[kept], summed(imu.gyro), summed(imu.accelerometer * per_unit))
 
 
-def relative_scores(integrals: Integrals, at_s, velocity_n, down: float) -> np.ndarray | None:
+def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: np.ndarray) -> np.ndarray | None:
     """log L (2, 48, 4): handedness of the accelerometers, gyros against them, unit of the gyros; None if untold."""
     windows = _windows(integrals, at_s, velocity_n)
     if windows is None:
@@ -80,21 +93,26 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float) -> np.n
     if size == 0.0:
         return None
     speed = speed * (down / size) if not 0.8 < size / down < 1.25 else speed
+    factors = np.repeat(RELATIVE_FACTORS, 48)[:, None, None, None]
+    read = np.tile(MATRICES, (len(RELATIVE_FACTORS), 1, 1))
+    angle = factors * (angle @ read.transpose(0, 2, 1)[:, None])
+    attitude, turned = _turned(angle, speed)
     first, last = rows[:, :-1], rows[:, 1:]
     wanted = velocity_n[last] - velocity_n[first]
     wanted[:, :, 2] -= down * (at_s[last] - at_s[first])
-    lasted_s = float(integrals.time_s[-1] - integrals.time_s[0])
-    mean = (integrals.angle[:, -1] - integrals.angle[:, 0]) * (STEP_S / lasted_s)  # a few turns, and any offset
-    tried = []
-    for offset in (np.zeros(3), mean):
-        turned = np.stack(
-            [
-                _turned_force((angle - offset) @ MATRICES.transpose(0, 2, 1)[:, None] * factor, speed)
-                for factor in RELATIVE_FACTORS
-            ]
-        )  # (4, 48, windows, steps + 1, 3)
-        tried.append(_window_scores(turned, grid_s, at_s, rows, wanted))
-    return min(tried, key=lambda one: one[1])[0]
+    index = _best_clock(turned, at_s[rows], grid_s, wanted)
+    parts = []
+    for sign, at in zip((1.0, -1.0), np.split(index, 2), strict=True):  # a mirrored set of accelerometers
+        for _ in range(CLOCKS):
+            slope = _slopes(attitude, angle, sign * turned, at)
+            here = np.arange(len(at))[:, None, None], np.arange(len(rows))[None, :, None], at
+            fit = _fitted(np.diff(sign * turned[here], axis=2), slope, wanted, arm_m)
+            ahead = np.rint(fit[2] / STEP_S).astype(int)[:, None, None]
+            at = (at + ahead).clip(0, turned.shape[2] - 1)
+        parts.append(fit[:2])
+    squares, log_prior = (np.concatenate(part) for part in zip(*parts, strict=True))
+    log = _window_scores(squares, log_prior, wanted[0].size - 3.0)
+    return log.reshape(2, len(RELATIVE_FACTORS), 48).transpose(0, 2, 1)
 
 
 def _windows(integrals: Integrals, at_s, velocity_n):
@@ -115,52 +133,120 @@ def _windows(integrals: Integrals, at_s, velocity_n):
     return begin_s[keep], rows[keep]
 
 
-def _turned_force(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
-    """Integral of R f, R from the gyros alone: angle (48, w, k, 3), speed (w, k, 3) to (48, w, k + 1, 3)."""
-    half = 0.5 * angle
-    size = np.linalg.norm(half, axis=-1, keepdims=True)
-    vector = half * np.sinc(size / np.pi)
-    scalar = np.cos(size)[..., 0]
-    q0, qv = np.ones(angle.shape[:2]), np.zeros((*angle.shape[:2], 3))
-    total = np.zeros((*angle.shape[:2], angle.shape[2] + 1, 3))
+def _turned(angle: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Attitude R (g, w, k + 1, 3, 3) from the gyros alone and the sum of R f dt (g, w, k + 1, 3).
+
+    angle (g, w, k, 3) in rad and speed (w, k, 3) in m/s are the increments of each step.
+    """
+    steps = Rotation.from_rotvec(angle.reshape(-1, 3)).as_matrix().reshape(*angle.shape, 3)
+    attitude = np.empty((*angle.shape[:2], angle.shape[2] + 1, 3, 3))
+    attitude[:, :, 0] = np.eye(3)
     for k in range(angle.shape[2]):
-        felt = speed[:, k] + 0.5 * np.cross(angle[:, :, k], speed[:, k])
-        twice = 2.0 * np.cross(qv, felt)
-        total[:, :, k + 1] = total[:, :, k] + felt + q0[..., None] * twice + np.cross(qv, twice)
-        p0, pv = scalar[:, :, k], vector[:, :, k]
-        q0, qv = (
-            q0 * p0 - (qv * pv).sum(axis=-1),
-            q0[..., None] * pv + p0[..., None] * qv + np.cross(qv, pv),
-        )
+        attitude[:, :, k + 1] = attitude[:, :, k] @ steps[:, :, k]
+    middle = attitude[:, :, attitude.shape[2] // 2].copy()  # the frame: offsets of the gyros lean least from there
+    attitude = np.swapaxes(middle, 2, 3)[:, :, None] @ attitude
+    felt = speed + 0.5 * np.cross(angle, speed)
+    return attitude, _summed((attitude[:, :, :-1] @ felt[..., None])[..., 0])
+
+
+def _summed(steps: np.ndarray) -> np.ndarray:
+    """Sums up to each time along the third axis, from zero."""
+    total = np.zeros((*steps.shape[:2], steps.shape[2] + 1, *steps.shape[3:]))
+    np.cumsum(steps, axis=2, out=total[:, :, 1:])
     return total
 
 
-def _window_scores(turned, grid_s, at_s, rows, wanted) -> tuple[np.ndarray, float]:
-    """log L (2, 48, 4) by the residual of the best rotation of each window, at the best offset of the clocks.
+def _cross(vector: np.ndarray) -> np.ndarray:
+    """Matrices (..., 3, 3) of the cross product with `vector` (..., 3)."""
+    x, y, z = np.moveaxis(vector, -1, 0)
+    zero = np.zeros_like(x)
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*vector.shape, 3)
 
-    And the variance of a residual under the best of these alternatives.
-    """
-    w, m = rows.shape
-    squares = []
+
+def _best_clock(turned: np.ndarray, row_s: np.ndarray, grid_s: np.ndarray, wanted: np.ndarray):
+    """Rows of the grid (2 g, w, m) at the offset of the clocks that fits each alternative best by rotations alone."""
+    w = len(row_s)
+    best = index = None
     for offset_s in OFFSETS_S[np.abs(OFFSETS_S) < MARGIN_S]:
-        index = np.rint((at_s[rows] - offset_s - grid_s[:, :1]) / STEP_S).astype(int).clip(0, turned.shape[3] - 1)
-        there = turned[:, :, np.arange(w)[:, None], index]
-        felt = np.diff(there, axis=3)  # (4, 48, w, m - 1, 3)
-        product = np.einsum("wki,fcwkj->fcwij", wanted, felt)
+        at = np.rint((row_s - offset_s - grid_s[:, :1]) / STEP_S).astype(int)
+        felt = np.diff(turned[:, np.arange(w)[:, None], at], axis=2)
+        product = np.einsum("wki,gwkj->gwij", wanted, felt)
         values = np.linalg.svd(product, compute_uv=False)
         proper = np.sign(np.linalg.det(product))
-        both = (wanted**2).sum(axis=(1, 2)) + (felt**2).sum(axis=(3, 4))
+        both = (wanted**2).sum(axis=(1, 2)) + (felt**2).sum(axis=(2, 3))
         plain = values[..., 0] + values[..., 1]
-        squares.append(np.stack([both - 2.0 * (plain + sign * proper * values[..., 2]) for sign in (1.0, -1.0)]))
-    squares = np.maximum(np.array(squares), 0.0)  # (offsets, 2, 4, 48, w)
-    freedom = 3.0 * (m - 1) - 3.0
-    k = int(np.argmin(np.median(squares, axis=-1).min(axis=(1, 2, 3))))
-    least = squares[k]
-    smallest = float(np.median(least, axis=-1).min()) / freedom
-    sigma2 = max(smallest, WINDOW_FLOOR_MPS**2)
+        square = np.concatenate([both - 2.0 * (plain + sign * proper * values[..., 2]) for sign in (1.0, -1.0)])
+        square = np.median(square, axis=1)
+        if best is None:
+            best, index = square, np.broadcast_to(at, (len(square), *at.shape)).copy()
+        else:
+            better = square < best
+            best[better], index[better] = square[better], at
+    return index
+
+
+def _slopes(attitude, angle, turned, index) -> np.ndarray:
+    """How the differences of velocity shown (a, w, m - 1, 3, 13) lean on what nobody stated, in the order of `SPREAD`.
+
+    attitude (a, w, t, 3, 3), angle (a, w, t - 1, 3) of each step, turned (a, w, t, 3), index (a, w, m).
+    """
+    a, w, _ = index.shape
+    rows = np.arange(a)[:, None, None], np.arange(w)[None, :, None]
+    swept = _summed(attitude[:, :, :-1] * STEP_S)  # integral of R dt, s
+    scaled = _summed(attitude[:, :, :-1] * angle[..., None, :])  # and of R times the rate of each gyro, rad
+    weight = _cross(np.diff(turned, axis=2))
+    leaned = [_summed(weight @ (0.5 * (one[:, :, :-1] + one[:, :, 1:])))[(*rows, index)] for one in (swept, scaled)]
+    near, last = max(1, round(ARM_HALF_S / STEP_S)), attitude.shape[2] - 1
+    ahead, behind = np.minimum(index + near, last), np.maximum(index - near, 0)
+    span_s = ((ahead - behind) * STEP_S)[..., None, None]
+    turning = (attitude[(*rows, ahead)] - attitude[(*rows, behind)]) / span_s
+    flow = (turned[(*rows, ahead)] - turned[(*rows, behind)])[..., None] / span_s
+    return np.diff(np.concatenate([*leaned, swept[(*rows, index)], turning, flow], axis=-1), axis=2)
+
+
+def _fitted(felt, slope, wanted, arm_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Squares of residuals (a, w), log prior and clock, s, (a,) at the best rotations, offsets, scales, arm and clock.
+
+    felt (a, w, m - 1, 3) in m/s and its `slope`, wanted (w, m - 1, 3) in m/s, arm_m (3,) believed.
+    """
+    a, w = felt.shape[:2]
+    centre = np.zeros(len(SPREAD))
+    centre[ARM] = arm_m
+    state = np.broadcast_to(centre, (a, len(centre))).copy()
+    for _ in range(ITERATIONS):
+        shown = felt + np.einsum("awkip,ap->awki", slope, state)
+        u, _, vt = np.linalg.svd(np.einsum("wki,awkj->awij", wanted, shown))
+        u[..., 2] *= np.sign(np.linalg.det(u @ vt))[..., None]
+        turn = u @ vt
+        back = np.einsum("awji,wkj->awki", turn, wanted)  # what should be shown, in the frame of each window
+        residual = back - shown
+        square = (residual**2).sum(axis=(2, 3))
+        # windows that nothing explains, as where a fix fails, weigh little
+        share = 1.0 / (1.0 + square / (NU * np.median(square, axis=1, keepdims=True) + TINY))
+        lean = _cross(back).reshape(a, w, -1, 3)
+        jacobian = slope.reshape(a, w, -1, len(SPREAD))
+        square_lean = np.linalg.inv(np.swapaxes(lean, 2, 3) @ lean)
+        freed = jacobian - lean @ (square_lean @ (np.swapaxes(lean, 2, 3) @ jacobian))
+        sigma2 = np.maximum(np.median(square, axis=1) / residual[0, 0].size, WINDOW_FLOOR_MPS**2)
+        normal = np.einsum("awnp,awnq,aw->apq", freed, freed, share) / sigma2[:, None, None]
+        pull = np.einsum("awnp,awn,aw->ap", freed, residual.reshape(a, w, -1), share) / sigma2[:, None]
+        pull -= (state - centre) / SPREAD**2
+        state = state + np.linalg.solve(normal + np.diag(SPREAD**-2.0), pull[..., None])[..., 0]
+    shown = felt + np.einsum("awkip,ap->awki", slope, state)
+    product = np.einsum("wki,awkj->awij", wanted, shown)
+    values = np.linalg.svd(product, compute_uv=False)
+    best = values[..., 0] + values[..., 1] + np.sign(np.linalg.det(product)) * values[..., 2]
+    square = (wanted**2).sum(axis=(1, 2)) + (shown**2).sum(axis=(2, 3)) - 2.0 * best
+    log_prior = -0.5 * (((state - centre) / SPREAD)[:, :-1] ** 2).sum(axis=1)  # any clock is as likely as another
+    return np.maximum(square, 0.0), log_prior, state[:, -1]
+
+
+def _window_scores(squares: np.ndarray, log_prior: np.ndarray, freedom: float) -> np.ndarray:
+    """log L (a,) of squares (a, w): Student's distribution of each window, of the size that the best leaves."""
+    sigma2 = max(float(np.median(squares, axis=1).min()) / freedom, WINDOW_FLOOR_MPS**2)
     counted = 0.5 * freedom  # velocities are smoothed, and the increments of one fix have opposite errors
-    log = -0.5 * (NU + counted) * np.log1p(least * (counted / freedom) / (NU * sigma2)).sum(axis=-1)
-    return log.transpose(0, 2, 1), smallest
+    log = -0.5 * (NU + counted) * np.log1p(squares * (counted / freedom) / (NU * sigma2)).sum(axis=1)
+    return log + log_prior
 
 
 def _class_of() -> tuple[np.ndarray, np.ndarray]:

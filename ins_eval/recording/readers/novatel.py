@@ -39,13 +39,17 @@ KEYS = (
 )
 EXPECTED = "NovAtel ASCII logs with RAWIMUA or RAWIMUSA"
 FOOT_M = 0.3048
-SCALES = {  # rad a count, m/s a count; manual, table Raw IMU Scale Factors
+# rad a count, m/s a count; manual, table Raw IMU Scale Factors, and the maker's driver for ROS (oem7_imu.cpp, 2020)
+SCALES = {
     "HG1700-AG58": (2.0**-33, FOOT_M * 2.0**-27),
     "HG1700-AG62": (2.0**-33, FOOT_M * 2.0**-26),
     "HG1900": (2.0**-33, FOOT_M * 2.0**-27),
     "HG4930": (2.0**-33, 2.0**-29),
     "LN200": (2.0**-19, 2.0**-14),
     "IMAR-FSAS": (0.1 * 2.0**-8 * ARCSEC, 0.05 * 2.0**-15),
+    "ISA-100C": (1e-9, 2e-8),
+    "ADIS16488": (720.0 * 2.0**-31 * DEG, 200.0 * 2.0**-31),
+    "STIM300": (2.0**-21 * DEG, 2.0**-22),
 }
 WEEK_S = 604800.0
 SOLUTIONS = {"INSPVAA", "INSPVASA"}

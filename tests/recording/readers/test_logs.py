@@ -9,7 +9,7 @@ import pytest
 
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.recording.readers import doctor, read
-from ins_eval.recording.readers.novatel import crc32
+from ins_eval.recording.readers.novatel import SCALES, crc32
 from ins_eval.recording.validation import validate
 from tests.recording.readers import writers
 
@@ -297,6 +297,19 @@ def test_the_checksum_is_that_of_the_manual():
         for _ in range(8):
             value = value >> 1 ^ (0xEDB88320 if value & 1 else 0)
     assert crc32(text) == value
+
+
+# rad and m/s a count as the GearBox decoder prints them (imudecoder.h), those of the HG1700-AG62 verified on hardware
+PRINTED_COUNTS = {
+    "HG1700-AG58": (1.16415321826934814453e-10, 2.27094150781631469727e-9),
+    "HG1700-AG62": (1.16415321826934814453e-10, 4.54188301563262939453e-9),
+    "LN200": (1.9073486328125e-6, 6.103515625e-5),
+}
+
+
+@pytest.mark.parametrize("unit", PRINTED_COUNTS)
+def test_a_count_of_a_novatel_unit_is_the_printed_one(unit):
+    assert SCALES[unit] == pytest.approx(PRINTED_COUNTS[unit], rel=1e-12)
 
 
 def test_novatel_needs_its_scale_factors_and_counts_damage(tmp_path, motion):
