@@ -319,7 +319,7 @@ class _ListFormats(argparse.Action):
     """Print the formats that can be imported and end, as ``--help`` does."""
 
     def __call__(self, parser, *_) -> None:
-        from ins_eval.recording.readers import FORMATS
+        from ins_eval.readers import FORMATS
 
         print("\n".join(f"{name:14s}{known.description}" for name, known in FORMATS.items()))
         parser.exit()

@@ -36,10 +36,10 @@ from ins_eval.compensation.file import write_model
 from ins_eval.compensation.registry import FILE
 from ins_eval.diagnosis.estimate.case import with_effects
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.readers import psins_text
 from ins_eval.recording import ChamberReadings, Recording, form
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.form.description import CHAMBER, open_folder
-from ins_eval.recording.readers import psins_text
 from ins_eval.recording.validation import validate
 from ins_eval.report import page, text
 from ins_eval.report.calibration import calibration_content

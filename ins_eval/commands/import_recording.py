@@ -7,9 +7,9 @@ from pathlib import Path
 
 from ins_eval.believed import believed
 from ins_eval.errors import UsageError
+from ins_eval.readers import doctor, find, read
+from ins_eval.readers.stretches import stretches
 from ins_eval.recording import form
-from ins_eval.recording.readers import doctor, find, read
-from ins_eval.recording.readers.stretches import stretches
 from ins_eval.recording.validation import validate
 
 

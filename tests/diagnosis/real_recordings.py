@@ -14,9 +14,9 @@ import pytest
 
 from ins_eval.diagnosis.answer.answer import answer
 from ins_eval.diagnosis.answer.verdict import Diagnosis
+from ins_eval.readers import psins_mat, psins_text
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EarthBelief, ScaleBelief
-from ins_eval.recording.readers import psins_mat, psins_text
 from ins_eval.report.diagnosis import diagnosis_content
 from ins_eval.report.diagnosis_page import page
 from tests.beliefs import navigation_grade

@@ -12,8 +12,8 @@ from scipy.stats import beta
 
 from ins_eval.analysis.simulate import simulate_recording
 from ins_eval.errors import DataRefused, UsageError
+from ins_eval.readers import doctor, find, read
 from ins_eval.recording import consistency
-from ins_eval.recording.readers import doctor, find, read
 from ins_eval.recording.validation import validate
 from tests.recording import corpus
 

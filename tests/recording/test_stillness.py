@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused
+from ins_eval.readers.psins_text import read_imu_text
 from ins_eval.recording import Imu
-from ins_eval.recording.readers.psins_text import read_imu_text
 from ins_eval.recording.stillness import Stretch, choose_alignment, still_stretches
 
 WINDOW_S = 1.0  # the rule's resolution: ends may lie one window beside the burst

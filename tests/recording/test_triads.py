@@ -10,10 +10,10 @@ import pytest
 from scipy.stats import beta
 
 from benchmark.worlds.grades import RANGES, a_recording
+from ins_eval.readers import read
 from ins_eval.recording import Recording, consistency, form
 from ins_eval.recording.consistency import triads
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
-from ins_eval.recording.readers import read
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
 PATHS = ("climb, cruise, landing", "box", "straight", "wing rock", "drive")

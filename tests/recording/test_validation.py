@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused
+from ins_eval.readers.psins_text import read_imu_text
 from ins_eval.recording import Fixes, Imu, Recording, Start
-from ins_eval.recording.readers.psins_text import read_imu_text
 from ins_eval.recording.validation import validate
 
 LATITUDE_RAD = np.radians(45.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused, UsageError
-from ins_eval.recording.readers import FORMATS, doctor, read
+from ins_eval.readers import FORMATS, doctor, read
 from ins_eval.recording.validation import validate
 
 SINGLE_TEXT_DIGIT = 1e-8

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused, UsageError
-from ins_eval.recording.readers import read
+from ins_eval.readers import read
 from ins_eval.recording.validation import validate
 
 ROUNDING = 1e-9

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused, UsageError
+from ins_eval.readers import read
+from ins_eval.readers.doctor import KEYS, examine
+from ins_eval.readers.layout import Layout
 from ins_eval.recording import Fixes, Imu, Recording, Start, consistency
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, GpsBelief, ScaleBelief
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
-from ins_eval.recording.readers import read
-from ins_eval.recording.readers.doctor import KEYS, examine
-from ins_eval.recording.readers.layout import Layout
 
 ALL_KEYS = (*KEYS, *Layout.KEYS, "gps.time_offset_s")
 RATE_HZ, LASTED_S = 50.0, 120.0

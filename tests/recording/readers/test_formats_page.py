@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-from ins_eval.recording.readers import FORMATS, autopilot, dataflash, fix_columns, mapped, novatel, rosbag
-from ins_eval.recording.readers.assembly import PLACE
-from ins_eval.recording.readers.layout import Layout
-from ins_eval.recording.readers.mapping import Epochs, MappingFile
+from ins_eval.readers import FORMATS, autopilot, dataflash, fix_columns, mapped, novatel, rosbag
+from ins_eval.readers.assembly import PLACE
+from ins_eval.readers.layout import Layout
+from ins_eval.readers.mapping import Epochs, MappingFile
 from tests.test_docs import named, once, rows
 
 PAGE = "formats.md"

@@ -8,8 +8,8 @@ import pytest
 from ins_eval.cli import main
 from ins_eval.commands.import_recording import run
 from ins_eval.errors import UsageError
+from ins_eval.readers import FORMATS, find
 from ins_eval.recording import form
-from ins_eval.recording.readers import FORMATS, find
 
 GOOD, USAGE, REFUSED = 0, 2, 3
 DEGREES_ROUNDING = 1e-15

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import UsageError
-from ins_eval.recording.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, Layout, frd_from
+from ins_eval.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, Layout, frd_from
 
 IN_FILE = np.array([1.0, 2.0, 3.0])  # what the file holds in x, y, z
 EXACT = 1e-15

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused, UsageError
-from ins_eval.recording.readers import doctor, read
-from ins_eval.recording.readers.novatel import SCALES, crc32
+from ins_eval.readers import doctor, read
+from ins_eval.readers.novatel import SCALES, crc32
 from ins_eval.recording.validation import validate
 from tests.recording.readers import writers
 

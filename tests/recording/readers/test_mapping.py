@@ -9,7 +9,7 @@ import pytest
 import scipy.io
 
 from ins_eval.errors import DataRefused, UsageError
-from ins_eval.recording.readers import read
+from ins_eval.readers import read
 from ins_eval.recording.validation import validate
 from tests.recording.readers import writers
 

@@ -7,7 +7,7 @@ import pytest
 import scipy.io
 
 from ins_eval.errors import DataRefused, UsageError
-from ins_eval.recording.readers.matlab5 import variables
+from ins_eval.readers.matlab5 import variables
 
 HEADER_BYTES = 128
 

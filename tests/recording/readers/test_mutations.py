@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused, StorageError, UsageError
+from ins_eval.readers import FORMATS, doctor, psins_text, read
 from ins_eval.recording import form
-from ins_eval.recording.readers import FORMATS, doctor, psins_text, read
 from ins_eval.recording.validation import validate
 from tests.faults.mutations import mutated
 from tests.recording.readers import test_logs, writers

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused
-from ins_eval.recording.readers import FORMATS, doctor, read
+from ins_eval.readers import FORMATS, doctor, read
 from ins_eval.recording.validation import validate
 
 ROUNDING = 1e-9

@@ -10,7 +10,7 @@ import pytest
 
 from ins_eval import boundary
 from ins_eval.errors import DataRefused, StorageError, UsageError
-from ins_eval.recording.readers.psins_text import read_imu_text
+from ins_eval.readers.psins_text import read_imu_text
 
 HEADER = ["% a comment", "", "0.5 0.25 -90.6 0 0 0", "34.25 108.9 380 100 10 9.780327", "0.1 0.1 0.1 125 125 125"]
 FIRST_ROW = len(HEADER) + 1  # line in the file

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused
-from ins_eval.recording.readers import read
+from ins_eval.readers import read
 
 ROCKET = "ts,id,Ax,Ay,Az,Gx,Gy,Gz\n" + "".join(f"{0.01 * k - 0.05:.3f},IMU0,0,-9.8,0,1,2,3\n" for k in range(50))
 CHAMBER = "".join(f"42652,12.0,17.0,{1008 + k % 3},{-18.2 + 0.01 * k:.2f}\n" for k in range(50))

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from ins_eval.errors import DataRefused
+from ins_eval.readers.layout import Layout
+from ins_eval.readers.sampling import Readings, sampled
+from ins_eval.readers.stretches import stretches
 from ins_eval.recording import Fixes, Imu, Recording, Start
-from ins_eval.recording.readers.layout import Layout
-from ins_eval.recording.readers.sampling import Readings, sampled
-from ins_eval.recording.readers.stretches import stretches
 
 RATES, INCREMENTS = Layout("rad/s", "m/s^2"), Layout("rad", "m/s")
 STEP_S = 0.01

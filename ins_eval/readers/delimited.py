@@ -1,0 +1,106 @@
+"""A delimited text file as columns of numbers, with the row of whatever is no number."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from ins_eval.boundary import content
+from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.readers.columns import Column
+from ins_eval.readers.files import shown
+
+EXPECTED = "a table in CSV with one line of names and one row a sample"
+SEPARATORS = (",", ";", "\t")
+CUT_NOTE = "{} does not end with a line break, so its last row may be cut and was left out."
+
+
+class DelimitedTable:
+    """The rows of a CSV file, of which columns are asked for by name."""
+
+    def __init__(self, path: Path, header: bool = True):
+        self.path = path
+        raw = content(path, EXPECTED)
+        first = raw.lstrip(b"\xef\xbb\xbf").split(b"\n", 1)[0]
+        separator = max(SEPARATORS, key=lambda mark: first.count(mark.encode()))
+        self.cut = not raw.endswith((b"\n", b"\r"))
+        self.notes = (CUT_NOTE.format(path.name),) if self.cut else ()
+        self.first_row = 2 if header else 1
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")  # rows longer than the line of names would lose what is beyond
+                self.data = pd.read_csv(
+                    io.BytesIO(raw),
+                    sep=separator if separator.encode() in first else r"\s+",
+                    header=0 if header else None,
+                    index_col=False,
+                    skipinitialspace=True,
+                    encoding="utf-8-sig",
+                    encoding_errors="replace",
+                    low_memory=False,
+                )
+        except Exception as fault:  # damaged text makes the parser fail in many ways
+            reason = " ".join(str(fault).split())[:120].encode("ascii", "backslashreplace").decode()
+            raise DataRefused(f"{path}: cannot be read as a table ({reason}), expected {EXPECTED}") from None
+        self.data.columns = [
+            str(name).strip().lstrip("#% ") if header else str(k) for k, name in enumerate(self.data.columns, start=1)
+        ]
+        if self.cut:
+            self.data = self.data.iloc[:-1]
+        if self.data.empty:
+            raise DataRefused(f"{path}: holds no rows, expected at least three; copy the file again")
+
+    def names(self) -> list[str]:
+        return list(self.data.columns)
+
+    def numbers(self, column: Column, where: str) -> np.ndarray:
+        """One column as floats; an empty field is NaN."""
+        name = str(column)
+        if name not in self.names():
+            raise UsageError(
+                f"{where}: there is no column '{name}' in {self.path.name}{did_you_mean(name, self.names())}"
+            )
+        if self.names().count(name) > 1:
+            raise DataRefused(f"{self.path}: the column '{name}' is there twice, expected once; rename one of them")
+        values = self.data[name]
+        if values.dtype.kind in "iuf":
+            return values.to_numpy(dtype=float)
+        # as texts: a whole number of hundreds of digits is a text here, not a number that fits no float
+        as_numbers = pd.to_numeric(values.astype(str).where(values.notna()), errors="coerce")
+        bad = (as_numbers.isna() & values.notna()).to_numpy()
+        if not bad.any() and values.dtype.kind != "b":
+            return as_numbers.to_numpy(dtype=float)
+        row = int(np.argmax(bad)) if bad.any() else 0
+        hint = "with a point as decimal sign" if "," in str(values.iloc[row]) else "or delete that row"
+        raise DataRefused(
+            f"{self.path}, row {row + self.first_row}, column {name}: {shown(str(values.iloc[row]))}, expected a "
+            f"number; correct it, {hint}"
+        )
+
+    def dates_s(self, column: Column, where: str) -> np.ndarray:
+        """Dates in text as seconds since 1970, UTC unless they say otherwise; an empty field is NaN."""
+        name = str(column)
+        if self.names().count(name) != 1:
+            return self.numbers(column, where)  # refuses it with the reason
+        values = self.data[name]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a format that is guessed row by row
+            try:
+                dates = pd.to_datetime(
+                    values.astype(str).where(values.notna()), utc=True, errors="coerce", format="mixed"
+                )
+            except Exception:  # dates beyond all calendars fail in many ways
+                dates = pd.Series(pd.NaT, index=values.index, dtype="datetime64[ns, UTC]")
+        bad = (dates.isna() & values.notna()).to_numpy()
+        if bad.any() or values.dtype.kind in "iuf":
+            row = int(np.argmax(bad))
+            raise DataRefused(
+                f"{self.path}, row {row + self.first_row}, column {name}: {shown(str(values.iloc[row]))}, expected a "
+                "date such as 2024-05-01T10:20:30.5; correct it, or name the unit of the numbers"
+            )
+        since = (dates - pd.Timestamp(0, tz="UTC")).to_numpy()
+        return np.where(dates.isna(), np.nan, since / np.timedelta64(1, "s"))
