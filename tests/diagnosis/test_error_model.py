@@ -163,10 +163,8 @@ def test_an_error_that_follows_a_magnitude(believed, axis: str, multiplier: str,
 
 
 def test_a_correction_takes_an_error_off(believed) -> None:
-    bias, rotation = np.array([0.0, 30.0 * UG, 0.0]), np.array([1e-5, 0.0, 1e-4])
-    velocity = believed.velocity + bias * believed.interval_s[:, None]
-    attitude = geometry.turned(believed.start.attitude_rad, -rotation)
-    wrong = replace(believed, velocity=velocity, start=replace(believed.start, attitude_rad=attitude))
-    mended = null.corrected(wrong, np.zeros(3), bias, rotation, np.zeros(3), np.zeros(3))
-    (with_it,), (without,) = null.solve(mended), null.solve(believed)
+    force, rate = np.array([0.0, 30.0 * UG, 0.0]), np.array([1e-6, 0.0, 0.0])
+    interval_s = believed.interval_s[:, None]
+    wrong = replace(believed, velocity=believed.velocity + force * interval_s, gyro=believed.gyro + rate * interval_s)
+    (with_it,), (without,) = null.solve(null.corrected(wrong, rate, force)), null.solve(believed)
     np.testing.assert_allclose(with_it.velocity_n, without.velocity_n, atol=1e-6)

@@ -25,6 +25,7 @@ from ins_eval.diagnosis.model import error_model, null, observations
 from ins_eval.diagnosis.model.columns import coupling
 from ins_eval.diagnosis.model.geometry import apart, moved, turned
 from ins_eval.initialization import GYRO_BIAS, WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS, filtered
+from ins_eval.recording.limits import limits_of
 from ins_eval.strapdown import SAMPLES_PER_STEP
 from ins_eval.units import DEG, DEG_PER_H
 
@@ -40,22 +41,29 @@ STATE, BIAS, DELAY, ARM = slice(0, 9), slice(9, 15), 15, slice(16, 19)
 DELAY_SIGMA_S, ARM_SIGMA_M = 0.3, 1.0  # of stamps and of an antenna that nobody measured
 LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
 LARGEST_VELOCITY_MPS = 17.0  # what that tilt makes in ten seconds
+FASTEST_MPS = limits_of("velocity_mps")[1]
 SMALL_RAD = 0.5 * DEG  # to which a bias may turn an arc
 SHORTEST_S, LONGEST_S = 2.0, 60.0
-ROUNDS = 6
+ROUNDS, ROUNDS_AGAIN = 6, 2  # from a first guess, and from the states of the same recording with other effects
 STEADY = 0.2  # sigmas that the begins of arcs may still move
 BEGIN = ("time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "attitude_rad")
 WALK_SHARE = 0.01  # of its wide sigma that a bias wanders in a minute
+
+
+class Diverged(ArithmeticError):
+    """No path of a recording, as it is believed, comes near what was measured."""
 
 
 @dataclass(frozen=True, eq=False)
 class Settled:
     """A recording in arcs: what is `believed`, and the same as it is `navigated`, with biases (3,) taken off.
 
-    `force_bias` in m/s^2 and `gyro_bias` in rad/s are these; `walks` is the white noise that the increments show,
-    rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how much positions and velocities scatter beyond their sigmas.
+    `stated` is the start around which the priors of its errors lie; `force_bias` in m/s^2 and `gyro_bias` in rad/s are
+    these biases; `walks` is the white noise that the increments show, rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how
+    much positions and velocities scatter beyond their sigmas.
     """
 
+    stated: Start
     believed: Believed
     navigated: Believed
     force_bias: np.ndarray
@@ -84,13 +92,13 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
         begins = _begins(believed, found)
         states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
         bias = found.accelerometer_bias_mps2, found.gyro_bias_radps
-        here = Settled(believed, believed, *bias, found.walks, found.fix_scale)
+        here = Settled(believed.start, believed, believed, *bias, found.walks, found.fix_scale)
     else:
         believed = null.begun_at(recording, before.navigated.start, folder)
         states = [before.navigated.start, *before.navigated.arcs]
-        here = replace(before, believed=believed)
+        here = replace(before, stated=believed.start, believed=believed)
     here = _navigated(here, states)
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if before is None else ROUNDS_AGAIN):
         begins, mean, sigma = _errors(here)
         states = [
             replace(moved(one, -error[:3], -error[3:6]), attitude_rad=turned(one.attitude_rad, error[6:]))
@@ -118,19 +126,24 @@ def _begins(believed: Believed, found: Initialization) -> np.ndarray:
 
 def _navigated(here: Settled, states: list[Start]) -> Settled:
     """The same begun at `states`, without the biases."""
-    believed, none = here.believed, np.zeros(3)
-    corrected = null.corrected(believed, here.gyro_bias, here.force_bias, none, none, none)
+    believed = here.believed
+    corrected = null.corrected(believed, here.gyro_bias, here.force_bias)
     start = replace(believed.start, **{name: getattr(states[0], name) for name in BEGIN})
     navigated = replace(corrected, start=start, arcs=tuple(states[1:]))
     return replace(here, believed=replace(believed, start=start, arcs=navigated.arcs), navigated=navigated)
 
 
 def observed(navigated: Believed, nodes_s: np.ndarray | None = None) -> tuple[ErrorModel, Observations]:
-    """The error model along the solution of what is `navigated`, at all its nodes, and what was measured there."""
+    """The error model along the solution of what is `navigated`, at all its nodes, and what was measured there.
+
+    Raises Diverged where that solution is faster than anything that carries an INS.
+    """
     solution = null.solve(navigated)
     end_s = float(solution[-1].time_s[-1])
     measured = observations.sources(navigated, end_s)
     nodes_s = observations.nodes(navigated, measured, end_s) if nodes_s is None else nodes_s
+    if not all((np.abs(one.velocity_n) < FASTEST_MPS).all() for one in solution):
+        raise Diverged(f"{navigated.recording.name}: as it is believed its errors grow beyond all bounds")
     model = error_model.build(navigated, solution, nodes_s)
     return model, observations.observe(navigated, model, measured)
 
@@ -140,6 +153,8 @@ def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     navigated = here.navigated
     model, seen = observed(navigated)
     smoothed, sigma = _smoothed(here, model, without_outliers(seen)[0])
+    if not np.isfinite(smoothed).all():
+        raise Diverged(f"{navigated.recording.name}: as it is believed nothing measured corrects its errors")
     rows = np.searchsorted(model.nodes_s, [one.time_s - 1e-6 for one in (navigated.start, *navigated.arcs)])
     begins = smoothed[rows, STATE].copy()
     for k, (row, begin) in enumerate(zip(rows[1:], navigated.arcs, strict=True), start=1):

@@ -16,11 +16,13 @@ from ins_eval.diagnosis.estimate.evidence import log_evidence
 from ins_eval.diagnosis.estimate.whitening import Whitened, whiten
 from ins_eval.diagnosis.model import null, observations
 from ins_eval.diagnosis.model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
+from ins_eval.diagnosis.model.geometry import apart
 from ins_eval.diagnosis.model.library import Candidate, Parameters, candidates, composed_candidates, member
 from ins_eval.diagnosis.model.observations import REFERENCE_POSITION_M, Observations
 from ins_eval.diagnosis.model.thermometer import step_noise
 from ins_eval.effects.temperature import SmoothedTemperature, temperature
 from ins_eval.errors import DataRefused
+from ins_eval.initialization import HEADING_SIGMA_RAD, TILT_SIGMA_RAD
 from ins_eval.navigation import PARKED
 from ins_eval.units import DEG_PER_H, UG
 
@@ -100,10 +102,10 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
     """Navigate what is believed and set everything up around it.
 
     Where its errors would not stay small it is navigated in arcs (`arcs`); not so where it is `planned` and free of
-    errors. Parked for hours, a solution is kilometres off while the standstill is known to a millimetre,
-    so that products of errors show: it is navigated again with start and turn-on biases as the standstill has them.
-    What was taken off is put back linearly, and every prior stays around the belief.
+    errors. A parked unit is: in hours its solution is kilometres off, while the standstill is known to a millimetre.
     """
+    if recording.kind in PARKED:
+        return _in_arcs(recording, folder)
     believed = null.believe(recording, folder)
     if not believed.time_s.size:
         raise DataRefused(
@@ -112,28 +114,23 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
     if arcs.needed(believed) and not planned:
         return _in_arcs(recording, folder)
     case = _around(believed, believed, nuisances(believed), folder)
-    if arcs.lost(case.seen):
-        return _in_arcs(recording, folder)
-    if recording.kind not in PARKED:
-        return case
-    sums = case.whitened([], np.zeros(len(case.noise.free)), case.block)
-    count = len(case.nuisances)
-    point = np.linalg.solve(np.eye(count) + sums.normal, sums.projection)
-    settled = null.corrected(believed, *_errors(case.nuisances, point))
-    return replace(_around(settled, believed, case.nuisances, folder), inertial=case.inertial, taken=point)
+    return _in_arcs(recording, folder) if arcs.lost(case.seen) else case
 
 
 def _in_arcs(recording: Recording, folder: str | Path, before: arcs.Settled | None = None) -> Case:
-    """The case around arcs, from those `before` where there are any; biases are put back linearly."""
+    """The case around arcs, from those `before` where there are any; start and biases are put back linearly."""
     settled = arcs.settle(recording, folder, before)
     uncertain = nuisances(settled.believed)
+    case = _around(settled.navigated, settled.believed, uncertain, folder)
+    of_start = apart(settled.stated, case.model.states, 0)
     taken = np.zeros(len(uncertain))
     for k, column in enumerate(uncertain):
+        if column.start:
+            taken[k] = of_start @ column.start / np.square(column.start).sum()
         for term in column.terms:
             if isinstance(term, Drive):
                 biases = settled.gyro_bias if term.sensor == "gyro" else settled.force_bias
                 taken[k] = biases[term.axis] / term.weight
-    case = _around(settled.navigated, settled.believed, uncertain, folder)
     taken = np.append(taken, np.zeros(len(case.nuisances) - taken.size))
 
     def again(effects: Sequence[EffectBelief]) -> Case:
@@ -169,18 +166,6 @@ def _around(navigated: Believed, believed: Believed, uncertain: Sequence[Column]
         member=partial(member, navigated, model, given, slow),
         again=lambda effects: prepare(replace(recording, belief=with_effects(recording.belief, effects)), folder),
     )
-
-
-def _errors(uncertain: Sequence[Column], point: np.ndarray) -> tuple[np.ndarray, ...]:
-    """What nuisances with coefficients `point` are: errors of gyros, accelerometers, attitude, position, velocity."""
-    bias = {"gyro": np.zeros(3), "accelerometer": np.zeros(3)}
-    start = np.zeros(9)
-    for column, by in zip(uncertain, point, strict=True):
-        start += by * np.asarray(column.start or np.zeros(9))
-        for term in column.terms:
-            if isinstance(term, Drive):
-                bias[term.sensor][term.axis] += by * term.weight
-    return bias["gyro"], bias["accelerometer"], start[6:], start[:3], start[3:6]
 
 
 def with_effects(belief: Belief, effects: Sequence[EffectBelief]) -> Belief:
@@ -220,7 +205,7 @@ def nuisances(believed: Believed) -> list[Column]:
 
 def places(navigated: Believed, model: ErrorModel, slow: SlowFactor) -> list[Column]:
     """Where and how a unit in arcs stands each time, which nobody measured; each column carries one sigma."""
-    sigmas = np.concatenate([np.full(3, PLACE_SIGMA_M), navigated.attitude_sigma_n])
+    sigmas = [*[PLACE_SIGMA_M] * 3, TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD]
     out = []
     for count, stand in enumerate(observations.stands(navigated), start=1):
         window = slow.add_window(stand.start_s - 0.5, stand.end_s + 0.5, model)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 # of the believed sigma: what measures is not judged by errors far below its own statement
 LEAST_OF_BELIEVED = {"gps": 0.3, "reference": 0.02, "standstill": 0.05}
-VELOCITIES = range(3, 6)
+VELOCITIES, HEADING = range(3, 6), 8
 FEWEST = 20  # measurements that tell a level
 AGITATION_ROWS, AGITATED = 9, 3.0
 SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise of one sigma
@@ -104,6 +104,7 @@ class NoiseModel:
         dt = self.interval_s
         wander_time_s = v.get("wander_time", WANDER_TIME_S)
         sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
+        sigma[HEADING] = v.get("slow_heading", sigma[HEADING])
         return NoiseLevels(
             white=self.white,
             force=np.eye(3) * (v["velocity_random_walk"] ** 2 * dt)[:, None, None] + self.steps,
@@ -132,6 +133,7 @@ def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_dens
         axis=1,
     )  # (epochs, axis, n): unit vectors of the accelerometers, shortened where the body turned
     steps = np.einsum("ka,kai,kaj->kij", step_density * model.interval_s[:, None], axes, axes)
+    parked = seen.measured_by[HEADING] == "standstill"  # who enters a vehicle tilts it far more than he turns it
     return NoiseModel(
         priors={
             "slow_position": Prior(slow.position * typical[0], slow.spread),
@@ -145,6 +147,7 @@ def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_dens
             "accelerometer_wander": Prior(0.2 * UG * max(accelerometer.bias_sigma_ug, 1.0), 1.0),
             "gyro_wander": Prior(0.2 * DEG_PER_H * max(gyro.bias_sigma_deg_per_h, 1e-4), 1.0),
             "wander_time": Prior(WANDER_TIME_S, 1.0),
+            **({"slow_heading": Prior(0.5 * typical[HEADING], 1.2)} if parked else {}),
             **({"gyro_wander_time": Prior(COARSE_WANDER_TIME_S, 1.5)} if model.arc.any() else {}),
         },
         white=level,
@@ -170,7 +173,7 @@ def white(seen: Observations) -> tuple[np.ndarray, tuple[float, float]]:
         factor[channel] = max(LEAST_OF_BELIEVED.get(by, 1.0), level_of(np.diff(y, 2)[inside]))
         level[:, channel] *= factor[channel]
         if by == "standstill" and channel in VELOCITIES:
-            level[here, channel] = np.maximum(level[here, channel], seen.sigma[here, channel] * _agitation(y))
+            level[here, channel] = np.maximum(level[here, channel], seen.sigma[here, channel] * _agitation(y, inside))
     ratios = tuple(float(factor[2 + k] / np.sqrt(factor[k] * factor[k + 1])) for k in (0, 3))
     return level, ratios
 
@@ -190,11 +193,16 @@ def _deviation(values: np.ndarray) -> float:
     return float(np.median(np.abs(values - np.median(values)))) / NORMAL_MAD
 
 
-def _agitation(y: np.ndarray) -> np.ndarray:
-    """White noise (n,) of a standstill where people, engines or wind disturb it more than is usual, else 0."""
-    second = np.pad(np.diff(y, 2), 1, mode="edge")
+def _agitation(y: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """White noise (n,) of a standstill where people, engines or wind disturb it more than is usual, else 0.
+
+    `inside` (n - 2,) tells second differences that lie in one arc.
+    """
+    second = np.diff(y, 2)
+    usual = _deviation(second[inside])
+    second = np.pad(np.where(inside, second, 0.0), 1, mode="edge")
     local = np.sqrt(np.maximum(uniform_filter1d(second**2, AGITATION_ROWS), 0.0))  # running sums round below 0
-    return np.where(local > AGITATED * _deviation(second), local / SECOND_DIFFERENCE, 0.0)
+    return np.where(local > AGITATED * usual, local / SECOND_DIFFERENCE, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

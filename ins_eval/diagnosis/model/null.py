@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from ins_eval.alignment import align
 from ins_eval.compensation.file import believed_model
-from ins_eval.diagnosis.model.geometry import moved, turned
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
@@ -99,7 +97,7 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
 def begin_afresh(recording: Recording, folder: str | Path = ".") -> tuple[Believed, Initialization, Solution]:
     """The same from its first sample on, how its state was found, and the path that rest, motion and fixes show.
 
-    For what is navigated in arcs, whatever start was stated: it is known as far as a first guess is (`begun_at`).
+    For what is navigated in arcs (`begun_at`).
     """
     recording, gyro, velocity = _compensated(_judged(recording), folder)
     found = find(recording, gyro, velocity)
@@ -108,7 +106,10 @@ def begin_afresh(recording: Recording, folder: str | Path = ".") -> tuple[Believ
 
 
 def begun_at(recording: Recording, start: Start, folder: str | Path = ".") -> Believed:
-    """The same from a state that is known as far as a first guess is: the rest is left to the fixes."""
+    """The same from a state that is known as far as a first guess is: the rest is left to the fixes.
+
+    Of a parked unit the start that is stated with sigmas is what is known.
+    """
     recording, gyro, velocity = _compensated(_judged(recording), folder)
     return _wide(recording, start, (gyro, velocity), folder)
 
@@ -122,6 +123,8 @@ def _judged(recording: Recording) -> Recording:
 
 
 def _wide(recording: Recording, start: Start, increments, folder: str | Path) -> Believed:
+    if recording.kind in PARKED and recording.start.attitude_sigma_rad is not None:
+        return _begun(recording, recording.start, increments, _given_sigma(recording.start), folder)
     start = replace(start, position_sigma_m=WIDE_POSITION_M, velocity_sigma_mps=WIDE_VELOCITY_MPS)
     sigma_n = np.array([TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD])
     return _begun(recording, start, increments, sigma_n, folder)
@@ -183,26 +186,11 @@ def solve(believed: Believed) -> tuple[Solution, ...]:
     )
 
 
-def corrected(
-    believed: Believed,
-    gyro_bias: Sequence[float],
-    force_bias: Sequence[float],
-    rotation_n: Sequence[float],
-    position_n: Sequence[float],
-    velocity_n: Sequence[float],
-) -> Believed:
-    """The same with errors taken off: of the gyros (rad/s), accelerometers (m/s^2), start attitude, position, velocity.
-
-    Each is what the belief has too much; `rotation_n` is phi of C_believed = (I - phi x) C_true.
-    """
+def corrected(believed: Believed, gyro_bias: np.ndarray, force_bias: np.ndarray) -> Believed:
+    """The same with biases (3,) of gyros, rad/s, and accelerometers, m/s^2, taken off."""
     interval_s = believed.interval_s[:, None]
-    start = moved(believed.start, -np.asarray(position_n), -np.asarray(velocity_n))
-    return replace(
-        believed,
-        gyro=believed.gyro - np.asarray(gyro_bias) * interval_s,
-        velocity=believed.velocity - np.asarray(force_bias) * interval_s,
-        start=replace(start, attitude_rad=turned(start.attitude_rad, np.asarray(rotation_n))),
-    )
+    gyro, velocity = believed.gyro - gyro_bias * interval_s, believed.velocity - force_bias * interval_s
+    return replace(believed, gyro=gyro, velocity=velocity)
 
 
 def _velocity(recording: Recording, folder: str | Path, interval_s: np.ndarray) -> np.ndarray:

@@ -48,7 +48,7 @@ def left_unexplained(
         scale = np.array([max(1.0, abs(float(mean[i]))) for i in own])
         point = linearisation.point[[m[i] for i in own]] / scale
         columns = [chosen[i].columns[r] for i in own]
-        over, edges_s, whitened = of_windows(case, linearisation.fitted[r].noise_point, columns)
+        over, edges_s, whitened = of_windows(case, linearisation.fitted[r].noise_point, columns, block=1)  # as effects
         nuisances = len(case.nuisances)
         put_back = _put_back(whitened, nuisances, point)
         at_windows = _Windows(r, linearisation, over, edges_s, put_back)
@@ -116,7 +116,7 @@ def _curved(windows: _Windows, columns: Sequence[Column], point: np.ndarray, eno
     if not curves:
         return []
     knots = [column for one in curves.values() for column in one]
-    whitened = case.whitened([*columns, *knots], linearisation.fitted[r].noise_point)  # as the effects, not on means
+    whitened = case.whitened([*columns, *knots], linearisation.fitted[r].noise_point)
     forms = open_forms(_put_back(whitened, len(case.nuisances), point), len(curves))
     best = max(forms, key=lambda one: one.log_bayes_factor)
     gain = best.log_bayes_factor - linearisation.space.cost

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 LOUD, QUIET = -1.0, -2.0  # prior sigmas of a level that something else may feign, and of one that it does not
 OF_SENSORS = ("accelerometer_wander", "gyro_wander")
-OF_RECEIVERS = ("slow_position", "slow_velocity", "slow_attitude")
+OF_RECEIVERS = ("slow_position", "slow_velocity", "slow_attitude", "slow_heading")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,14 +48,17 @@ class Suspect:
 
 
 def of_windows(
-    case: Case, noise_point: np.ndarray, chosen: Sequence[Column] = (), sensors: bool = False
+    case: Case, noise_point: np.ndarray, chosen: Sequence[Column] = (), sensors: bool = False, block: int | None = None
 ) -> tuple[list[Channel], np.ndarray, Whitened]:
-    """Channels, edges and the sums of nuisances, `chosen` columns and all windows, or only those of the `sensors`."""
+    """Channels, edges and the sums of nuisances, `chosen` columns and all windows, or only those of the `sensors`.
+
+    On means over `block` nodes, by default those of the fit of the noise.
+    """
     over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
     if sensors:
         over = [one for one in over if one.name.startswith(SENSORS)]
     windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]
-    return over, edges_s, case.whitened([*chosen, *windows], noise_point, case.block)
+    return over, edges_s, case.whitened([*chosen, *windows], noise_point, case.block if block is None else block)
 
 
 def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator, policy: Policy) -> list[Suspect]:
