@@ -15,7 +15,7 @@ from benchmark.worlds.grades import a_recording as of_grade
 from benchmark.worlds.record import Made
 from ins_eval.diagnosis.answer.verdict import NO_MISMATCH
 from ins_eval.diagnosis.estimate.description import _of_matrix, wrong_descriptions
-from ins_eval.diagnosis.model.library import COARSEST_PPM, LARGEST_PPM, sized
+from ins_eval.diagnosis.model.library import COARSEST_PPM, LARGEST_OF, sized
 from ins_eval.effects.parts import SENSORS, conditions
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.interface import diagnose
@@ -116,7 +116,7 @@ def test_usual_sizes_of_a_grade_are_below_what_no_sensor_does(gyro_deg_per_h: fl
     for name in ("accelerometer.scale", "gyro.scale", "gyro.misalignment", "accelerometer.misalignment"):
         effect = VOCABULARY[name]
         _, nominal, _ = sized(effect, {}, [], imu.time_s, given)
-        assert effect.nominal <= nominal <= COARSEST_PPM < LARGEST_PPM
+        assert effect.nominal <= nominal <= COARSEST_PPM < LARGEST_OF["ppm"]
         if gyro_deg_per_h < 0.05:
             assert nominal == effect.nominal
 

@@ -20,7 +20,7 @@ import numpy as np
 from ins_eval.diagnosis.answer.decision import explains, is_heard
 from ins_eval.diagnosis.answer.verdict import channel_of
 from ins_eval.diagnosis.estimate.linearisation import Linearisation, linearise
-from ins_eval.diagnosis.estimate.refine import again, believed_effect, refine
+from ins_eval.diagnosis.estimate.refine import Impossible, RefinedFit, again, believed_effect, refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
@@ -168,7 +168,10 @@ def _stepped(findings: Findings, suspects: Sequence[Suspect], policy: Policy) ->
     columns = tuple(step.column if k == r else None for k in range(len(cases)))
     fitted = list(findings.null)
     fitted[r] = surest.fitted
-    refined = refine(cases, [Hypothesis(step, columns)], fitted)
+    try:
+        refined = refine(cases, [Hypothesis(step, columns)], fitted)
+    except Impossible:
+        return findings
     linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
     linearisation = replace(linearisation, refined=refined).own_first(1)
     if linearisation.height <= findings.linearisation.height:
@@ -235,8 +238,8 @@ def _searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Pol
             linearisation = _at_noise(linearisation, fitted, policy)
             if linearisation.best.log_posterior < 0.0:
                 return linearisation
+        linearisation, refined = _refined(cases, linearisation)
         keys = linearisation.keys
-        refined = refine(cases, linearisation.chosen(scaled=False), linearisation.fitted)
         linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
         linearisation = replace(linearisation, refined=refined)
         own = linearisation.own_first(len(refined.model))
@@ -249,6 +252,15 @@ def _searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Pol
         if linearisation.keys == keys:
             break
     return linearisation
+
+
+def _refined(cases: tuple[Case, ...], linearisation: Linearisation) -> tuple[Linearisation, RefinedFit]:
+    """The best set with which the recordings can be navigated, and the fit there."""
+    while True:
+        try:
+            return linearisation, refine(cases, linearisation.chosen(scaled=False), linearisation.fitted)
+        except Impossible as error:
+            linearisation = linearisation.excluding(error.key)
 
 
 def _gain(cases: Sequence[Case], null: Sequence[Fitted], linearisation: Linearisation, policy: Policy) -> float:

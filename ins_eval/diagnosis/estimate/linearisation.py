@@ -119,6 +119,11 @@ class Linearisation:
         gain = self.gain(kept)
         return replace(self, ranked=(Explanation(kept, gain, gain - self.space.cost * len(kept)), *self.ranked))
 
+    def excluding(self, key: tuple) -> Linearisation:
+        """The same without the sets that hold effects of the family `key`."""
+        of_family = {k for k, one in enumerate(self.hypotheses) if one.key == key}
+        return replace(self, ranked=tuple(one for one in self.ranked if not of_family & set(one.members)))
+
     @property
     def taken_beside(self) -> list[int]:
         """Hypotheses that were taken off the recordings and are not in the best set."""

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ins_eval.diagnosis.estimate.arcs import Diverged
 from ins_eval.diagnosis.estimate.search import log_bayes_factor, posterior
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, sums
 from ins_eval.effects.lag import NAME as LAG
@@ -39,6 +40,14 @@ Q95 = 1.96
 PLACED = 0.03  # of the prior with which a lag is searched for: a placed one has the size for which its column is made
 
 
+class Impossible(Exception):
+    """A set of effects with which recordings cannot be navigated, and the `key` of the one to leave out."""
+
+    def __init__(self, key: tuple):
+        super().__init__(key)
+        self.key = key
+
+
 @dataclass(frozen=True, eq=False)
 class RefinedFit:
     """Recordings navigated with the finalist, and where.
@@ -57,7 +66,10 @@ class RefinedFit:
 
 
 def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted]) -> RefinedFit:
-    """Gauss-Newton on the effects of `model`, from what was found without it."""
+    """Gauss-Newton on the effects of `model`, from what was found without it.
+
+    Raises Impossible where an effect outgrows what sensors have, or the recordings cannot be navigated with it.
+    """
     original = tuple(cases)
     model = tuple(again(one, original) for one in model)  # they may come from other navigated recordings
     point, fitted = np.zeros(len(model)), tuple(fitted)
@@ -79,6 +91,9 @@ def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[
             break
         model = tuple(moved)
         point = np.where(fixed, point, mean)
+        for one, size in zip(model, point, strict=True):
+            if abs(size) > one.candidate.largest:
+                raise Impossible(one.key)
         cases, model = _navigated(original, model, point, noise)
     scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
     fitted = tuple(fit_noise(cases, scaled, [one.noise_point for one in fitted]))
@@ -96,7 +111,10 @@ def _navigated(
 ) -> tuple[tuple[Case, ...], tuple[Hypothesis, ...]]:
     """The recordings with the effects of `model` taken off, with this `noise` or their own, and the effects around."""
     effects = [believed_effect(one, float(p), original) for one, p in zip(model, point, strict=True) if p != 0.0]
-    cases = tuple(case.again(effects) for case in original)
+    try:
+        cases = tuple(case.again(effects) for case in original)
+    except Diverged as error:
+        raise Impossible(model[int(np.argmax(np.abs(point)))].key) from error
     if noise is not None:
         cases = tuple(
             replace(case, noise=_same_white(case, before, one))

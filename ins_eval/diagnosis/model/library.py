@@ -42,7 +42,9 @@ COMPOSED = {
     "branch": (0.03, 0.1, 0.3),
 }
 # of what is felt, on any axis: consumer MEMS are sold with 1 to 3 % uncalibrated, and nothing that is sold has 10 %
-COARSEST_PPM, LARGEST_PPM = 1e4, 1e5
+COARSEST_PPM = 1e4
+# nor do zero offsets of consumer MEMS exceed 0.25 g and 20 deg/s (data sheets of ADXL345 and MPU-6050)
+LARGEST_OF = {"ppm": 1e5, "urad": 1e5, "ug/g^2": 1e5, "ug/g^3": 1e5, "ug": 2.5e5, "deg/h": 7.2e4}
 LARGEST = 400.0  # usual sizes that no instrument of its grade exceeds: consumer sheets over those of navigation grade
 PROPORTIONAL = ("ppm", "urad")
 SHORT = 5.0  # times of the filter: in less, its rate is hardly another thing than the temperature
@@ -64,10 +66,10 @@ class Candidate:
     def largest(self) -> float:
         """The coefficient that no such sensor exceeds, inf where there is none; beyond it something else is wrong."""
         effect = VOCABULARY[self.name]
-        if effect.enters not in SENSORS or effect.multipliers == ("1",):
+        if effect.enters not in SENSORS:
             return np.inf
-        most = LARGEST * self.nominal
-        return (min(most, LARGEST_PPM) if effect.unit in PROPORTIONAL else most) / self.nominal
+        of_grade = np.inf if effect.multipliers == ("1",) else LARGEST  # an offset has any size where nobody stated it
+        return min(of_grade, LARGEST_OF.get(effect.unit, np.inf) / self.nominal)
 
     @property
     def key(self) -> tuple[str, str | None, str | None]:
