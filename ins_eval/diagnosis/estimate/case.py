@@ -95,7 +95,10 @@ class Case:
         """Nodes that are averaged where nothing fast is asked about."""
         if self.believed is None:
             return 1
-        return few_blocks(self.model.nodes_s.size) if self.believed.arcs else block_of(self.model.interval_s)
+        if self.believed.arcs and self.kind not in PARKED:
+            return few_blocks(self.model.nodes_s.size)
+        position_m = float(np.median(self.noise.white[:, :3]))
+        return block_of(self.model.interval_s, position_m, self.noise.priors["velocity_random_walk"].centre)
 
 
 def prepare(recording: Recording, folder: str | Path = ".", planned: bool = False) -> Case:

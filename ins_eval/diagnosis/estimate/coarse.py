@@ -25,15 +25,20 @@ MOST_BLOCKS = 4000
 FEWEST_NODES = 1500  # of a recording that is worth it
 
 
-def block_of(interval_s: np.ndarray) -> int:
-    """Nodes in a block, an odd number; 1 where the recording is short."""
+def block_of(interval_s: np.ndarray, position_m: float, walk: float) -> int:
+    """Nodes in a block, an odd number; 1 where the recording is short.
+
+    A block is so short that a velocity random `walk`, m/s/sqrt(s), moves less in it than one sigma of a position:
+    q sqrt(t^3 / 3) < w.
+    """
     if interval_s.size < FEWEST_NODES:
         return 1
-    return max(1, int(BLOCK_S / float(np.median(interval_s))) // 2 * 2 + 1)
+    block_s = min(BLOCK_S, (np.sqrt(3.0) * position_m / walk) ** (2.0 / 3.0))
+    return max(1, int((block_s / float(np.median(interval_s)) + 1.0) / 2.0) * 2 - 1)
 
 
 def few_blocks(nodes: int) -> int:
-    """Nodes in a block of a recording in arcs, which turns within seconds: as few as `MOST_BLOCKS` allow."""
+    """Nodes in a block of a vehicle in arcs, which turns within seconds: as few as `MOST_BLOCKS` allow."""
     return (nodes // MOST_BLOCKS + 1) // 2 * 2 + 1
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.diagnosis.estimate.held_out import held_out
+from ins_eval.diagnosis.estimate.refine import again
 from ins_eval.diagnosis.estimate.search import (
     Explanation,
     Space,
@@ -198,6 +199,7 @@ def linearise(
     """The linearisation at which the effects of `model` are taken off with coefficients `point`, and its search."""
     taken = {_identity(one) for one in model}
     others = [one for one in union(cases) if _identity(one) not in taken]
+    others += _placed_alike(cases, model, others)
     hypotheses = (*model, *others)
     of_space = space(hypotheses, policy)
     whole = np.append(point, np.zeros(len(others)))
@@ -205,6 +207,25 @@ def linearise(
     share = policy.least_share(case.kind for case in cases)
     ranked = search(here.normal, here.projection, of_space, share, policy)
     return Linearisation(tuple(cases), hypotheses, of_space, whole, tuple(fitted), here, tuple(ranked))
+
+
+def _placed_alike(cases: Sequence[Case], model: Sequence[Hypothesis], others: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Of every family with the same further parameters as an effect of `model` a member at the values of that effect.
+
+    Between the values that are tried of it a jump of one error would look unlike that of another.
+    """
+    families = {one.key: one for one in others}
+    made = []
+    for one in model:
+        placed = _numbers(one)
+        alike = (f for f in families.values() if placed and f.key != one.key and _numbers(f).keys() == placed.keys())
+        made += [again(other, cases, {**other.candidate.parameters, **placed}) for other in alike]
+    known = {_identity(one) for one in (*model, *others)}
+    return [one for one in {_identity(one): one for one in made}.values() if _identity(one) not in known]
+
+
+def _numbers(one: Hypothesis) -> dict[str, float | str]:
+    return {name: x for name, x in one.candidate.parameters.items() if isinstance(x, float | int)}
 
 
 def _identity(one: Hypothesis) -> tuple:
