@@ -20,7 +20,7 @@ from ins_eval.initialization import Initialization, find, follow
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.stillness import Stretch, choose_alignment, still_stretches
 from ins_eval.reference import Errors, compare, standstill
-from ins_eval.strapdown import Solution, Vertical, navigate
+from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, Vertical, navigate
 from ins_eval.thermal import filtered_rate
 from ins_eval.units import DEG, DEG_PER_H
 
@@ -223,6 +223,20 @@ def numeric_floor(ideal: Recording, vertical: Vertical | None = None) -> tuple[E
     """
     errors = evaluate(ideal, ideal.imu.accelerometer, vertical=vertical).errors
     return errors, float(np.hypot(errors.north_m, errors.east_m).max()), float(np.abs(errors.velocity_n[:, :2]).max())
+
+
+def polar_error_m(solution: Solution, rate_hz: float) -> float:
+    """Horizontal error, m, that a navigation frame held still within a step leaves near a pole, where north turns.
+
+        integral of |v| (v_E tan L / R * step)^2 / 3 dt
+
+    The third part of the square is what circles about a pole at 80 to 89.99 degrees show, of which all is known.
+    """
+    step_s = SAMPLES_PER_STEP / rate_hz
+    v_n, v_e, _ = solution.velocity_n[1:].T
+    _, transverse = radii(solution.latitude_rad[1:])
+    turned = v_e * np.tan(solution.latitude_rad[1:]) / (transverse + solution.height_m[1:]) * step_s
+    return float(np.sum(np.hypot(v_n, v_e) * turned**2 * np.diff(solution.time_s)) / 3.0)
 
 
 def height_aid(recording: Recording) -> np.ndarray | None:

@@ -9,13 +9,16 @@ import pytest
 
 from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.cli import main
-from ins_eval.recording import Imu, Recording, Start, form
+from ins_eval.earth import gravity
+from ins_eval.recording import Fixes, Imu, Recording, Start, form
 from ins_eval.units import DEG
 
 EARTH_RATE = 7.292115e-5  # rad/s, WGS-84
 LOCAL_GRAVITY = {34.0: 9.7965, 86.0: 9.8319}  # m/s^2 at height 0, Somigliana, rounded
 FLOOR_M, FLOOR_MPS = 0.2, 1e-4  # steps of 4 s over 30 h; a wrong term of the equations makes kilometres
 TILT_DEG = 0.003
+EAST_MPS, EAST_S = 100.0, 300.0
+POLAR_SHARE, SMALL_M = 0.5, 0.01
 
 
 def standstill(latitude_deg: float, longitude_deg: float, height_m: float, hours: float, rate_hz: float) -> Recording:
@@ -49,6 +52,44 @@ def test_a_standstill_of_thirty_hours_is_evaluated():
     found = evaluate_recording(standstill(34.0, 108.0, 400.0, hours=30.0, rate_hz=1.0))
     assert found.floor["horizontal_m"] < FLOOR_M and found.floor["velocity_mps"] < FLOOR_MPS
     assert found.tree["navigation"]["end_s"] == 30.0 * 3600.0
+
+
+def around_the_pole(latitude_deg: float, rate_hz: float) -> Recording:
+    """A level vehicle that drives east at constant speed: body rate and specific force are constant.
+
+    w = w_ie + w_en,  f = (2 w_ie + w_en) x v - g,  w_en = v / N (1, 0, -tan L) in north, east, down
+    """
+    latitude, n = latitude_deg * DEG, round(EAST_S * rate_hz)
+    transverse = 6378137.0 / np.sqrt(1.0 - 0.00669437999014 * np.sin(latitude) ** 2)
+    earth = EARTH_RATE * np.array([np.cos(latitude), 0.0, -np.sin(latitude)])
+    transport = EAST_MPS / transverse * np.array([1.0, 0.0, -np.tan(latitude)])
+    force = np.cross(2.0 * earth + transport, [0.0, EAST_MPS, 0.0]) - [0.0, 0.0, float(gravity(latitude, 0.0))]
+    to_body = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    gyro, accelerometer = (np.tile(to_body @ one / rate_hz, (n, 1)) for one in (earth + transport, force))
+    start = Start(
+        0.0, latitude, 0.0, 0.0, (0.0, EAST_MPS, 0.0), (0.0, 0.0, 90.0 * DEG), attitude_sigma_rad=(TILT_DEG * DEG,) * 3
+    )
+    time_s = np.arange(1, n + 1) / rate_hz
+    at_s = np.arange(0.0, EAST_S + 0.5)
+    radius = transverse * np.cos(latitude)
+    turned = np.remainder(EAST_MPS * at_s / radius + np.pi, 2.0 * np.pi) - np.pi
+    truth = Fixes(
+        at_s, np.full(at_s.size, latitude), turned, np.zeros(at_s.size), np.tile([0.0, EAST_MPS, 0.0], (at_s.size, 1)),
+        np.ones(at_s.size, dtype=bool),
+    )  # fmt: skip
+    return Recording("east", "drive", start, Imu(time_s, gyro, accelerometer, "increment"), gps=truth)
+
+
+@pytest.mark.parametrize(("latitude_deg", "rate_hz"), [(89.9, 10.0), (89.99, 100.0), (89.99, 10.0), (85.0, 10.0)])
+def test_what_a_pole_does_to_the_navigation_is_said_with_its_size(latitude_deg: float, rate_hz: float) -> None:
+    found = evaluate_recording(around_the_pole(latitude_deg, rate_hz))
+    errors = found.first.errors
+    off_m = float(np.hypot(errors.north_m, errors.east_m)[-1])
+    said = [note for note in found.tree["recording"]["notes"] if "north turns" in note]
+    assert len(said) == (latitude_deg > 89.0)
+    for note in said:
+        assert float(note.split("off by ")[1].split(" m")[0]) == pytest.approx(off_m, rel=POLAR_SHARE)
+    assert said or off_m < SMALL_M
 
 
 def test_a_longitude_beyond_a_full_turn_is_refused_with_the_range(tmp_path, capsys):

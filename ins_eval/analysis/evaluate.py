@@ -38,6 +38,7 @@ from ins_eval.navigation import (
     height_aid,
     measures,
     numeric_floor,
+    polar_error_m,
     restarts,
     samples,
     since_start,
@@ -46,13 +47,14 @@ from ins_eval.profile import load
 from ins_eval.recording import Imu, Recording, Start
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.stillness import Stretch
-from ins_eval.strapdown import SAMPLES_PER_STEP
+from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 from ins_eval.tables import read_toml
 from ins_eval.trajectory import MAX_RATE_HZ, MIN_RATE_HZ
 from ins_eval.units import DEG, DEG_PER_H, UG
 
 AS_RECORDED, BELIEVED = "none", "believed"
 SHORTEST_NAVIGATION_S = 10.0
+POLAR_M = 0.01  # a hundred times what navigation leaves in the same time at 34 degrees and 10 Hz
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,9 +209,23 @@ def evaluate_recording(
             name: restarts(arm.recording, arm.velocity, restart_every_s, evaluations[name].initialization)
             for name, arm in arms.items()
         }
+    polar = _near_a_pole(next(iter(evaluations.values())).solution, recording)
+    recording = replace(recording, notes=(*recording.notes, *polar))
     stand = next((begin for begin in begins.values() if isinstance(begin, Stretch)), None)
     solution = None if recording.solution is None else evaluate_solution(recording)
     return RecordingEvaluation(recording, stand, evaluations, pieces, solution)
+
+
+def _near_a_pole(solution: Solution, recording: Recording) -> list[str]:
+    """What the navigation frame leaves there, where it is worth a word."""
+    polar_m = polar_error_m(solution, 1.0 / float(np.median(recording.interval_s)))
+    if polar_m < POLAR_M:
+        return []
+    latitude_deg = float(np.degrees(np.abs(solution.latitude_rad).max()))
+    return [
+        f"At {latitude_deg:.2f} degrees of latitude north turns so fast that the navigation itself may be off by "
+        f"{polar_m:.2g} m; a higher sample rate makes it less."
+    ]
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from tests.recording.readers import test_logs, writers
 
 SLOWEST_S = 2.0
 LARGEST_KIB = 1 << 20  # of memory, beyond what stood there before
-FEW, MANY = 20, 950  # for each reader
+FEW, MANY = 20, 1600  # for each reader
 LONGEST_SENTENCE = 2000  # a damaged mapping may hold a long key
 REPEATED = 60
 
