@@ -78,10 +78,10 @@ real-report: env ## what diagnose says of the real recordings of ../shared/recor
 	@$(VENV)/bin/python -m benchmark.runners.real_report --limit $(REAL_LIMIT)
 
 test: lint ## lint, then all tests that are not marked slow
-	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadgroup --no-loadscope-reorder -m "not slow"
+	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder -m "not slow"
 
 test-all: lint ## lint, then all tests
-	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadgroup --no-loadscope-reorder
+	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder
 
 lint: env ## import directions, style and types
 	@$(VENV)/bin/lint-imports --no-logo

@@ -6,16 +6,7 @@ from pathlib import Path
 
 import pytest
 
-MADE_ONCE = ("short_report", "finished_gate", "small_report")  # session fixtures that take long
 REPOSITORY = Path(__file__).resolve().parent.parent
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """One worker for the tests of a file, and for all tests of what is made once (``--dist loadgroup``)."""
-    for item in items:
-        needed = getattr(item, "fixturenames", ())
-        group = next((name for name in MADE_ONCE if name in needed), item.nodeid.partition("::")[0])
-        item.add_marker(pytest.mark.xdist_group(group))
 
 
 @pytest.fixture(scope="session")

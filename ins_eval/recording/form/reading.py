@@ -63,17 +63,7 @@ def read(
     gps, of_gps = _fixes(opened, "gps")
     reference, of_reference = _fixes(opened, "reference")
     solution, of_solution = _fixes(opened, "solution")
-    table = open_table(opened.folder, "imu")
-    if table is None and solution is not None:
-        if not solution_alone:
-            raise DataRefused(
-                f"{opened.folder}: holds no imu, only the solution that an INS put out; expected imu.parquet or "
-                "imu.csv; add it, or take `ins-eval evaluate`, which needs none"
-            )
-        assumed: list[str] = []
-        start, imu = _start_of_solution(opened, solution), None
-    else:
-        start, imu, assumed = _start_and_imu(opened)
+    start, imu, assumed = _start_and_imu(opened, solution, solution_alone)
     notes = (*opened.notes, *assumed, *of_gps, *of_reference, *of_solution)
     recording = Recording(
         name=opened.name,
@@ -91,13 +81,23 @@ def read(
     return recording if doubted else validated(recording)
 
 
-def _start_and_imu(opened: Opened) -> tuple[Start, Imu, list[str]]:
-    """The start, the table ``imu`` and notes on both."""
+def _start_and_imu(
+    opened: Opened, solution: Fixes | None, solution_alone: bool
+) -> tuple[Start, Imu | None, list[str]]:
+    """The start, what the table ``imu`` holds, if there is one, and notes on both."""
+    table = open_table(opened.folder, "imu")
+    if table is None and solution is not None:
+        if not solution_alone:
+            raise DataRefused(
+                f"{opened.folder}: holds no imu, only the solution that an INS put out; expected imu.parquet or "
+                "imu.csv; add it, or take `ins-eval evaluate`, which needs none"
+            )
+        return _start_of_solution(opened, solution), None, []
     description = opened.description
     for key in ("imu", "start"):
         if getattr(description, key) is None:
             raise DataRefused(f"{opened.file}: '[{key}]' is missing; add that table")
-    table = _required(opened, "imu")
+    table = _there(opened, "imu", table)
     table.require(("time_s", *GYRO, *ACCELEROMETER))
     time_s = table.increasing_time()
     if time_s.size < 2:
@@ -145,7 +145,7 @@ def read_chamber(folder: str | Path, unit: str | None = None) -> ChamberReadings
             f"{opened.file}: has tables of the accelerometers {' and '.join(opened.axes)}, expected the one that was "
             "in the chamber; keep the table of that axis"
         )
-    whole = _required(opened, CHAMBER)
+    whole = _there(opened, CHAMBER, open_table(opened.folder, CHAMBER))
     whole.require(("time_s", *READINGS))
     unit_id, table = _of_unit(whole, unit)
     time_s = table.increasing_time()
@@ -169,8 +169,7 @@ def read_belief(folder: str | Path) -> Belief:
     return open_folder(folder).belief
 
 
-def _required(opened: Opened, name: str) -> Columns:
-    table = open_table(opened.folder, name)
+def _there(opened: Opened, name: str, table: Columns | None) -> Columns:
     if table is None:
         raise DataRefused(
             f"{opened.folder}: holds neither {name}.parquet nor {name}.csv, expected one of them for kind "
