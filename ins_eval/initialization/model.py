@@ -24,6 +24,7 @@ from ins_eval.initialization.state import (
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
 
 BIAS_WALK = 0.01  # of its sigma that a bias wanders in a minute
+BLOCKS = {"position": POSITION, "velocity": VELOCITY, "attitude": ATTITUDE, "gyro_bias": GYRO_BIAS}
 ZERO_RATE_RADPS = 2e-4  # mean rate of that sway over a second
 WIND_MPS = 12.0  # turns the nose of a craft in flight away from its course
 
@@ -111,13 +112,17 @@ def dynamics(window: Window, solution: Solution, about, force_b, rate_b, prior) 
     f[:, VELOCITY, ACCELEROMETER_BIAS] = -middle
     f[:, ATTITUDE, GYRO_SCALE] = -middle * rate_b[:, None, :]
     f[:, VELOCITY, ACCELEROMETER_SCALE] = -middle * force_b[:, None, :]
-    a = f * dt[:, None, None]
-    transition = np.eye(STATES) + a + 0.5 * a @ a
+    f *= dt[:, None, None]
+    f[:, :9] += 0.5 * f[:, :9, :9] @ f[:, :9]  # constants have no rows
+    diagonal = np.arange(STATES)
+    f[:, diagonal, diagonal] += 1.0
     q = np.zeros((len(dt), STATES))
     q[:, VELOCITY], q[:, ATTITUDE] = window.velocity_walk**2, window.angle_walk**2
     walk = BIAS_WALK**2 / 60.0 * np.diag(prior)
     q[:, GYRO_BIAS], q[:, ACCELEROMETER_BIAS] = walk[GYRO_BIAS], walk[ACCELEROMETER_BIAS]
-    return transition, np.einsum("ij,ni->nij", np.eye(STATES), q * dt[:, None])
+    noise = np.zeros_like(f)
+    noise[:, diagonal, diagonal] = q * dt[:, None]
+    return f, noise
 
 
 def measured(window: Window, begin: Initialization, solution: Solution, c, about, rate_b):
@@ -127,72 +132,77 @@ def measured(window: Window, begin: Initialization, solution: Solution, c, about
 
     Kinds are position 0, velocity 1, zero velocity 2, zero rate 3, course 4. What is not measured has a variance of 0.
     """
-    rows, kinds, values, designs, variances = [], [], [], [], []
+    parts = [*_of_fixes(window, solution, c, rate_b), *_of_rest(window, solution, c, about, rate_b)]
+    if not any(len(row) for row, *_ in parts):
+        return (np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty((0, 3, STATES)), np.empty((0, 3)))
+    row, kind, z, h, variance = (np.concatenate(one) for one in zip(*parts, strict=True))
+    order = np.argsort(row, kind="stable")
+    variance = np.where(np.isfinite(z), variance, 0.0)
+    return row[order], kind[order], np.nan_to_num(z[order]), h[order], variance[order]
 
-    def add(row: int, kind: int, z, h: np.ndarray, variance) -> None:
-        rows.append(row)
-        kinds.append(kind)
-        values.append(z)
-        designs.append(h)
-        variances.append(np.where(np.isfinite(z), variance, 0.0))
 
+def _part(kind: int, row: np.ndarray, z: np.ndarray, variance, **design: np.ndarray):
+    """Rows of one kind; `design` gives blocks (k, 3, 3) or (3, 3) of the states that it names."""
+    h = np.zeros((len(row), 3, STATES))
+    for name, block in design.items():
+        h[:, :, BLOCKS[name]] = block
+    return row, np.full(len(row), kind), z, h, np.broadcast_to(variance, z.shape)
+
+
+def _of_fixes(window: Window, solution: Solution, c, rate_b) -> list:
+    """Positions, velocities and the course of the fixes within the solution."""
+    fixes, arm, time_s = window.fixes, window.lever_arm_m, solution.time_s
+    if fixes is None:
+        return []
+    k = np.flatnonzero(fixes.time_s <= time_s[-1])
+    at = np.clip(np.searchsorted(time_s, fixes.time_s), 1, len(time_s) - 1)
+    j = at[k]
+    x = np.clip((fixes.time_s[k] - time_s[j - 1]) / (time_s[j] - time_s[j - 1]), 0.0, 1.0)[:, None]
+    meridian, transverse = (r + solution.height_m[0] for r in radii(solution.latitude_rad[0]))
+    metre = np.array([meridian, transverse * np.cos(solution.latitude_rad[0]), -1.0])
+    place = np.column_stack([solution.latitude_rad, solution.longitude_rad, solution.height_m])
+    seen = np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m])[k]
+    arm_n = c[j] @ arm
+    arm_v = np.einsum("nij,nj->ni", c[j], np.cross(rate_b[j - 1], arm))
+    p = (1.0 - x) * place[j - 1] + x * place[j]
+    v = (1.0 - x) * solution.velocity_n[j - 1] + x * solution.velocity_n[j]
+    sigma = [one[k, None] ** 2 for one in window.fix_sigma]
+    return [
+        _part(0, j, (seen - p) * metre - arm_n, sigma[0], position=np.eye(3), attitude=-_cross(arm_n)),
+        _part(1, j, fixes.velocity_n[k] - v - arm_v, sigma[1], velocity=np.eye(3), attitude=-_cross(arm_v)),
+        *_of_course(window, solution, at),
+    ]
+
+
+def _of_rest(window: Window, solution: Solution, c, about, rate_b) -> list:
+    """Zero velocity at the end, and the mean rate, of every second at rest."""
     time_s = solution.time_s
-    fixes, arm = window.fixes, window.lever_arm_m
-    if fixes is not None:
-        inside = fixes.time_s <= time_s[-1]
-        at = np.clip(np.searchsorted(time_s, fixes.time_s), 1, len(time_s) - 1)
-        share = np.clip((fixes.time_s - time_s[at - 1]) / (time_s[at] - time_s[at - 1]), 0.0, 1.0)
-        meridian, transverse = (r + solution.height_m[0] for r in radii(solution.latitude_rad[0]))
-        metre = np.array([meridian, transverse * np.cos(solution.latitude_rad[0]), -1.0])
-        place = np.column_stack([solution.latitude_rad, solution.longitude_rad, solution.height_m])
-        seen = np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m])
-        arm_n = c @ arm
-        arm_v = np.einsum("nij,nj->ni", c, np.cross(np.vstack([rate_b[:1], rate_b]), arm))
-        for k in np.flatnonzero(inside):
-            j, x = at[k], share[k]
-            p = (1.0 - x) * place[j - 1] + x * place[j]
-            v = (1.0 - x) * solution.velocity_n[j - 1] + x * solution.velocity_n[j]
-            h = np.zeros((3, STATES))
-            h[:, POSITION], h[:, ATTITUDE] = np.eye(3), -_cross(arm_n[j])
-            add(j, 0, (seen[k] - p) * metre - arm_n[j], h, window.fix_sigma[0][k] ** 2)
-            h = np.zeros((3, STATES))
-            h[:, VELOCITY], h[:, ATTITUDE] = np.eye(3), -_cross(arm_v[j])
-            add(j, 1, fixes.velocity_n[k] - v - arm_v[j], h, window.fix_sigma[1][k] ** 2)
-        _add_course(window, solution, add, at)
+    last = np.searchsorted(time_s, window.still_s[:, 1])
+    use = (last < len(time_s)) & (window.still_s[:, 1] > window.still_s[:, 0])
+    begin_s, end_s = window.still_s[use].T
+    last = last[use]
+    first = np.searchsorted(time_s, begin_s)
+    zero = _part(2, last, -solution.velocity_n[last], ZERO_VELOCITY_MPS**2, velocity=np.eye(3))
+    some = last > first
+    first, last, lasted_s = first[some], last[some], (end_s - begin_s)[some]
     latitude = solution.latitude_rad[0]
     earth_n = EARTH_RATE * np.array([np.cos(latitude), 0.0, -np.sin(latitude)])
-    for begin_s, end_s in window.still_s:
-        j = int(np.searchsorted(time_s, end_s))
-        if j >= len(time_s) or end_s <= begin_s:
-            continue
-        h = np.zeros((3, STATES))
-        h[:, VELOCITY] = np.eye(3)
-        add(j, 2, -solution.velocity_n[j], h, ZERO_VELOCITY_MPS**2)
-        first = int(np.searchsorted(time_s, begin_s))
-        if j > first:
-            h = np.zeros((3, STATES))
-            h[:, GYRO_BIAS], h[:, ATTITUDE] = np.eye(3), about[j].T @ _cross(earth_n)
-            z = rate_b[first:j].mean(axis=0) - c[j].T @ earth_n
-            add(j, 3, z, h, window.angle_walk**2 / (end_s - begin_s) + ZERO_RATE_RADPS**2)
-    order = np.argsort(rows, kind="stable")
-    if not rows:
-        return (np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty((0, 3, STATES)), np.empty((0, 3)))
-    pick = [np.asarray(one)[order] for one in (rows, kinds, values, designs, variances)]
-    return pick[0], pick[1], np.nan_to_num(pick[2]), pick[3], pick[4]
+    summed = np.vstack([np.zeros((1, 3)), np.cumsum(rate_b, axis=0)])
+    z = (summed[last] - summed[first]) / (last - first)[:, None] - np.swapaxes(c[last], 1, 2) @ earth_n
+    variance = (window.angle_walk**2 / lasted_s + ZERO_RATE_RADPS**2)[:, None]
+    turn = np.swapaxes(about[last], 1, 2) @ _cross(earth_n)
+    return [zero, _part(3, last, z, variance, gyro_bias=np.eye(3), attitude=turn)]
 
 
-def _add_course(window: Window, solution: Solution, add, at: np.ndarray) -> None:
+def _of_course(window: Window, solution: Solution, at: np.ndarray) -> list:
     """The nose points along the course at the fastest fix, as far as such a vehicle does."""
     v = window.fixes.velocity_n
     speed = np.where(np.isfinite(v).all(axis=1), np.hypot(v[:, 0], v[:, 1]), 0.0)
     if not speed.size or speed.max() < MOVING_MPS:
-        return
+        return []
     k = int(np.argmax(speed))
     if window.fixes.time_s[k] > solution.time_s[-1]:
-        return
+        return []
     sigma = window.course_sigma or min(HEADING_SIGMA_RAD, np.arctan2(WIND_MPS, speed[k]))
-    heading = solution.attitude_rad[at[k], 2]
-    h = np.zeros((3, STATES))
-    h[0, 8] = 1.0
-    away = wrapped(np.arctan2(v[k, 1], v[k, 0]) - heading)
-    add(int(at[k]), 4, np.array([away, np.nan, np.nan]), h, sigma**2)
+    away = wrapped(np.arctan2(v[k, 1], v[k, 0]) - solution.attitude_rad[at[k], 2])
+    return [_part(4, at[k : k + 1], np.array([[away, np.nan, np.nan]]), sigma**2, attitude=np.eye(3)[[2, 0, 1]])]
