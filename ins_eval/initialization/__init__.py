@@ -15,7 +15,7 @@ nothing of the heading, the heading is unknown and its sigma says so.
 Source: Titterton and Weston, 2nd ed., chapters 10 and 12; Groves, 2nd ed., chapters 5 and 14.
 """
 
-from ins_eval.initialization.guess import TILT_SIGMA_RAD, WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS
+from ins_eval.initialization.guess import TILT_SIGMA_RAD
 from ins_eval.initialization.search import find, follow, track
 from ins_eval.initialization.smoother import filtered
 from ins_eval.initialization.state import (
@@ -27,6 +27,7 @@ from ins_eval.initialization.state import (
     VELOCITY,
     Initialization,
 )
+from ins_eval.initialization.windows import WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS
 
 __all__ = [
     "ACCELEROMETER_BIAS",

@@ -22,27 +22,22 @@ from ins_eval.initialization.state import (
     Window,
     wrapped,
 )
-from ins_eval.initialization.windows import stated_value
 from ins_eval.recording import Recording, Start
 from ins_eval.recording.belief import EarthBelief
 from ins_eval.recording.stillness import Stretch
 from ins_eval.strapdown import navigate
-from ins_eval.units import DEG, DEG_PER_H, UG
+from ins_eval.units import DEG, DEG_PER_H
 
 GUESSED_VELOCITY_MPS = 5.0  # sigma of the first velocity where it was differentiated
 STATED_HEADING_RAD = 5.0 * DEG
 TILT_SIGMA_RAD = 10.0 * DEG  # of a first guess
-WIDE_GYRO_BIAS_RADPS = 2000.0 * DEG_PER_H  # where no sigma of it is known
-WIDE_ACCELEROMETER_BIAS_MPS2 = 5e4 * UG
 COARSE_RADPS = 10.0 * DEG_PER_H  # a unit of a larger bias has scale factor errors of a MEMS, a better one those below
 SCALE_SIGMA, FINE_SCALE_SIGMA = 5e-3, 1e-4
 
 
 def first_variances(recording: Recording, window: Window, still: bool) -> np.ndarray:
     """Covariance (21,) of a first guess, squared sigmas."""
-    belief = recording.belief
-    gyro = DEG_PER_H * stated_value(belief.gyro, "bias_sigma_deg_per_h") or WIDE_GYRO_BIAS_RADPS
-    force = UG * stated_value(belief.accelerometer, "bias_sigma_ug") or WIDE_ACCELEROMETER_BIAS_MPS2
+    gyro, force = window.bias_sigma
     scale = SCALE_SIGMA if gyro > COARSE_RADPS else FINE_SCALE_SIGMA
     sigma = np.empty(STATES)
     sigma[POSITION] = 3.0 * window.fix_sigma[0].max(initial=1.0)

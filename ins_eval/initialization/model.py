@@ -31,9 +31,8 @@ WIND_MPS = 12.0  # turns the nose of a craft in flight away from its course
 
 def navigated(window: Window, begin: Initialization) -> tuple[Solution, np.ndarray, np.ndarray]:
     """The solution, a row each step of four samples, with mean specific force and rate of each step, body axes."""
-    interval_s = np.diff(window.time_s, prepend=begin.start.time_s)[:, None]
-    dtheta_b = window.dtheta_b - begin.gyro_bias_radps * interval_s
-    dv_b = window.dv_b - begin.accelerometer_bias_mps2 * interval_s
+    interval_s = np.diff(window.time_s, prepend=begin.start.time_s)
+    dtheta_b, dv_b = begin.without_errors(window.dtheta_b, window.dv_b, interval_s)
     solution = navigate(window.time_s, dtheta_b, dv_b, begin.start, None, "free")
     steps = len(solution.time_s) - 1
     by_step = slice(0, steps * SAMPLES_PER_STEP)
@@ -89,7 +88,7 @@ def specific_force(solution: Solution, velocity_n: np.ndarray) -> np.ndarray:
     return force
 
 
-def dynamics(window: Window, solution: Solution, about, force_b, rate_b, prior) -> tuple[np.ndarray, np.ndarray]:
+def dynamics(window: Window, solution: Solution, about, force_b, rate_b) -> tuple[np.ndarray, np.ndarray]:
     """Transitions (steps, 21, 21) and process noise (steps, 21, 21) from row to row; linear `about` C and C f."""
     c, force_n = about
     rest = np.zeros(len(force_n), dtype=bool)
@@ -118,8 +117,7 @@ def dynamics(window: Window, solution: Solution, about, force_b, rate_b, prior) 
     f[:, diagonal, diagonal] += 1.0
     q = np.zeros((len(dt), STATES))
     q[:, VELOCITY], q[:, ATTITUDE] = window.velocity_walk**2, window.angle_walk**2
-    walk = BIAS_WALK**2 / 60.0 * np.diag(prior)
-    q[:, GYRO_BIAS], q[:, ACCELEROMETER_BIAS] = walk[GYRO_BIAS], walk[ACCELEROMETER_BIAS]
+    q[:, GYRO_BIAS], q[:, ACCELEROMETER_BIAS] = (BIAS_WALK**2 / 60.0 * sigma**2 for sigma in window.bias_sigma)
     noise = np.zeros_like(f)
     noise[:, diagonal, diagonal] = q * dt[:, None]
     return f, noise

@@ -77,8 +77,8 @@ def _best(recording: Recording, window: Window, begin_s: float) -> Initializatio
         wider = replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, scale, strict=True)))
         ends = sorted((settle(wider, one, prior, PASSES) for one in ends), key=lambda one: -one.log_likelihood)
         first, window = replace(ends[0], fix_scale=scale), wider
-    end = replace(one_pass(window, first, prior, np.zeros(STATES), GATE), fix_scale=first.fix_scale)
-    return _with_rivals(end, [one_pass(window, one, prior, np.zeros(STATES), GATE) for one in ends[1:]])
+    end = replace(one_pass(window, first, prior, GATE), fix_scale=first.fix_scale)
+    return _with_rivals(end, [one_pass(window, one, prior, GATE) for one in ends[1:]])
 
 
 def _with_rivals(best: Initialization, others: list[Initialization]) -> Initialization:
@@ -107,11 +107,9 @@ def follow(
     """The state at `until_s`, from that of `begin` and what was measured in between, up to `gate` sigmas."""
     window = window_of(recording, dtheta_b, dv_b, begin.start.time_s, until_s)
     window = replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, begin.fix_scale, strict=True)))
-    begin = replace(begin, about=None)
-    first = one_pass(window, begin, begin.covariance, np.zeros(STATES), gate)
-    return replace(
-        one_pass(window, replace(begin, about=first.about), begin.covariance, np.zeros(STATES), gate), about=None
-    )
+    begin = replace(begin, about=None, taken=np.zeros(STATES))
+    first = one_pass(window, begin, begin.covariance, gate)
+    return replace(one_pass(window, replace(begin, about=first.about), begin.covariance, gate), about=None)
 
 
 def track(recording: Recording, begin: Initialization, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Solution:

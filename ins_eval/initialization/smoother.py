@@ -76,19 +76,17 @@ def filtered(transition, noise, row, z, h, variance, mean, covariance, gate):
     return smoothed, x, p, logs, innovations
 
 
-def one_pass(
-    window: Window, begin: Initialization, prior: np.ndarray, taken: np.ndarray, gate: float
-) -> Initialization:
-    """Navigate the window from `begin` and filter what was measured; `prior` is about `begin` less `taken`."""
+def one_pass(window: Window, begin: Initialization, prior: np.ndarray, gate: float) -> Initialization:
+    """Navigate the window from `begin` and filter what was measured; `prior` is about `begin` less what was taken."""
     solution, force_b, rate_b = navigated(window, begin)
     if not np.isfinite(solution.velocity_n).all() or np.abs(solution.velocity_n).max() > LARGEST:
         return replace(begin, log_likelihood=-np.inf, first_error=np.zeros(STATES))
     mat_nb = matrices(solution.quaternion_nb)
     about = begin.about or (mat_nb, np.einsum("nij,nj->ni", 0.5 * (mat_nb[:-1] + mat_nb[1:]), force_b))
     row, _, z, h, variance = measured(window, begin, solution, mat_nb, about[0], rate_b)
-    transition, noise = dynamics(window, solution, about, force_b, rate_b, prior)
+    transition, noise = dynamics(window, solution, about, force_b, rate_b)
     smoothed, mean, covariance, log_likelihood, _ = filtered(
-        transition, noise, row, z, h, variance, -taken, np.ascontiguousarray(prior), gate
+        transition, noise, row, z, h, variance, -begin.taken, np.ascontiguousarray(prior), gate
     )
     last = len(solution.time_s) - 1
     path = moved(solution, mat_nb, smoothed)
@@ -116,19 +114,18 @@ def one_pass(
 
 def settle(window: Window, guess: Initialization, prior: np.ndarray, passes: int) -> Initialization:
     """The guess of the window's first state, corrected until it changes no more."""
-    taken = np.zeros(STATES)  # by how much the guess was corrected since the prior was its own
     guess = replace(guess, about=None)
     best = guess
     for k in range(passes):
-        done = one_pass(window, guess, prior, taken, GATE if k > 2 else np.inf)
+        done = one_pass(window, guess, prior, GATE if k > 2 else np.inf)
         correction = done.first_error
         if not np.isfinite(done.log_likelihood) or np.abs(correction).max() > LARGEST:
             return replace(guess, log_likelihood=-np.inf)  # so far off that its linear model says nothing
         guess = corrected(guess, correction)
-        guess = replace(guess, log_likelihood=done.log_likelihood, about=done.about)
-        taken = taken + correction
+        taken = guess.taken + correction
         if prior[8, 8] >= HEADING_SIGMA_RAD**2:
             taken[8] = 0.0  # the prior of any heading is flat
+        guess = replace(guess, log_likelihood=done.log_likelihood, about=done.about, taken=taken)
         best = guess
         if k > 0 and (np.abs(correction) < SETTLED * done.sigmas).all():
             break
@@ -140,9 +137,10 @@ def scatter(window: Window, first: Initialization, prior: np.ndarray) -> tuple[f
     solution, force_b, rate_b = navigated(window, first)
     c = matrices(solution.quaternion_nb)
     row, kind, z, h, variance = measured(window, first, solution, c, first.about[0], rate_b)
-    transition, noise = dynamics(window, solution, first.about, force_b, rate_b, prior)
-    *_, innovations = filtered(transition, noise, row, z, h, variance, np.zeros(STATES), np.ascontiguousarray(prior),
-                                np.inf)  # fmt: skip
+    transition, noise = dynamics(window, solution, first.about, force_b, rate_b)
+    *_, innovations = filtered(
+        transition, noise, row, z, h, variance, -first.taken, np.ascontiguousarray(prior), np.inf
+    )
     out = []
     for of in (0, 1):
         mine = innovations[kind == of]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -29,7 +29,9 @@ class Initialization:
     `covariance` (21, 21) belongs to errors, true less found: position (north, east, down) in m, velocity in m/s,
     attitude phi in rad (C_true = exp(phi x) C_found), biases of gyros in rad/s and of accelerometers in m/s^2, which
     are in the outputs beyond what is believed and were found to be `gyro_bias_radps` and `accelerometer_bias_mps2`,
-    and scale factor errors. `fix_scale` is by how much the fixes scatter beyond their sigmas, position and velocity.
+    and scale factor errors, found to be `gyro_scale` and `accelerometer_scale`. `taken` is by how much the state was
+    corrected since the prior of the window's first state was about it, and `fix_scale` by how much the fixes scatter
+    beyond their sigmas, position and velocity.
     `rival_headings_rad` are others that the window does not rule out.
     """
 
@@ -38,6 +40,9 @@ class Initialization:
     accelerometer_bias_mps2: np.ndarray
     covariance: np.ndarray
     window: Stretch
+    gyro_scale: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    accelerometer_scale: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    taken: np.ndarray = field(default_factory=lambda: np.zeros(STATES))
     fix_scale: tuple[float, float] = (1.0, 1.0)
     rival_headings_rad: tuple[float, ...] = ()
     walks: tuple[float, float] = (0.0, 0.0)  # white noise of the increments: rad/sqrt(s), m/s/sqrt(s)
@@ -62,6 +67,19 @@ class Initialization:
         """Whether the window says anything of the heading; where it does not, that of the solution is arbitrary."""
         return self.heading_sigma_rad < KNOWN_HEADING_RAD
 
+    def without_errors(
+        self, dtheta_b: np.ndarray, dv_b: np.ndarray, interval_s: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Increments (n, 3) of samples that last `interval_s` (n,), found biases b and scale factor errors s taken off.
+
+        (dtheta - b dt) (1 - s), likewise dv.
+        """
+        dt = interval_s[:, None]
+        return (
+            (dtheta_b - self.gyro_bias_radps * dt) * (1.0 - self.gyro_scale),
+            (dv_b - self.accelerometer_bias_mps2 * dt) * (1.0 - self.accelerometer_scale),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Window:
@@ -76,6 +94,7 @@ class Window:
     fix_sigma: tuple[np.ndarray, np.ndarray]  # of position and velocity of each fix
     angle_walk: float  # rad/sqrt(s)
     velocity_walk: float  # m/s/sqrt(s)
+    bias_sigma: tuple[float, float]  # turn-on biases of gyros, rad/s, and accelerometers, m/s^2
     course_sigma: float | None  # rad for a drive; None: of a flight, by the wind
     moves_s: float  # when it first moves fast; the begin where it does not
 
@@ -114,4 +133,6 @@ def corrected(state: Initialization, error: np.ndarray) -> Initialization:
         ),
         gyro_bias_radps=state.gyro_bias_radps + error[GYRO_BIAS],
         accelerometer_bias_mps2=state.accelerometer_bias_mps2 + error[ACCELEROMETER_BIAS],
+        gyro_scale=state.gyro_scale + error[GYRO_SCALE],
+        accelerometer_scale=state.accelerometer_scale + error[ACCELEROMETER_SCALE],
     )

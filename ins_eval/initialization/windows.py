@@ -12,11 +12,13 @@ from ins_eval.initialization.state import GATE, MOVING_MPS, Window
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.belief import GpsBelief
 from ins_eval.recording.stillness import Stretch, still_stretches
-from ins_eval.units import DEG, DEG_PER_SQRT_H, UG
+from ins_eval.units import DEG, DEG_PER_H, DEG_PER_SQRT_H, UG
 
 MOTION_S = 60.0  # of motion that a window holds
 LONGEST_S = 300.0  # of a window that is made longer because its heading is not yet known
 REST_S = 120.0  # of standstill before the motion
+WIDE_GYRO_BIAS_RADPS = 2000.0 * DEG_PER_H  # where no sigma of it is known
+WIDE_ACCELEROMETER_BIAS_MPS2 = 5e4 * UG
 FAST = 0.3  # of the highest speeds: motion that tells a heading
 STANDS_MPS = 0.5  # that a receiver shows of a vehicle that stands, or `GATE` sigmas of it
 HALF_SPAN_S = 2.0  # over which positions are differentiated, to both sides: 0.7 m/s where they are good to 2 m
@@ -154,8 +156,12 @@ def window_of(recording, dtheta_b, dv_b, begin_s: float, end_s: float) -> Window
         np.concatenate(seconds) if seconds else np.empty((0, 2)),
         np.asarray(section.lever_arm_m, dtype=float),
         sigma,
-        _white(dtheta_b[rows], step_s, DEG_PER_SQRT_H * stated_value(belief.gyro, "angle_random_walk_deg_per_sqrt_h")),
-        _white(dv_b[rows], step_s, UG * stated_value(belief.accelerometer, "velocity_random_walk_ug_per_sqrt_hz")),
+        _white(dtheta_b[rows], step_s, DEG_PER_SQRT_H * _stated(belief.gyro, "angle_random_walk_deg_per_sqrt_h")),
+        _white(dv_b[rows], step_s, UG * _stated(belief.accelerometer, "velocity_random_walk_ug_per_sqrt_hz")),
+        (
+            DEG_PER_H * _stated(belief.gyro, "bias_sigma_deg_per_h") or WIDE_GYRO_BIAS_RADPS,
+            UG * _stated(belief.accelerometer, "bias_sigma_ug") or WIDE_ACCELEROMETER_BIAS_MPS2,
+        ),
         DRIVE_SIDEWAYS_RAD if recording.kind == "drive" else None,
         begin_s,
     )
@@ -166,7 +172,7 @@ def _rows_of(fixes: Fixes, use: np.ndarray) -> Fixes:
     return Fixes(**columns)
 
 
-def stated_value(section, key: str) -> float:
+def _stated(section, key: str) -> float:
     """The believed value, 0 where nobody stated one."""
     return float((section.model_dump(exclude_unset=True).get(key)) or 0.0)
 
