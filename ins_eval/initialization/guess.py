@@ -31,14 +31,15 @@ from ins_eval.units import DEG, DEG_PER_H
 GUESSED_VELOCITY_MPS = 5.0  # sigma of the first velocity where it was differentiated
 STATED_HEADING_RAD = 5.0 * DEG
 TILT_SIGMA_RAD = 10.0 * DEG  # of a first guess
-COARSE_RADPS = 10.0 * DEG_PER_H  # a unit of a larger bias has scale factor errors of a MEMS, a better one those below
-SCALE_SIGMA, FINE_SCALE_SIGMA = 5e-3, 1e-4
+# Scale factor error and turn-on bias of gyros on data sheets of ring lasers to MEMS (5e-6 with 0.005 deg/h, 1.5e-4 with
+# 1 deg/h, 5e-4 with 250 deg/h, 1e-2 with 1800 deg/h, 3e-2 with 5 deg/s) lie about a line of logarithms
+SCALE_SIGMA, SCALE_BIAS_RADPS, SCALE_EXPONENT = 5e-3, 1200.0 * DEG_PER_H, 0.6
 
 
 def first_variances(recording: Recording, window: Window, still: bool) -> np.ndarray:
     """Covariance (21,) of a first guess, squared sigmas."""
     gyro, force = window.bias_sigma
-    scale = SCALE_SIGMA if gyro > COARSE_RADPS else FINE_SCALE_SIGMA
+    scale = SCALE_SIGMA * (gyro / SCALE_BIAS_RADPS) ** SCALE_EXPONENT
     sigma = np.empty(STATES)
     sigma[POSITION] = 3.0 * window.fix_sigma[0].max(initial=1.0)
     velocity = window.fix_sigma[1]

@@ -90,6 +90,7 @@ class Window:
     dv_b: np.ndarray
     fixes: Fixes | None
     still_s: np.ndarray  # seconds at rest, (k, 2) begin and end
+    still_rate_sigma: np.ndarray  # (3,) of the mean rate over one of them, rad/s
     lever_arm_m: np.ndarray
     fix_sigma: tuple[np.ndarray, np.ndarray]  # of position and velocity of each fix
     angle_walk: float  # rad/sqrt(s)

@@ -35,9 +35,9 @@ LEFT_OPEN = {
 
 def answer(file: corpus.File, folder: Path) -> tuple[bool, str]:
     """Whether the file was refused, and all that was said."""
-    name, path = corpus.WRITERS[file.writer][0], file.write(folder)
+    name, path, stated = file.write(folder)
     try:
-        recording = validate(doctor.examine(read(name, path, {}), {}, find(name).keys))
+        recording = validate(doctor.examine(read(name, path, stated), stated, find(name).keys))
     except (DataRefused, UsageError) as refused:
         assert "\n" not in str(refused)
         return True, str(refused)
