@@ -18,6 +18,9 @@ HEADING_TOLERANCE_DEG = 0.5
 BELIEF_GAIN = 10.0  # horizontal velocity RMS of the FOG/MEMS drive, without and with the authors' constant biases
 TRUSTED_S, TRUSTED_M = 10.0, 60.0  # how far a MEMS autopilot is off by itself after so long, at the most
 
+# straight lines by ordinary least squares of its own rows, deg/h/degC and ug/degC
+WARM_UP_LINES = {"gyro z": -42.7, "accelerometer z": -876.0}
+LINE_TOLERANCE = 0.05  # of it: the page takes the stretches at rest, these lines all rows
 WARM_UP_OFFSETS_DEG_PER_S = (0.20, -0.03, 0.38)  # of the parked MEMS unit's gyros, measured independently
 OFFSET_TOLERANCE_DEG_PER_S = 0.005  # half of their last digit
 
@@ -144,6 +147,10 @@ def test_a_parked_mems_unit_comes_from_its_raw_text_to_a_page(real, tmp_path: Pa
     assert offsets == pytest.approx(WARM_UP_OFFSETS_DEG_PER_S, abs=OFFSET_TOLERANCE_DEG_PER_S)
     assert found["grade"]["grade"] == "industrial MEMS"
     assert (tmp_path / "page" / "figures" / "allan_deviation.svg").exists()
+    laws = found["grade"]["temperature_laws"]
+    for channel, line in WARM_UP_LINES.items():
+        assert laws[channel]["slope"] == pytest.approx(line, rel=LINE_TOLERANCE)
+    assert (tmp_path / "page" / "figures" / "temperature_laws.svg").exists()
 
 
 def test_what_a_real_ins_put_out_comes_from_its_netcdf_to_a_page(real, tmp_path: Path) -> None:
