@@ -14,6 +14,7 @@ from ins_eval.allan import AllanDeviation, Coefficient, NoiseFit, allan_deviatio
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.recording import Imu, Recording
 from ins_eval.recording.stillness import Stretch, still_stretches
+from ins_eval.temperature_law import TemperatureLaw, temperature_laws
 from ins_eval.units import ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, UG
 
 BIAS = {"gyro": "bias_repeatability_deg_per_h", "accelerometer": "bias_repeatability_ug"}
@@ -56,6 +57,7 @@ class Grade:
     force_offset_sigma: float | None
     temperature_c: tuple[float, float] | None
     bounds: Mapping[str, float]
+    laws: tuple[TemperatureLaw, ...] = ()
 
     @property
     def rest_s(self) -> float:
@@ -138,7 +140,15 @@ class Grade:
             }
         if self.force_offset is not None:
             tree["force_offset_ug"] = {"value": self.force_offset / UG, "sigma": self.force_offset_sigma / UG}
+        if self.laws:
+            tree["temperature_laws"] = {law.name: _law(law) for law in self.laws}
         return tree
+
+
+def _law(law: TemperatureLaw) -> dict[str, Any]:
+    unit, si = units_of(law.name)["flicker"]
+    interval = [bound / si for bound in law.interval95]
+    return {"slope": law.slope / si, "interval95": interval, "unit": f"{unit}/degC", "reference_c": law.reference_c}
 
 
 def units_of(channel: str) -> dict[str, tuple[str, float]]:
@@ -221,6 +231,7 @@ def measure_grade(recording: Recording, velocity: np.ndarray | None) -> Grade:
         force_sigma,
         _temperature(imu, rows),
         _bounds(np.concatenate([columns[:, r] for r in rows], axis=1), step_s),
+        () if imu.temperature_c is None else temperature_laws(CHANNELS, columns, imu.temperature_c, rows, step_s),
     )
 
 

@@ -187,8 +187,7 @@ def evaluate(
     alignment = found = None
     if isinstance(align_on, Initialization):
         begin, found = start or align_on.start, align_on
-        dtheta_b = dtheta_b - found.gyro_bias_radps * recording.interval_s[:, None]
-        dv_b = dv_b - found.accelerometer_bias_mps2 * recording.interval_s[:, None]
+        dtheta_b, dv_b = found.without_errors(dtheta_b, dv_b, recording.interval_s)
     elif align_on is not None:
         rows = slice(*np.searchsorted(imu.time_s, [align_on.start_s + 1e-6, align_on.end_s + 1e-6]))
         at = replace(begin, time_s=float(imu.time_s[rows.start - 1]) if rows.start else begin.time_s)

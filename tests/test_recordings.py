@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from benchmark.runners.real_studies import RAF
 from benchmark.worlds.real import WARM_UP
 from ins_eval.cli import main
+from ins_eval.recording import form
 from tests.test_docs import missing_figures
 
 DOCUMENTED_HEADING_DEG = 90.6  # of the parked laser-gyro unit, by its authors
@@ -18,6 +20,10 @@ HEADING_TOLERANCE_DEG = 0.5
 BELIEF_GAIN = 10.0  # horizontal velocity RMS of the FOG/MEMS drive, without and with the authors' constant biases
 TRUSTED_S, TRUSTED_M = 10.0, 60.0  # how far a MEMS autopilot is off by itself after so long, at the most
 
+# straight lines by ordinary least squares of its own rows, deg/h/degC and ug/degC
+GROWN_10_S_M = 20.0  # of an industrial unit with GPS alone to start from
+WARM_UP_LINES = {"gyro z": -42.7, "accelerometer z": -876.0}
+LINE_TOLERANCE = 0.05  # of it: the page takes the stretches at rest, these lines all rows
 WARM_UP_OFFSETS_DEG_PER_S = (0.20, -0.03, 0.38)  # of the parked MEMS unit's gyros, measured independently
 OFFSET_TOLERANCE_DEG_PER_S = 0.005  # half of their last digit
 
@@ -132,6 +138,26 @@ def test_real_mems_flights_are_evaluated_between_fixes(real, tmp_path: Path, for
     assert "Started afresh from a fix" in (tmp_path / "report" / "report.txt").read_text()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("format_name", "parts", "offset_s"),
+    [
+        ("apm-mat", ("plane_flight_gps_latency", "TestLog2.mat"), "0.2694"),
+        ("apm-text", ("quad_flight_gps_latency", "quad106.zip"), "0.1919"),
+    ],
+)
+def test_real_mems_flights_are_restarted_with_gps_only(real, tmp_path: Path, format_name, parts, offset_s) -> None:
+    """Attitude and reference of the autopilot are taken away; the offset of the clocks is the one the import names."""
+    known = form.read(imported(format_name, real(*parts), tmp_path / "flight", f"gps.time_offset_s={offset_s}"))
+    blind = replace(known, reference=None, start=replace(known.start, attitude_rad=None, attitude_sigma_rad=None))
+    folder = form.write(blind, tmp_path / "blind")
+    for every_s in (10, 30):
+        pieces = evaluated(folder, tmp_path / f"{every_s}", "--restart-every", str(every_s))["restarts"]["none"]
+        low, high = pieces["position_interval95_m"][9]
+        assert pieces["count"] >= 10 and low < pieces["position_rms_m"][9] < high
+        assert pieces["position_rms_m"][9] < GROWN_10_S_M
+
+
 def test_a_parked_mems_unit_comes_from_its_raw_text_to_a_page(real, tmp_path: Path) -> None:
     """Stamps stand in a file of their own, no attitude and no belief is stated, single samples are missing."""
     for name in ("F00379_B.gz", "F00379_Bt.gz"):
@@ -144,6 +170,10 @@ def test_a_parked_mems_unit_comes_from_its_raw_text_to_a_page(real, tmp_path: Pa
     assert offsets == pytest.approx(WARM_UP_OFFSETS_DEG_PER_S, abs=OFFSET_TOLERANCE_DEG_PER_S)
     assert found["grade"]["grade"] == "industrial MEMS"
     assert (tmp_path / "page" / "figures" / "allan_deviation.svg").exists()
+    laws = found["grade"]["temperature_laws"]
+    for channel, line in WARM_UP_LINES.items():
+        assert laws[channel]["slope"] == pytest.approx(line, rel=LINE_TOLERANCE)
+    assert (tmp_path / "page" / "figures" / "temperature_laws.svg").exists()
 
 
 def test_what_a_real_ins_put_out_comes_from_its_netcdf_to_a_page(real, tmp_path: Path) -> None:

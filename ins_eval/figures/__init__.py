@@ -4,7 +4,7 @@
 `noise` their Allan deviation.
 """
 
-from ins_eval.figures.noise import allan_deviation
+from ins_eval.figures.noise import allan_deviation, temperature_laws
 from ins_eval.figures.population import (
     cep_over_time,
     error_budget,
@@ -40,6 +40,7 @@ __all__ = [
     "sensor_signals",
     "single_flight_rates",
     "temperature_and_rate",
+    "temperature_laws",
     "velocity_error",
     "velocity_rms_by_compensation",
 ]

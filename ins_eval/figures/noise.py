@@ -1,4 +1,4 @@
-"""Allan deviation of the six channels of an IMU at rest, with the noise that makes it."""
+"""The six channels of an IMU at rest: Allan deviation with the noise that makes it, and laws of temperature."""
 
 from __future__ import annotations
 
@@ -62,4 +62,32 @@ def allan_deviation(
     for ax in (grid[2, 0], grid[2, 1]):
         ax.set_xlabel("averaging time [s]")
     legend_below(figure, *panels, columns=6)
+    return figure
+
+
+@styled
+def temperature_laws(
+    *, channels: Sequence[Mapping[str, Any]], title: str = "Channels at rest against temperature"
+) -> Figure:
+    """Six panels, gyros left and accelerometers right, in the field's units.
+
+    Each of `channels` has ``name``, ``unit``, ``temperature_c`` and ``change`` of each mean, ``line_c`` and ``line``,
+    the ends of its straight line, and ``words``, the slope with its interval.
+    """
+    note = (
+        "Points: means over ten seconds at rest, less their mean. Black: the straight line, its slope with [95 % "
+        "interval]. What time did meanwhile is in it."
+    )
+    figure, grid = sheet(8.4, title, note, rows=3, columns=2, sharex=True)
+    panels = [grid[axis, sensor] for sensor in range(2) for axis in range(3)]
+    for ax, channel in zip(panels, channels, strict=False):
+        ax.plot(channel["temperature_c"], channel["change"], "o", color=SEEN, markersize=3.0, label="mean over 10 s")
+        ax.plot(channel["line_c"], channel["line"], color=FIT, linewidth=1.2, label="straight line")
+        ax.set(ylabel=f"{channel['name']}\n[{channel['unit']}]")
+        ax.text(0.03, 0.05, channel["words"], transform=ax.transAxes, fontsize=7.5, color=QUIET, bbox=BOX)
+    for ax in panels[len(channels) :]:
+        ax.set_visible(False)
+    for ax in (grid[2, 0], grid[2, 1]):
+        ax.set_xlabel("temperature [°C]")
+    legend_below(figure, *panels, columns=2)
     return figure

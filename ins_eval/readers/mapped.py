@@ -54,6 +54,9 @@ def of_mapping(path: Path, file: Path, mapping: MappingFile, assumed: Mapping[st
         described = getattr(mapping, name)
         if described is not None:
             others[name] = _others(path, source, described, (file, name), origin_s, assumed, opened)
+    if "reference" not in others and mapping.gps is not None and _only_attitude(mapping.gps):
+        others["reference"] = others.pop("gps")
+        other_notes.append("The table gps holds an attitude alone, which no receiver gives: it is the reference.")
     if mapping.gps is None and "gps.file" in assumed:
         span_s = receivers.span(time_s - origin_s)
         others["gps"], found = receivers.read(Path(assumed["gps.file"]), span_s, origin_s)
@@ -137,6 +140,10 @@ def _others(
     if own is not None:
         source = opened(own, True)
     return fix_columns.fixes(source, described, f"{file}, {name}", origin_s, assumed, keep_empty=own is not None)
+
+
+def _only_attitude(described: Epochs) -> bool:
+    return described.position is None and described.velocity is None
 
 
 def _week_note(mapping: MappingFile) -> list[str]:

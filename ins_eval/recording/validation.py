@@ -12,6 +12,7 @@ import numpy as np
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Imu, Recording, consistency
+from ins_eval.recording.consistency.limits import ROUND_OFF, changes
 from ins_eval.recording.limits import BY_UNIT, OTHER, within
 from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
@@ -28,7 +29,6 @@ LARGEST_RATE_RADPS = BY_UNIT["radps"][1]
 LARGEST_SPECIFIC_FORCE_MPS2 = BY_UNIT["mps2"][1]
 LARGEST_PULSE_COUNT = 1e9
 STUCK_S = 1.0
-ROUND_OFF = 1e-11  # of the largest value: what the conversion of a held rate to increments leaves
 COARSE_STUCK_S = 30.0  # of a channel whose neighbours are mostly equal: smooth motion alone holds a count for seconds
 CHANCE_RUN_FACTOR = 5.0  # of the longest run of equal values that chance makes, beyond which it is not chance
 PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit
@@ -58,7 +58,7 @@ def validate(recording: Recording) -> Recording:
         _check_rest(recording, where)
     suspicions = [
         *consistency.report(recording, consistency.findings(recording), where),
-        *_suspicions(recording.imu, step_s),
+        *_suspicions(recording, step_s),
     ]
     return replace(recording, notes=(*recording.notes, *(note for note in suspicions if note not in recording.notes)))
 
@@ -282,26 +282,26 @@ def _mix_up(factor: float, step_s: float, sensor: str) -> str:
     return f" ({known[near]}?)" if abs(np.log(factor / near)) < tolerance else ""
 
 
-def _suspicions(imu: Imu, step_s: float) -> list[str]:
+def _suspicions(recording: Recording, step_s: float) -> list[str]:
     """One sentence for each channel that seems stuck or saturated."""
-    notes = []
+    imu, notes = recording.imu, []
     for name, values in zip(CHANNELS, np.column_stack([imu.gyro, imu.accelerometer]).T, strict=True):
-        notes += _stuck(name, values, imu.time_s, step_s) + _saturated(name, values)
+        rows = changes(values, recording.interval_s)
+        notes += _stuck(name, rows, imu.time_s, step_s) + _saturated(name, values)
     return notes
 
 
-def _stuck(name: str, values: np.ndarray, time_s: np.ndarray, step_s: float) -> list[str]:
-    """A run of one value far longer than the channel's resolution makes by chance.
+def _stuck(name: str, rows: np.ndarray, time_s: np.ndarray, step_s: float) -> list[str]:
+    """A run of one value, which changes after `rows`, far longer than the channel's resolution makes by chance.
 
     If neighbours are equal with probability p, the longest run among n samples is about ln(n (1 - p)) / ln(1 / p).
     """
-    changes = np.flatnonzero(np.abs(np.diff(values)) > ROUND_OFF * np.abs(values).max())
-    if not changes.size:
+    if not rows.size:
         return [f"The {name} channel holds one value throughout: dead, or an ideal simulation."]
-    edges = np.concatenate([[-1], changes, [len(values) - 1]])
+    edges = np.concatenate([[-1], rows, [len(time_s) - 1]])
     runs = np.diff(edges)
-    equal = 1.0 - changes.size / (len(values) - 1)
-    chance = np.log(max(changes.size, 2)) / -np.log(equal) if equal > 0.0 else 1.0
+    equal = 1.0 - rows.size / (len(time_s) - 1)
+    chance = np.log(max(rows.size, 2)) / -np.log(equal) if equal > 0.0 else 1.0
     k = int(np.argmax(runs))
     shortest_s = COARSE_STUCK_S if equal > 0.5 else STUCK_S
     if runs[k] * step_s <= shortest_s or runs[k] <= CHANCE_RUN_FACTOR * max(chance, 1.0):

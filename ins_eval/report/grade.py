@@ -13,8 +13,10 @@ from ins_eval.allan import TERMS
 from ins_eval.grade import Grade, units_of
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.tables import pick
+from ins_eval.temperature_law import TemperatureLaw
+from ins_eval.units import DEG_PER_H, UG
 
-FIGURE = "allan_deviation"
+FIGURE, LAWS = "allan_deviation", "temperature_laws"
 LETTERS = {"quantisation": "Q", "white": "N", "flicker": "B", "random_walk": "K"}
 
 
@@ -37,15 +39,44 @@ def grade_section(metrics: Mapping) -> Section:
     if rows:
         caption = "Allan deviation of each channel at rest, and the noise terms that make it."
         blocks.append(Picture(FIGURE, caption))
+    if laws := grade.get("temperature_laws"):
+        rows = [
+            (name, f"{law['slope']:.4g}", f"[{law['interval95'][0]:.4g}, {law['interval95'][1]:.4g}]", law["unit"])
+            for name, law in laws.items()
+        ]
+        note = (
+            "Straight lines of means over ten seconds at rest, with 95 % intervals. They say how a channel moved with "
+            "temperature in this recording, not why: time passed meanwhile. ins-eval diagnose parts the two."
+        )
+        blocks += table("Temperature at rest", ("", "slope", "95 % interval", ""), rows, note)
+        blocks.append(Picture(LAWS, "Each channel at rest against temperature, and its straight line."))
     return Section("What grade it is", blocks)
 
 
 def grade_figures(grade: Grade) -> dict[str, Figure]:
-    """The Allan deviation of every channel; nothing where no rest is long enough."""
+    """The Allan deviation of every channel, and its law of temperature; nothing where no rest is long enough."""
     channels = [_channel(one) for one in grade.channels if one.allan.tau_s.size]
     if not channels:
         return {}
-    return {FIGURE: figures.allan_deviation(channels=channels, rest_s=grade.rest_s)}
+    drawn = {FIGURE: figures.allan_deviation(channels=channels, rest_s=grade.rest_s)}
+    if grade.laws:
+        drawn[LAWS] = figures.temperature_laws(channels=[_law(one) for one in grade.laws])
+    return drawn
+
+
+def _law(one: TemperatureLaw) -> dict[str, Any]:
+    unit, si = ("°/h", DEG_PER_H) if one.name.startswith("gyro") else ("µg", UG)
+    ends_c = np.array([one.temperature_c.min(), one.temperature_c.max()])
+    low, high = (bound / si for bound in one.interval95)
+    return {
+        "name": one.name,
+        "unit": unit,
+        "temperature_c": one.temperature_c,
+        "change": (one.mean - one.offset) / si,
+        "line_c": ends_c,
+        "line": one.slope * (ends_c - one.reference_c) / si,
+        "words": f"{one.slope / si:.4g} [{low:.4g}, {high:.4g}] {unit}/°C",
+    }
 
 
 def _channel(one) -> dict[str, Any]:

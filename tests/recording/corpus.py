@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmark.worlds import trajectories, world
+from tests.recording import corpus_logs
 
 DEG = np.pi / 180.0
 G0 = 9.80665
@@ -108,6 +109,11 @@ class Quirk:
     named: str  # a pattern of the sentence
     formats: tuple[str, ...] = ("csv", "csv-attitude", "form", "apm-text", "psins-mat")
 
+    @property
+    def logs(self) -> tuple[str, ...]:
+        """The logs of `corpus_logs` that can have it."""
+        return LOGS[OF[self.name]] if self.name in OF else ()
+
 
 def _imu(gyro=None, force=None) -> Callable[[Columns], Columns]:
     """Gyros and accelerometers multiplied by a number or a matrix."""
@@ -150,6 +156,35 @@ def _clipped(c: Columns) -> Columns:
     return replace(c, gyro=np.column_stack([c.gyro[:, :2], np.clip(c.gyro[:, 2], -limit, limit)]))
 
 
+# logs that can have a quirk, by what of them it spoils: the IMU, a single IMU value, the velocity, its sign of down,
+# the course, the position, a single value of the fixes, the clock, the temperature, the barometer
+GPS_LOGS = ("ulog", "dataflash", "novatel", "kf-gins", "rtklib", "nmea", "rosbag", "mat", "netcdf")
+LOGS = {
+    "imu": ("ulog", "dataflash", "novatel", "kf-gins", "nmea", "euroc", "rosbag", "mat", "netcdf"),
+    "imu value": ("ulog", "kf-gins", "rosbag", "mat", "netcdf"),
+    "velocity": GPS_LOGS,
+    "down": tuple(name for name in GPS_LOGS if name != "nmea"),
+    "course": ("dataflash", "novatel", "nmea"),
+    "position": GPS_LOGS,
+    "value": ("ulog", "kf-gins", "rtklib", "rosbag", "mat", "netcdf"),
+    "clock": (*GPS_LOGS, "euroc"),
+    "temperature": ("dataflash", "mat", "netcdf"),
+    "table": ("mat", "netcdf"),
+}
+OF = {
+    **dict.fromkeys(("gyro deg/s", "gyro deg/h", "gyro rad/s as deg/s", "force g", "force mg", "both swapped",
+                     "both sign of x", "both FLU", "both turned", "sign of gyro z", "gyros swapped", "sign of force y",
+                     "sign of force x"), "imu"),
+    **dict.fromkeys(("dead gyro", "stuck force", "clipped gyro"), "imu value"),
+    **dict.fromkeys(("sign of east", "velocity swapped", "km/h", "knots"), "velocity"),
+    **dict.fromkeys(("latitude and longitude", "position in rad"), "position"),
+    **dict.fromkeys(("velocity outlier", "latitude outlier", "height outlier"), "value"),
+    **dict.fromkeys(("clock jump", "clock offset"), "clock"),
+    **dict.fromkeys(("temperature outlier", "mild temperature outlier"), "temperature"),
+    **dict.fromkeys(("baro", "baro in feet"), "table"),
+    "sign of down": "down",
+    "course in rad": "course",
+}  # fmt: skip
 SWAP = [[0, 1, 0], [1, 0, 0], [0, 0, 1]]
 WITHOUT_PSINS = ("csv", "csv-attitude", "form", "apm-text")
 DEGREES = 1.0 / DEG
@@ -161,11 +196,19 @@ QUIRKS = [
         r"gyro\.unit=deg/h|gyros by 4\.848\d*e-06|degrees read as radians|check its unit",
     ),
     Quirk("gyro rad/s as deg/s", _imu(gyro=DEG), r"gyros by 57\.29"),
-    Quirk("force g", _imu(force=1.0 / G0), r"accelerometer\.unit=g|g read as m/s\^2|g given for m/s"),
+    Quirk(
+        "force g",
+        _imu(force=1.0 / G0),
+        r"accelerometer\.unit=g|g read as m/s\^2|g given for m/s|ers by 9\.80",
+    ),
     Quirk("force mg", _imu(force=1e3 / G0), r"accelerometer\.unit=milli-g|milli-g read|accelerometers by 0\.0098"),
     Quirk("both swapped", _imu(SWAP, SWAP), r"x=y,y=x,z=z|left-handed"),
     Quirk("both sign of x", _imu(np.diag([-1, 1, 1]), np.diag([-1, 1, 1])), r"x=-x,y=y,z=z|left-handed"),
-    Quirk("both FLU", _imu(np.diag([1, -1, -1]), np.diag([1, -1, -1])), r"x=x,y=-y,z=-z|axes=x=y,y=-x,z=z"),
+    Quirk(
+        "both FLU",
+        _imu(np.diag([1, -1, -1]), np.diag([1, -1, -1])),
+        r"x=x,y=-y,z=-z|axes=x=y,y=-x,z=z|axes=x=z,y=-y,z=x|axes=x=x,y=y,z=z",
+    ),
     Quirk(
         "both turned",
         _imu([[0, 1, 0], [-1, 0, 0], [0, 0, 1]], [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]),
@@ -175,8 +218,8 @@ QUIRKS = [
     Quirk("gyros swapped", _imu(gyro=SWAP), r"gyros are x=y,y=x,z=z"),
     Quirk("sign of force y", _imu(force=np.diag([1, -1, 1])), r"accelerometers are x=-?x,y=-y,z=z"),
     Quirk("sign of force x", _imu(force=np.diag([-1, 1, 1])), r"accelerometers are x=-x,y=-?y,z=z"),
-    Quirk("sign of down", _velocity(np.diag([1, 1, -1])), r"north, east, -down"),
-    Quirk("sign of east", _velocity(np.diag([1, -1, 1])), r"north, -east, down", WITHOUT_PSINS),
+    Quirk("sign of down", _velocity(np.diag([1, 1, -1])), r"north, -?east, -down"),
+    Quirk("sign of east", _velocity(np.diag([1, -1, 1])), r"north, -east, -?down", WITHOUT_PSINS),
     Quirk("velocity swapped", _velocity(SWAP), r"is east, north, down", WITHOUT_PSINS),
     Quirk("km/h", _velocity(3.6), r"velocity is in km/h"),
     Quirk("knots", _velocity(3600.0 / 1852.0), r"velocity is in knots"),
@@ -256,7 +299,6 @@ velocity = {{ columns = ["a", "b", "c"], axes = "{axes}" }}
 
 
 def write_csv(c: Columns, folder: Path, course: bool = False, attitude: bool = False) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
     imu = np.column_stack([c.time_s, c.gyro, c.force, c.temperature_c, c.baro_m])
     (folder / "log.csv").write_bytes(_text(imu, "t,wx,wy,wz,ax,ay,az,temp,baro"))
     north, east, down = c.velocity.T
@@ -292,7 +334,6 @@ lever_arm_m = [{lever}, 0.0, 0.0]
 
 
 def write_form(c: Columns, folder: Path, pulses: bool = False) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
     gyro, force = (c.gyro / RATE_HZ, np.rint(c.force / (G0 * RATE_HZ) * GAMMA)) if pulses else (c.gyro, c.force)
     axes = "[accelerometer]\n" + "\n".join(f"{a} = {{ scale = {{ gamma = {c.gamma} }} }}" for a in "xyz")
     (folder / "recording.toml").write_text(
@@ -317,7 +358,6 @@ def write_form(c: Columns, folder: Path, pulses: bool = False) -> Path:
 
 
 def write_apm(c: Columns, folder: Path) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
     ms, fix_ms, zeros = 1e3 * c.time_s, 1e3 * c.fix_s, np.zeros(len(c.fix_s))
     north, east, down = c.velocity.T
     course_deg = c.course_scale * (np.degrees(np.arctan2(east, north)) % 360.0)
@@ -336,7 +376,6 @@ def write_apm(c: Columns, folder: Path) -> Path:
 def write_psins(c: Columns, folder: Path) -> Path:
     import scipy.io
 
-    folder.mkdir(parents=True, exist_ok=True)
     rfu = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1.0]])
     increments = [(0.5 * (one[1:] + one[:-1]) / RATE_HZ) @ rfu.T for one in (c.gyro, c.force)]
     roll, pitch, heading = c.attitude.T
@@ -354,15 +393,16 @@ def write_psins(c: Columns, folder: Path) -> Path:
     return folder / "log.mat"
 
 
-# name of a way to write: the reader's format and the function
+# name of a way to write: the reader's format, the function, what a user states beside the file
 WRITERS = {
-    "csv": ("csv", write_csv),
-    "csv-course": ("csv", lambda c, folder: write_csv(c, folder, course=True)),
-    "csv-attitude": ("csv", lambda c, folder: write_csv(c, folder, attitude=True)),
-    "form": ("ins-recording", write_form),
-    "form-pulse": ("ins-recording", lambda c, folder: write_form(c, folder, pulses=True)),
-    "apm-text": ("apm-text", write_apm),
-    "psins-mat": ("psins-mat", write_psins),
+    "csv": ("csv", write_csv, corpus_logs.nothing),
+    "csv-course": ("csv", lambda c, folder: write_csv(c, folder, course=True), corpus_logs.nothing),
+    "csv-attitude": ("csv", lambda c, folder: write_csv(c, folder, attitude=True), corpus_logs.nothing),
+    "form": ("ins-recording", write_form, corpus_logs.nothing),
+    "form-pulse": ("ins-recording", lambda c, folder: write_form(c, folder, pulses=True), corpus_logs.nothing),
+    "apm-text": ("apm-text", write_apm, corpus_logs.nothing),
+    "psins-mat": ("psins-mat", write_psins, corpus_logs.nothing),
+    **corpus_logs.WRITERS,
 }
 
 
@@ -378,26 +418,32 @@ class File:
     def name(self) -> str:
         return f"{self.motion}, {self.writer}: {' and '.join(one.name for one in self.quirks) or 'sound'}"
 
-    def write(self, folder: Path) -> Path:
+    def write(self, folder: Path) -> tuple[str, Path, dict[str, str]]:
+        """The reader's format, the file, and what a user states beside it."""
         columns = motion(self.motion)
         for quirk in self.quirks:
             columns = quirk.spoil(columns)
-        return WRITERS[self.writer][1](columns, folder)
+        form, write, stated = WRITERS[self.writer]
+        folder.mkdir(parents=True, exist_ok=True)
+        return form, write(columns, folder), stated(columns, folder)
 
 
-def singles() -> Iterator[File]:
+def singles(logs: bool = False) -> Iterator[File]:
     """Every quirk in every format that can have it, the motion changing from one to the next."""
     for k, quirk in enumerate(QUIRKS):
-        for j, writer in enumerate(quirk.formats):
+        for j, writer in enumerate(quirk.logs if logs else quirk.formats):
             yield File(list(MOTIONS)[(k + j) % 3], writer, (quirk,))
 
 
-def pairs(count: int = 40) -> Iterator[File]:
+def pairs(count: int = 40, logs: bool = False) -> Iterator[File]:
     """Two quirks in one file."""
-    rng = np.random.default_rng(21)
+    rng = np.random.default_rng(22 if logs else 21)
     while count:
         one, other = (QUIRKS[k] for k in rng.choice(len(QUIRKS), 2, replace=False))
-        if common := [writer for writer in one.formats if writer in other.formats]:
+        if one.name.split()[0] == other.name.split()[0] and one.name.split()[0] in ("gyro", "force"):
+            continue  # two units of one sensor make a third
+        of = [quirk.logs if logs else quirk.formats for quirk in (one, other)]
+        if common := [writer for writer in of[0] if writer in of[1]]:
             yield File(list(MOTIONS)[count % 3], common[int(rng.integers(len(common)))], (one, other))
             count -= 1
 

@@ -302,6 +302,21 @@ def make_figures(s: dict, metrics: dict) -> dict:
             ],
             rest_s=300.0,
         ),
+        "temperature_laws": figures.temperature_laws(
+            channels=[
+                {
+                    "name": f"{sensor} {axis}",
+                    "unit": "deg/h",
+                    "temperature_c": np.linspace(10.0, 15.0, 40),
+                    "change": np.sin(np.arange(40.0)),
+                    "line_c": np.array([10.0, 15.0]),
+                    "line": np.array([-1.0, 1.0]),
+                    "words": "0.4 [0.3, 0.5] deg/h/degC",
+                }
+                for sensor in ("gyro", "accelerometer")
+                for axis in "xyz"
+            ]
+        ),
         "east_velocity_error": figures.velocity_error(
             errors_mps=s["east"], component="east", raw_mps=s["raw"], rms_mps={n: 1.2 for n in s["east"]}, **traces
         ),

@@ -21,10 +21,19 @@ LIMITS = {
 }
 # quantity: the smallest distance from the neighbours that nothing but a fault makes in one sample and takes back
 JUMPS = {"temperature": 20.0, "baro height": 300.0, "height": 500.0, "velocity": 60.0, "position": 1000.0}
+ROUND_OFF = 1e-11  # of the largest value: what the conversion of a held rate to increments leaves
 SPREADS = 30.0  # of the column itself, that a fault exceeds besides
 DOUBTFUL = 0.1  # of a jump: enough for a warning
 MOST_FAULTS = 0.01  # of the rows; more are not single ones
 WARNED = float(np.log(1e3))  # log odds of a doubtful jump
+
+
+def changes(increments: np.ndarray, interval_s: np.ndarray) -> np.ndarray:
+    """Rows after which a channel (n,) takes another value, as increment and as rate: either may be what was logged."""
+    moved = [
+        np.abs(np.diff(values)) > ROUND_OFF * np.abs(values).max() for values in (increments, increments / interval_s)
+    ]
+    return np.flatnonzero(moved[0] & moved[1])
 
 
 def check_limits(recording: Recording) -> Iterator[Finding]:

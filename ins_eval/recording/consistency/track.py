@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from pymap3d import geodetic2ned
 
@@ -58,8 +60,19 @@ def places(fixes: Fixes) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     return possible
 
 
+def without_missing_down(fixes: Fixes) -> tuple[Fixes, bool]:
+    """The fixes with a vertical velocity of zero where none was ever measured, and whether that is so."""
+    level = not np.isfinite(fixes.velocity_n[:, 2]).any()
+    if not level:
+        return fixes, False
+    velocity_n = fixes.velocity_n.copy()
+    velocity_n[:, 2] = 0.0
+    return replace(fixes, velocity_n=velocity_n), True
+
+
 def check_track(fixes: Fixes, table: str) -> list[Finding]:
     """The alternative of position, order, sign and unit of velocity, or course, that the way itself prefers."""
+    fixes, level = without_missing_down(fixes)
     use = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
     use &= np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad)
     if use.sum() < FEWEST + 1:
@@ -76,6 +89,8 @@ def check_track(fixes: Fixes, table: str) -> list[Finding]:
             moved.append(_moved(latitude[use], longitude[use], fixes.height_m[use], pairs))
             flown.append(_flown(time_s, velocity_n, pairs))
     moved, flown = np.array(moved), np.array(flown)
+    if level:
+        moved[:, :, 2] = np.nan
     way_m = WAY * float(np.median(np.hypot(*flown[0, :, :2].T)))
     factors = np.array(list(SPEED_UNITS.values()))
     log = order_scores(channel_scores(moved, flown, factors, np.hypot(POSITION_FLOOR_M, [way_m, way_m, 0.0])))
@@ -89,7 +104,7 @@ def check_track(fixes: Fixes, table: str) -> list[Finding]:
         parts += ["the unit of the velocity"] if near[0, 0, 1:].any() else []
         parts += ["the unit and order of the position"] if near[1:, 0, 0].any() else []
         return undecided(f"{table}: the way", parts)
-    way = [np.sqrt(np.mean(one[0] ** 2, axis=0)).tolist() for one in (moved, flown)]
+    way = [np.sqrt(np.mean(one[0, :, : 2 if level else 3] ** 2, axis=0)).tolist() for one in (moved, flown)]
     return [_finding(named[best[0]], MATRICES[best[1]], list(SPEED_UNITS)[best[2]], log_odds, table, way)]
 
 
@@ -107,8 +122,9 @@ def _velocities(velocity_n: np.ndarray) -> dict[str, np.ndarray]:
 def _finding(pair, matrix, unit: str, log_odds: float, table: str, way: list[list[float]]) -> Finding:
     """The first thing to correct of the alternative that holds; what is left shows when it is read again."""
     place, turned = pair
+    directions = ", ".join(VELOCITY[: len(way[0])])
     seen = (
-        f"{table}: positions contradict velocities: north, east, down move by {_three(way[0])} m in {INTERVAL_S:g} s "
+        f"{table}: positions contradict velocities: {directions} move by {_three(way[0])} m in {INTERVAL_S:g} s "
         f"and the velocities make {_three(way[1])} m, root mean square, expected the same; it looks as if "
     )
     if place in ("radians read as degrees", "degrees read as radians"):
@@ -187,7 +203,7 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
 
     tau = v . dp / v . v;  a fix that is missing, or a step of the position aside, stamps differ by tau.
     """
-    use = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
+    use = fixes.valid & np.isfinite(fixes.velocity_n[:, :2]).all(axis=1)
     use &= np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad)
     time_s, velocity_n = fixes.time_s[use], fixes.velocity_n[use, :2]
     if use.sum() < FEWEST + 1:

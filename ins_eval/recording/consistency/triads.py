@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from ins_eval.earth import gravity
-from ins_eval.recording import Fixes, Imu, Recording
+from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.consistency.alternatives import (
     CHANGED,
     LIKELY,
@@ -29,6 +29,8 @@ from ins_eval.recording.consistency.alternatives import (
     undecided,
     undecided_axes,
 )
+from ins_eval.recording.consistency.limits import changes
+from ins_eval.recording.consistency.track import without_missing_down
 from ins_eval.recording.consistency.windows import (
     GYRO_OFFSET,
     HANDED,
@@ -51,7 +53,7 @@ MOST_ROWS = 1500
 MOVING_MPS = 3.0
 FEWEST_FIXES = 20
 ATTITUDE_STEP_S = 0.1
-HELD, HELD_SHARE = 1e-11, 0.1
+HELD_SHARE = 0.1
 MOST_NAMED = 3  # alternatives that the motion cannot tell apart
 LEFT_HANDED_PRIOR = 3.0  # log prior against a mirrored set of both triads; to turn one is a commoner mistake
 TURN_INTERVAL_S, FORCE_INTERVAL_S = 1.0, 1.0
@@ -61,7 +63,7 @@ def check_triads(recording: Recording) -> list[Finding]:
     """The alternative of both triads that the motion prefers by more than 20 to 1, or what it leaves open."""
     integrals = integrated(recording)
     moving, table = _velocity(recording)
-    if integrals is None or _holds(recording.imu):
+    if integrals is None or _holds(recording):
         return []
     attitude = _attitude(recording)
     if attitude is not None:
@@ -71,11 +73,12 @@ def check_triads(recording: Recording) -> list[Finding]:
     return _by_course(recording, integrals, moving, table)
 
 
-def _holds(imu: Imu) -> bool:
+def _holds(recording: Recording) -> bool:
     """Whether a channel holds one value for a tenth of the recording: it says nothing, and `validate` notes it."""
+    imu = recording.imu
     for values in np.column_stack([imu.gyro, imu.accelerometer]).T:
-        changes = np.flatnonzero(np.abs(np.diff(values)) > HELD * np.abs(values).max())
-        if np.diff(np.concatenate([[-1], changes, [len(values) - 1]])).max() > HELD_SHARE * len(values):
+        rows = changes(values, recording.interval_s)
+        if np.diff(np.concatenate([[-1], rows, [len(values) - 1]])).max() > HELD_SHARE * len(values):
             return True
     return False
 
@@ -85,6 +88,7 @@ def _velocity(recording: Recording) -> tuple[Fixes | None, str]:
         fixes = getattr(recording, table)
         if fixes is None:
             continue
+        fixes, _ = without_missing_down(fixes)  # which is near enough to what a level way makes in a second
         use = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
         if use.sum() > FEWEST_FIXES and _together(recording, fixes.time_s[use]):
             return fixes, table

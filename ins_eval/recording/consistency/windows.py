@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -139,21 +140,40 @@ def _turned(angle: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, np.ndarra
     angle (g, w, k, 3) in rad and speed (w, k, 3) in m/s are the increments of each step.
     """
     steps = Rotation.from_rotvec(angle.reshape(-1, 3)).as_matrix().reshape(*angle.shape, 3)
-    attitude = np.empty((*angle.shape[:2], angle.shape[2] + 1, 3, 3))
-    attitude[:, :, 0] = np.eye(3)
-    for k in range(angle.shape[2]):
-        attitude[:, :, k + 1] = attitude[:, :, k] @ steps[:, :, k]
-    middle = attitude[:, :, attitude.shape[2] // 2].copy()  # the frame: offsets of the gyros lean least from there
-    attitude = np.swapaxes(middle, 2, 3)[:, :, None] @ attitude
-    felt = speed + 0.5 * np.cross(angle, speed)
-    return attitude, _summed((attitude[:, :, :-1] @ felt[..., None])[..., 0])
+    return _chained(steps, speed + 0.5 * np.cross(angle, speed))
 
 
-def _summed(steps: np.ndarray) -> np.ndarray:
-    """Sums up to each time along the third axis, from zero."""
-    total = np.zeros((*steps.shape[:2], steps.shape[2] + 1, *steps.shape[3:]))
-    np.cumsum(steps, axis=2, out=total[:, :, 1:])
-    return total
+@numba.njit(cache=True)
+def _chained(steps: np.ndarray, felt: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Products of the rotations of all steps (g, w, k, 3, 3) up to each, and the sums of R times what is felt.
+
+    The frame is that of the middle, from where offsets of the gyros lean least.
+    """
+    g, w, k = steps.shape[:3]
+    attitude, turned = np.zeros((g, w, k + 1, 3, 3)), np.zeros((g, w, k + 1, 3))
+    for a in range(g):
+        for b in range(w):
+            r = attitude[a, b]
+            half = (k + 1) // 2
+            for i in range(3):
+                r[half, i, i] = 1.0
+            for t in range(half, k):  # onwards R S, back R S'
+                for i in range(3):
+                    for j in range(3):
+                        for m in range(3):
+                            r[t + 1, i, j] += r[t, i, m] * steps[a, b, t, m, j]
+            for t in range(half - 1, -1, -1):
+                for i in range(3):
+                    for j in range(3):
+                        for m in range(3):
+                            r[t, i, j] += r[t + 1, i, m] * steps[a, b, t, j, m]
+            for t in range(k):
+                for i in range(3):
+                    shown = 0.0
+                    for m in range(3):
+                        shown += r[t, i, m] * felt[a, b, t, m]
+                    turned[a, b, t + 1, i] = turned[a, b, t, i] + shown
+    return attitude, turned
 
 
 def _cross(vector: np.ndarray) -> np.ndarray:
@@ -170,7 +190,7 @@ def _best_clock(turned: np.ndarray, row_s: np.ndarray, grid_s: np.ndarray, wante
     for offset_s in OFFSETS_S[np.abs(OFFSETS_S) < MARGIN_S]:
         at = np.rint((row_s - offset_s - grid_s[:, :1]) / STEP_S).astype(int)
         felt = np.diff(turned[:, np.arange(w)[:, None], at], axis=2)
-        product = np.einsum("wki,gwkj->gwij", wanted, felt)
+        product = np.swapaxes(wanted, 1, 2) @ felt
         values = np.linalg.svd(product, compute_uv=False)
         proper = np.sign(np.linalg.det(product))
         both = (wanted**2).sum(axis=(1, 2)) + (felt**2).sum(axis=(2, 3))
@@ -185,23 +205,52 @@ def _best_clock(turned: np.ndarray, row_s: np.ndarray, grid_s: np.ndarray, wante
     return index
 
 
-def _slopes(attitude, angle, turned, index) -> np.ndarray:
+@numba.njit(cache=True)
+def _slopes(attitude, angle, turned, index):
     """How the differences of velocity shown (a, w, m - 1, 3, 13) lean on what nobody stated, in the order of `SPREAD`.
 
-    attitude (a, w, t, 3, 3), angle (a, w, t - 1, 3) of each step, turned (a, w, t, 3), index (a, w, m).
+    attitude (a, w, t, 3, 3), angle (a, w, t - 1, 3) of each step, turned (a, w, t, 3), index (a, w, m) in rising order.
     """
-    a, w, _ = index.shape
-    rows = np.arange(a)[:, None, None], np.arange(w)[None, :, None]
-    swept = _summed(attitude[:, :, :-1] * STEP_S)  # integral of R dt, s
-    scaled = _summed(attitude[:, :, :-1] * angle[..., None, :])  # and of R times the rate of each gyro, rad
-    weight = _cross(np.diff(turned, axis=2))
-    leaned = [_summed(weight @ (0.5 * (one[:, :, :-1] + one[:, :, 1:])))[(*rows, index)] for one in (swept, scaled)]
-    near, last = max(1, round(ARM_HALF_S / STEP_S)), attitude.shape[2] - 1
-    ahead, behind = np.minimum(index + near, last), np.maximum(index - near, 0)
-    span_s = ((ahead - behind) * STEP_S)[..., None, None]
-    turning = (attitude[(*rows, ahead)] - attitude[(*rows, behind)]) / span_s
-    flow = (turned[(*rows, ahead)] - turned[(*rows, behind)])[..., None] / span_s
-    return np.diff(np.concatenate([*leaned, swept[(*rows, index)], turning, flow], axis=-1), axis=2)
+    count, w, m = index.shape
+    last = attitude.shape[2] - 1
+    near = max(1, int(np.rint(ARM_HALF_S / STEP_S)))
+    out = np.empty((count, w, m - 1, 3, 13))
+    value = np.empty((3, 13))
+    swept, leaned = np.empty((3, 6)), np.empty((3, 6))
+    for a in range(count):
+        for b in range(w):
+            r, v = attitude[a, b], turned[a, b]
+            # integrals of R dt (s) and of R times the rate of each gyro (rad), and of R f x these
+            swept[:], leaned[:] = 0.0, 0.0
+            at = 0
+            for k in range(m):
+                while at < index[a, b, k]:
+                    f0, f1, f2 = v[at + 1, 0] - v[at, 0], v[at + 1, 1] - v[at, 1], v[at + 1, 2] - v[at, 2]
+                    for j in range(6):
+                        each = STEP_S if j < 3 else angle[a, b, at, j - 3]
+                        grown0, grown1, grown2 = (r[at, 0, j % 3] * each, r[at, 1, j % 3] * each,
+                                                  r[at, 2, j % 3] * each)  # fmt: skip
+                        s0, s1, s2 = (swept[0, j] + 0.5 * grown0, swept[1, j] + 0.5 * grown1,
+                                      swept[2, j] + 0.5 * grown2)  # fmt: skip
+                        leaned[0, j] += f1 * s2 - f2 * s1
+                        leaned[1, j] += f2 * s0 - f0 * s2
+                        leaned[2, j] += f0 * s1 - f1 * s0
+                        swept[0, j] += grown0
+                        swept[1, j] += grown1
+                        swept[2, j] += grown2
+                    at += 1
+                ahead, behind = min(at + near, last), max(at - near, 0)
+                span_s = (ahead - behind) * STEP_S
+                for i in range(3):
+                    before = value[i].copy()
+                    value[i, :6] = leaned[i]
+                    for j in range(3):
+                        value[i, 6 + j] = swept[i, j]
+                        value[i, 9 + j] = (r[ahead, i, j] - r[behind, i, j]) / span_s
+                    value[i, 12] = (v[ahead, i] - v[behind, i]) / span_s
+                    if k > 0:
+                        out[a, b, k - 1, i] = value[i] - before
+    return out
 
 
 def _fitted(felt, slope, wanted, arm_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -214,11 +263,11 @@ def _fitted(felt, slope, wanted, arm_m: np.ndarray) -> tuple[np.ndarray, np.ndar
     centre[ARM] = arm_m
     state = np.broadcast_to(centre, (a, len(centre))).copy()
     for _ in range(ITERATIONS):
-        shown = felt + np.einsum("awkip,ap->awki", slope, state)
-        u, _, vt = np.linalg.svd(np.einsum("wki,awkj->awij", wanted, shown))
+        shown = felt + _times(slope, state)
+        u, _, vt = np.linalg.svd(np.swapaxes(wanted, 1, 2) @ shown)
         u[..., 2] *= np.sign(np.linalg.det(u @ vt))[..., None]
         turn = u @ vt
-        back = np.einsum("awji,wkj->awki", turn, wanted)  # what should be shown, in the frame of each window
+        back = wanted @ turn  # what should be shown, in the frame of each window
         residual = back - shown
         square = (residual**2).sum(axis=(2, 3))
         # windows that nothing explains, as where a fix fails, weigh little
@@ -228,17 +277,24 @@ def _fitted(felt, slope, wanted, arm_m: np.ndarray) -> tuple[np.ndarray, np.ndar
         square_lean = np.linalg.inv(np.swapaxes(lean, 2, 3) @ lean)
         freed = jacobian - lean @ (square_lean @ (np.swapaxes(lean, 2, 3) @ jacobian))
         sigma2 = np.maximum(np.median(square, axis=1) / residual[0, 0].size, WINDOW_FLOOR_MPS**2)
-        normal = np.einsum("awnp,awnq,aw->apq", freed, freed, share) / sigma2[:, None, None]
-        pull = np.einsum("awnp,awn,aw->ap", freed, residual.reshape(a, w, -1), share) / sigma2[:, None]
+        weighted = (freed * (share / sigma2[:, None])[..., None, None]).reshape(a, -1, len(SPREAD)).transpose(0, 2, 1)
+        normal = weighted @ freed.reshape(a, -1, len(SPREAD))
+        pull = (weighted @ residual.reshape(a, -1, 1))[..., 0]
         pull -= (state - centre) / SPREAD**2
         state = state + np.linalg.solve(normal + np.diag(SPREAD**-2.0), pull[..., None])[..., 0]
-    shown = felt + np.einsum("awkip,ap->awki", slope, state)
-    product = np.einsum("wki,awkj->awij", wanted, shown)
+    shown = felt + _times(slope, state)
+    product = np.swapaxes(wanted, 1, 2) @ shown
     values = np.linalg.svd(product, compute_uv=False)
     best = values[..., 0] + values[..., 1] + np.sign(np.linalg.det(product)) * values[..., 2]
     square = (wanted**2).sum(axis=(1, 2)) + (shown**2).sum(axis=(2, 3)) - 2.0 * best
     log_prior = -0.5 * (((state - centre) / SPREAD)[:, :-1] ** 2).sum(axis=1)  # any clock is as likely as another
     return np.maximum(square, 0.0), log_prior, state[:, -1]
+
+
+def _times(slope: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """slope (a, w, k, 3, p) times state (a, p)."""
+    a, *shape, p = slope.shape
+    return (slope.reshape(a, -1, p) @ state[..., None]).reshape(a, *shape)
 
 
 def _window_scores(squares: np.ndarray, log_prior: np.ndarray, freedom: float) -> np.ndarray:

@@ -10,6 +10,7 @@ import scipy.io
 
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.readers import read
+from ins_eval.recording import form
 from ins_eval.recording.validation import validate
 from tests.recording.readers import writers
 
@@ -72,6 +73,17 @@ def test_position_only_in_every_frame(tmp_path, motion, columns, frame):
     assert np.isnan(recording.gps.velocity_n).all() and recording.gps.valid.all()
     np.testing.assert_allclose(recording.start.velocity_n, motion.velocity_n[0], atol=0.2)  # a difference over 50 ms
     assert "without velocity" in "\n".join(recording.notes)
+
+
+def test_an_attitude_alone_is_a_reference_whatever_its_table_is_called(tmp_path, motion, columns):
+    """A form whose gps has no position and no velocity could not be read again."""
+    text = 'attitude = { columns = ["roll", "pitch", "heading"], unit = "deg" }'
+    recording = validate(imported(tmp_path, writers.csv(columns), group(text)))
+    assert recording.gps is None
+    np.testing.assert_allclose(recording.reference.attitude_rad, motion.attitude, atol=ROUNDING)
+    assert "it is the reference" in "\n".join(recording.notes)
+    form.write(recording, tmp_path / "own")
+    assert form.read(tmp_path / "own").reference is not None
 
 
 VELOCITIES = {

@@ -1,0 +1,128 @@
+"""The most likely state of a window among several first headings, and what follows from it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ins_eval.errors import DataRefused
+from ins_eval.initialization.guess import first_guess, first_variances, stated_heading_sigma, turned
+from ins_eval.initialization.smoother import one_pass, scatter, settle
+from ins_eval.initialization.state import (
+    GATE,
+    KNOWN_HEADING_RAD,
+    MOVING_MPS,
+    STATES,
+    Initialization,
+    Window,
+    until,
+    wrapped,
+)
+from ins_eval.initialization.windows import first_window, window_of
+from ins_eval.recording import Recording
+from ins_eval.strapdown import Solution
+from ins_eval.units import DEG
+
+ENOUGH_HEADING_RAD = 3.0 * DEG
+HEADINGS = 12  # first guesses
+KEPT = (12, 6, 4, 2)  # guesses that go on, as the part of the window grows to whole
+GROWTH = (10.0, 20.0, 40.0, np.inf)  # s of motion in each of these parts
+PASSES = 8
+APART = np.log(20.0)  # a heading whose likelihood is nearer than this to the best's is a rival
+PIECE_S, LEAST_PIECE_S = 30.0, 1.0  # of a recording that is followed from its first window on
+
+
+def find(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Initialization:
+    """The state at the end of the first window that shows it.
+
+    Parameters
+    ----------
+    dtheta_b, dv_b : (n, 3) increments in rad and m/s, with what is believed taken off
+
+    The window holds the standstill before the first motion and a minute of motion, and is made longer, up to five
+    minutes, while the heading is not known to 3 degrees. Without motion it is the standstill alone.
+    Raises: DataRefused where there is neither a standstill nor fixes that move.
+    """
+    begin_s, moves_s, end_s, last_s = first_window(recording)
+    while True:
+        window = replace(window_of(recording, dtheta_b, dv_b, begin_s, end_s), moves_s=moves_s)
+        found = _best(recording, window, begin_s)
+        if end_s >= last_s or found.heading_sigma_rad < ENOUGH_HEADING_RAD:
+            return found
+        end_s = min(last_s, begin_s + 1.6 * (end_s - begin_s))
+
+
+def _best(recording: Recording, window: Window, begin_s: float) -> Initialization:
+    """The most likely of several first headings, settled; what it leaves open is in its covariance."""
+    still = bool(window.still_s.size) and window.still_s[0, 0] < begin_s + 1.0
+    prior = np.diag(first_variances(recording, window, still))
+    guess = first_guess(recording, window, begin_s, still)
+    moving = window.fixes is not None and bool((np.linalg.norm(window.fixes.velocity_n, axis=1) > MOVING_MPS).any())
+    open_heading = moving and stated_heading_sigma(recording) > KNOWN_HEADING_RAD
+    turns = 2.0 * np.pi * np.arange(HEADINGS) / HEADINGS if open_heading else [0.0]
+    ends = [turned(guess, angle) for angle in turns]
+    for kept, seconds in zip(KEPT, GROWTH, strict=True):
+        part = until(window, window.moves_s + seconds)
+        settled = (settle(part, one, prior, PASSES) for one in ends)
+        ends = sorted(settled, key=lambda one: -one.log_likelihood)[:kept]
+    first = ends[0]
+    if not np.isfinite(first.log_likelihood):
+        raise DataRefused(
+            f"{recording.name}: no attitude makes IMU and fixes agree from {begin_s:.6g} to {window.time_s[-1]:.6g} s; "
+            "check axes, units and clocks (ins-eval import examines them), or give attitude_deg in [start]"
+        )
+    if window.fixes is not None:
+        scale = scatter(window, first, prior)
+        wider = replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, scale, strict=True)))
+        ends = sorted((settle(wider, one, prior, PASSES) for one in ends), key=lambda one: -one.log_likelihood)
+        first, window = replace(ends[0], fix_scale=scale), wider
+    end = replace(one_pass(window, first, prior, GATE), fix_scale=first.fix_scale)
+    return _with_rivals(end, [one_pass(window, one, prior, GATE) for one in ends[1:]])
+
+
+def _with_rivals(best: Initialization, others: list[Initialization]) -> Initialization:
+    """Headings nearly as likely widen the covariance: that of the mixture about the best."""
+    covariance = best.covariance.copy()
+    rivals: list[float] = []
+    heading = best.start.attitude_rad[2]
+    for other in others:
+        below = best.log_likelihood - other.log_likelihood
+        away = wrapped(other.start.attitude_rad[2] - heading)
+        known = [0.0, *(wrapped(one - heading) for one in rivals)]
+        if below < APART and min(abs(wrapped(away - one)) for one in known) > 3.0 * best.sigmas[8]:
+            rivals.append(other.start.attitude_rad[2])
+            covariance[8, 8] += np.exp(-below) / (1.0 + np.exp(-below)) * away**2
+    return replace(best, covariance=covariance, rival_headings_rad=tuple(rivals))
+
+
+def follow(
+    recording: Recording,
+    begin: Initialization,
+    dtheta_b: np.ndarray,
+    dv_b: np.ndarray,
+    until_s: float,
+    gate: float = GATE,
+) -> Initialization:
+    """The state at `until_s`, from that of `begin` and what was measured in between, up to `gate` sigmas."""
+    window = window_of(recording, dtheta_b, dv_b, begin.start.time_s, until_s)
+    window = replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, begin.fix_scale, strict=True)))
+    begin = replace(begin, about=None, taken=np.zeros(STATES))
+    first = one_pass(window, begin, begin.covariance, gate)
+    return replace(one_pass(window, replace(begin, about=first.about), begin.covariance, gate), about=None)
+
+
+def track(recording: Recording, begin: Initialization, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Solution:
+    """The whole way, from what was measured on it: smoothed over the window of `begin`, and piece by piece after it.
+
+    Before the window the vehicle stands as it does at its begin.
+    """
+    last_s = float(recording.imu.time_s[-1])
+    state, pieces = begin, [begin.path]
+    while state.start.time_s < last_s - LEAST_PIECE_S:
+        end_s = state.start.time_s + PIECE_S
+        # no fix is left out: one that is late looks like an outlier wherever the motion is fast
+        state = follow(recording, state, dtheta_b, dv_b, last_s if end_s > last_s - LEAST_PIECE_S else end_s, np.inf)
+        pieces.append(state.path)
+    parts = {name: [getattr(one, name)[:-1] for one in pieces] for name in Solution.__dataclass_fields__}
+    return Solution(**{name: np.concatenate([*of, getattr(pieces[-1], name)[-1:]]) for name, of in parts.items()})

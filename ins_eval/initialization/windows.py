@@ -1,0 +1,204 @@
+"""Which part of a recording shows a start, and what was measured in it: standstills, fixes, noise of the increments."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ins_eval.earth import radii
+from ins_eval.errors import DataRefused
+from ins_eval.initialization.state import GATE, MOVING_MPS, Window
+from ins_eval.recording import Fixes, Recording
+from ins_eval.recording.belief import GpsBelief
+from ins_eval.recording.stillness import Stretch, still_stretches
+from ins_eval.units import DEG, DEG_PER_H, DEG_PER_SQRT_H, UG
+
+MOTION_S = 60.0  # of motion that a window holds
+LONGEST_S = 300.0  # of a window that is made longer because its heading is not yet known
+REST_S = 120.0  # of standstill before the motion
+WIDE_GYRO_BIAS_RADPS = 2000.0 * DEG_PER_H  # where no sigma of it is known
+WIDE_ACCELEROMETER_BIAS_MPS2 = 5e4 * UG
+FAST = 0.3  # of the highest speeds: motion that tells a heading
+FEWEST_SECONDS = 8  # at rest, whose spread is believed
+ZERO_RATE_RADPS = 2e-4  # that of a second at rest in fewer of them, a vehicle that sways
+STANDS_MPS = 0.5  # that a receiver shows of a vehicle that stands, or `GATE` sigmas of it
+HALF_SPAN_S = 2.0  # over which positions are differentiated, to both sides: 0.7 m/s where they are good to 2 m
+STILL_S = 5.0  # shortest standstill that is used
+EDGE_S = 3.0  # of a standstill that is not used: the vehicle comes to rest and leaves it
+DRIVE_SIDEWAYS_RAD = 5.0 * DEG  # of a wheeled vehicle, mounting included
+
+
+def first_window(recording: Recording) -> tuple[float, float, float, float]:
+    """Begin of the window, of the motion, end and latest end; the begin is that of a sample."""
+    edges_s = np.concatenate([[recording.start.time_s], recording.imu.time_s])
+    first_s, last_s = recording.start.time_s, float(recording.imu.time_s[-1])
+    fixes, section, _ = _fixes(recording)
+    offset_s = section.time_offset_s if fixes is not None else 0.0
+    still = _still(recording, fixes, offset_s)
+    if fixes is not None:
+        speed = np.where(fixes.valid, np.linalg.norm(np.nan_to_num(fixes.velocity_n), axis=1), 0.0)
+        fast = max(MOVING_MPS, FAST * float(np.quantile(speed, 0.95)))  # a receiver that settles shows some speed too
+        moving = fixes.time_s[speed > fast] - offset_s
+        moving = moving[(moving > first_s) & (moving < last_s)]
+        if moving.size:
+            before = [s for s in still if s.start_s < moving[0]]
+            begin_s = max(first_s, min(before[-1].end_s, float(moving[0])) - REST_S) if before else first_s
+            begin_s = max(begin_s, before[-1].start_s) if before else max(begin_s, float(moving[0]) - MOTION_S)
+            begin_s = float(edges_s[np.searchsorted(edges_s, begin_s + 1e-6) - 1])
+            end_s = min(last_s, float(moving[0]) + MOTION_S)
+            return (
+                begin_s,
+                float(moving[0]),
+                end_s,
+                max(end_s, min(0.5 * (first_s + last_s), float(moving[0]) + LONGEST_S)),
+            )
+    if not still:
+        raise DataRefused(
+            f"{recording.name}: the attitude of the start is unknown, no standstill of {STILL_S:g} s was found and no "
+            f"fix moves faster than {MOVING_MPS:g} m/s; give attitude_deg in [start], record some seconds at rest, or "
+            "add the fixes of a GPS"
+        )
+    chosen = max(still, key=lambda s: s.duration_s)
+    end_s = min(chosen.end_s, chosen.start_s + REST_S)
+    begin_s = float(edges_s[np.searchsorted(edges_s, chosen.start_s + 1e-6) - 1])
+    return begin_s, begin_s, end_s, end_s
+
+
+def _still(recording: Recording, fixes: Fixes | None, offset_s: float) -> list[Stretch]:
+    """Standstills without their edges, those of the recording apart."""
+    first_s, last_s = recording.start.time_s, float(recording.imu.time_s[-1])
+    out = []
+    for s in still_stretches(recording.imu, STILL_S + EDGE_S):
+        begin_s = s.start_s if s.start_s <= first_s + 1.0 else s.start_s + EDGE_S
+        end_s = s.end_s if s.end_s >= last_s - 1.0 else s.end_s - EDGE_S
+        if end_s - begin_s >= STILL_S and _stands(fixes, offset_s, Stretch(begin_s, end_s)):
+            out.append(Stretch(begin_s, end_s))
+    return out
+
+
+def _fixes(recording: Recording) -> tuple[Fixes | None, GpsBelief, bool]:
+    """What velocities come from, what is believed of it, and whether they are positions that were differentiated."""
+    tables = (recording.gps, recording.belief.gps), (recording.reference, recording.belief.reference)
+    for fixes, section in tables:
+        if fixes is not None and _has_velocities(fixes):
+            return fixes, section, False
+    for fixes, section in tables:
+        if fixes is not None and _has_velocities(moving := _differentiated(fixes, section.position_sigma_m)):
+            return moving, section, True
+    return None, recording.belief.reference, False
+
+
+def _has_velocities(fixes: Fixes) -> bool:
+    return bool((fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)).any())
+
+
+def _differentiated(fixes: Fixes, sigma_m: float) -> Fixes:
+    """Positions with the velocities (p(t + h) - p(t - h)) / 2 h, of sigma sqrt(2) sigma_p / 2 h; NaN over gaps."""
+    use = np.flatnonzero(fixes.valid & np.isfinite(fixes.latitude_rad + fixes.longitude_rad + fixes.height_m))
+    velocity_n = np.full((len(fixes.time_s), 3), np.nan)
+    if use.size > 1:
+        time_s, latitude = fixes.time_s[use], fixes.latitude_rad[use]
+        meridian, transverse = (r + float(fixes.height_m[use[0]]) for r in radii(float(latitude[0])))
+        metre = np.column_stack(
+            [meridian * latitude, transverse * np.cos(latitude[0]) * fixes.longitude_rad[use], -fixes.height_m[use]]
+        )
+        behind = np.searchsorted(time_s, time_s - HALF_SPAN_S - 1e-6)
+        ahead = np.searchsorted(time_s, time_s + HALF_SPAN_S + 1e-6) - 1
+        span_s = (time_s[ahead] - time_s[behind])[:, None]
+        whole = span_s[:, 0] >= HALF_SPAN_S
+        velocity_n[use[whole]] = (metre[ahead] - metre[behind])[whole] / span_s[whole]
+    own = sigma_m if fixes.position_sigma_m is None else float(np.median(fixes.position_sigma_m))
+    sigma = np.full(len(fixes.time_s), np.sqrt(2.0) * own / (2.0 * HALF_SPAN_S))
+    return replace(fixes, velocity_n=velocity_n, velocity_sigma_mps=sigma)
+
+
+def _stands(fixes: Fixes | None, offset_s: float, stretch: Stretch) -> bool:
+    """Whether no fix within the stretch moves."""
+    if fixes is None:
+        return True
+    at_s = fixes.time_s - offset_s
+    inside = (at_s > stretch.start_s) & (at_s <= stretch.end_s) & fixes.valid
+    sigma = 0.0 if fixes.velocity_sigma_mps is None else np.nanmedian(fixes.velocity_sigma_mps)
+    return not (np.linalg.norm(fixes.velocity_n[inside], axis=1) > max(STANDS_MPS, GATE * sigma)).any()
+
+
+def window_of(recording, dtheta_b, dv_b, begin_s: float, end_s: float) -> Window:
+    imu, belief = recording.imu, recording.belief
+    rows = slice(*np.searchsorted(imu.time_s, [begin_s + 1e-6, end_s + 1e-6]))
+    fixes, section, derived = _fixes(recording)
+    offset_s = section.time_offset_s if fixes is not None else 0.0
+    still = [s for s in _still(recording, fixes, offset_s) if s.end_s > begin_s and s.start_s < end_s]
+    sigma = np.empty(0), np.empty(0)
+    if fixes is not None:
+        at_s = fixes.time_s - offset_s
+        use = fixes.valid & (at_s > begin_s) & (at_s <= end_s)
+        fixes = _rows_of(replace(fixes, time_s=at_s), use)
+        sigma = tuple(
+            np.full(use.sum(), believed or least) if own is None else np.maximum(own, least)
+            for own, believed, least in (
+                (fixes.position_sigma_m, section.position_sigma_m, 0.05),
+                (fixes.velocity_sigma_mps, section.velocity_sigma_mps, 0.01),
+            )
+        )
+        if derived:  # the positions they come from are measured already, once
+            sigma = sigma[0], np.zeros(use.sum())
+    seconds = [
+        np.column_stack([edges[:-1], edges[1:]])
+        for s in still
+        for edges in [np.arange(max(s.start_s, begin_s), min(s.end_s, end_s) + 1e-9, 1.0)]
+        if edges.size > 1
+    ]
+    still_s = np.concatenate(seconds) if seconds else np.empty((0, 2))
+    step_s = float(np.median(recording.interval_s[rows]))
+    angle_walk = _white(
+        dtheta_b[rows], step_s, DEG_PER_SQRT_H * _stated(belief.gyro, "angle_random_walk_deg_per_sqrt_h")
+    )
+    return Window(
+        imu.time_s[rows],
+        dtheta_b[rows],
+        dv_b[rows],
+        fixes,
+        still_s,
+        np.maximum(_unsteadiness(imu.time_s[rows], dtheta_b[rows], still_s), angle_walk),
+        np.asarray(section.lever_arm_m, dtype=float),
+        sigma,
+        angle_walk,
+        _white(dv_b[rows], step_s, UG * _stated(belief.accelerometer, "velocity_random_walk_ug_per_sqrt_hz")),
+        (
+            DEG_PER_H * _stated(belief.gyro, "bias_sigma_deg_per_h") or WIDE_GYRO_BIAS_RADPS,
+            UG * _stated(belief.accelerometer, "bias_sigma_ug") or WIDE_ACCELEROMETER_BIAS_MPS2,
+        ),
+        DRIVE_SIDEWAYS_RAD if recording.kind == "drive" else None,
+        begin_s,
+    )
+
+
+def _unsteadiness(time_s: np.ndarray, dtheta_b: np.ndarray, second_s: np.ndarray) -> np.ndarray:
+    """Sigma (3,) of the mean rate over a second at rest, noise and sway, by differences of neighbouring seconds."""
+    angle = np.vstack([np.zeros((1, 3)), np.cumsum(dtheta_b, axis=0)])
+    first, last = np.searchsorted(time_s, second_s.T + 1e-6)
+    rate = (angle[last] - angle[first])[last > first]
+    if len(rate) < FEWEST_SECONDS:
+        return np.full(3, ZERO_RATE_RADPS)
+    return np.sqrt(0.5 * np.mean(np.diff(rate, axis=0) ** 2, axis=0))
+
+
+def _rows_of(fixes: Fixes, use: np.ndarray) -> Fixes:
+    columns = {name: None if values is None else values[use] for name, values in vars(fixes).items()}
+    return Fixes(**columns)
+
+
+def _stated(section, key: str) -> float:
+    """The believed value, 0 where nobody stated one."""
+    return float((section.model_dump(exclude_unset=True).get(key)) or 0.0)
+
+
+def _white(increments: np.ndarray, step_s: float, stated: float) -> float:
+    """White noise per square root of a second: what was stated, at least what the quieter half of the window shows."""
+    if len(increments) < 3:
+        return stated
+    parts = max(1, min(40, len(increments) // 10))
+    change = np.diff(increments, n=2, axis=0) / np.sqrt(6.0)  # second differences leave noise, smooth motion goes
+    seen = [float(np.sqrt((part**2).mean())) for part in np.array_split(change, parts)]
+    return max(stated, float(np.quantile(seen, 0.5)) / np.sqrt(step_s))
