@@ -61,8 +61,8 @@ def squared(errors: np.ndarray, found: Initialization, part: slice = slice(0, ST
 
 
 def test_stated_sigmas_are_those_of_the_errors(tmp_path: Path) -> None:
-    """A consumer unit that drives, an industrial one that flies, a tactical one that drives."""
-    runs = [errors_of(seed, tmp_path / str(seed)) for seed in (0, 1, 2)]
+    """A consumer unit and a tactical one that drive; 200 units of every grade that drive and fly are a slow test."""
+    runs = [errors_of(seed, tmp_path / str(seed)) for seed in (0, 2)]
     total = sum(squared(*run) for run in runs)
     low, high = chi2.interval(0.998, STATES * len(runs))
     assert low < total < high
