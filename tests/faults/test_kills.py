@@ -105,3 +105,19 @@ def test_killed_at_any_moment(made: dict[str, Verb], tmp_path: Path, record_prop
         assert written(at) == whole, f"attempt {attempt}"
     record_property("outcomes", f"{KILLS} kills, {met} of a run at work")
     assert met > KILLS // 2
+
+
+@pytest.mark.parametrize("name", [*WRITING, "import", "concealed"])
+def test_two_runs_into_one_folder(made: dict[str, Verb], tmp_path: Path, name: str) -> None:
+    """Both end, or one says in a sentence that it will not write there; what stands there is whole."""
+    verb, at = made[name], tmp_path / "at"
+    laid(verb, at, {})
+    ended(verb, at)
+    whole = written(at)
+    laid(verb, at, {})
+    both = [begun(verb, at), begun(verb, at)]
+    said = [process.communicate(timeout=TIMEOUT_S)[1] for process in both]
+    for process, words in zip(both, said, strict=True):
+        assert process.returncode == 0 or words.startswith("ins-eval: ") and words.count("\n") == 1, words
+    assert 0 in [process.returncode for process in both]
+    assert written(at) == whole

@@ -32,6 +32,7 @@ WINDOW_FLOOR_MPS = 0.05  # of a difference of two velocities
 ARM_HALF_S = 0.1  # half of the time over which a receiver's velocity is a mean, of 5 to 10 Hz receivers
 ITERATIONS, CLOCKS = 3, 2  # of the fit, and of the clock about which it is one
 TINY = 1e-12  # (m/s)^2
+RANK = 1e-12  # of what is felt: where it is all along one axis, the turn about that axis is free
 # sigma of what nobody stated
 GYRO_OFFSET = DEG  # rad/s, data sheets of MEMS gyros state 0.2 to 3 deg/s
 GYRO_SCALE = 0.02  # of one, the same sheets state 1 to 3 %
@@ -274,7 +275,9 @@ def _fitted(felt, slope, wanted, arm_m: np.ndarray) -> tuple[np.ndarray, np.ndar
         share = 1.0 / (1.0 + square / (NU * np.median(square, axis=1, keepdims=True) + TINY))
         lean = _cross(back).reshape(a, w, -1, 3)
         jacobian = slope.reshape(a, w, -1, len(SPREAD))
-        square_lean = np.linalg.inv(np.swapaxes(lean, 2, 3) @ lean)
+        square_lean = np.swapaxes(lean, 2, 3) @ lean
+        size = np.trace(square_lean, axis1=2, axis2=3)[..., None, None]
+        square_lean = np.linalg.inv(square_lean + RANK * size * np.eye(3))
         freed = jacobian - lean @ (square_lean @ (np.swapaxes(lean, 2, 3) @ jacobian))
         sigma2 = np.maximum(np.median(square, axis=1) / residual[0, 0].size, WINDOW_FLOOR_MPS**2)
         weighted = (freed * (share / sigma2[:, None])[..., None, None]).reshape(a, -1, len(SPREAD)).transpose(0, 2, 1)
