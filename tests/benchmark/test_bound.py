@@ -20,7 +20,8 @@ ALIKE = 0.98  # correlation: the maker's window has edges of 10 s, and its recor
 SIZE = 0.02
 
 
-@pytest.mark.parametrize("index", [pytest.param(1, marks=pytest.mark.slow), 4, 7])  # an accelerometer, recorded from 30144 s on; a gyro; GPS velocity
+# an accelerometer, recorded from 30144 s on; a gyro; GPS velocity
+@pytest.mark.parametrize("index", [pytest.param(1, marks=pytest.mark.slow), 4, 7])
 def test_what_has_no_name_is_drawn_again_as_it_acted(index, tmp_path):
     drawn = cases.draw("development", SEED, "limited", index, RATE_HZ)
     drawn.made[0].save(tmp_path / drawn.name)
