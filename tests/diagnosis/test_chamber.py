@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from ins_eval.diagnosis.estimate.chamber import prepare_chamber
 from ins_eval.diagnosis.estimate.refine import again, refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise
 from ins_eval.diagnosis.model.columns import assemble
+from ins_eval.errors import DataRefused
 from ins_eval.recording import ChamberReadings
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EffectBelief, ScaleBelief
 from ins_eval.thermal import filtered_rate, lagged
@@ -57,6 +60,14 @@ def measured(epsilon: float, lag_s: float = 0.0) -> ChamberReadings:
 def belief() -> Belief:
     scale, bias = ScaleBelief(gamma=GAMMA, mu=MU, epsilon=EPSILON), BiasBelief(k0_ug=K0_UG, omega_ug_per_c=OMEGA)
     return navigation_grade(accelerometer=AccelerometerBelief(y=AxisBelief(scale=scale, bias=bias)))
+
+
+def test_one_reading_is_refused(belief) -> None:
+    whole = measured(EPSILON)
+    columns = ("time_s", "run", "input_g", "rate_c_per_min", "temperature_c", "output")
+    one = replace(whole, **{name: getattr(whole, name)[:1] for name in columns})
+    with pytest.raises(DataRefused, match="holds 1 reading, expected at least 2"):
+        prepare_chamber(one, belief, "chamber")
 
 
 def test_a_true_belief_is_left_alone(belief) -> None:

@@ -30,6 +30,7 @@ from ins_eval.effects.effect import ACCELEROMETER, AXES, multiplied
 from ins_eval.effects.parts import chamber_conditions, parts, possible
 from ins_eval.effects.temperature import chamber_temperature
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.errors import DataRefused
 from ins_eval.recording.belief import Belief, GpsBelief
 from ins_eval.thermal import filtered_rate
 from ins_eval.units import STANDARD_GRAVITY, UG
@@ -42,11 +43,17 @@ WHITE_UG = 5.0  # where nothing is known; read off the readings themselves
 RUN_SIGMA_UG = 1000.0  # of the constant of a run: at 0 g a milliradian of tilt
 LEAST_CONSTANT = 10.0  # times the white noise of a reading: no constant is known better than that of a unit so noisy
 STILL = 0.25  # of a step of the output: less scatter does not carry it across
+FEWEST_READINGS = 2
 _ONE = "channel_0"
 
 
 def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder: str | Path = ".") -> Case:
-    """Everything about a chamber recording before a hypothesis is asked about."""
+    """Everything about a chamber recording before a hypothesis is asked about. Raises DataRefused for one reading."""
+    if readings.time_s.size < FEWEST_READINGS:
+        raise DataRefused(
+            f"{name}: holds {readings.time_s.size} reading, expected at least {FEWEST_READINGS} to judge by; record "
+            "longer"
+        )
     axis = readings.axis or "x"
     model = believed_model(belief, axis, folder)
     runs = [np.flatnonzero(readings.run == run) for run in dict.fromkeys(readings.run.tolist())]
