@@ -28,11 +28,11 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Verb]:
     folder = tmp_path_factory.mktemp("kills")
     found = {name: verb for name, verb in verbs(folder / "sound").items() if name in WRITING}
     unit = {path.name: path.read_bytes() for path in parked(folder / "unit").iterdir()}
-    text = "t,wx,wy,wz,ax,ay,az\n" + "".join(f"{0.1 * k:.1f},0,0,0,0,0,-9.8\n" for k in range(1, 600))
+    text = "t,wx,wy,wz,ax,ay,az\n" + "".join(f"{0.1 * k:.1f},5.59e-5,0,-4.69e-5,0,0,-9.8\n" for k in range(1, 600))
     mapping = IMPORTED.encode()
     found["import"] = Verb(
         {"unit.csv": text.encode(), "unit.toml": mapping},
-        lambda at: ["import", "csv", f"{at / 'unit.csv'}", "-o", f"{at / 'out'}", "--quiet"],
+        lambda at: ["import", "csv", f"{at / 'unit.csv'}", "-o", f"{at / 'out'}"],
     )
     found["concealed"] = Verb({f"cases/{k}/{name}": held for k in "ab" for name, held in unit.items()}, lambda at: [])
     return found
