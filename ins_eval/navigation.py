@@ -309,7 +309,7 @@ def measures(evaluation: Evaluation) -> dict[str, dict[str, float]]:
     A group that the comparison lacks, velocity or position, is left out.
     """
     errors, time_s = since_start(evaluation)
-    later = errors.valid & (time_s > 0.0) & np.isfinite(errors.north_m)
+    later = errors.valid & (time_s > 0.0) & np.isfinite(errors.north_m + errors.east_m)
     moving = errors.valid & np.isfinite(errors.velocity_n[:, :2]).all(axis=1)
     found: dict[str, dict[str, float]] = {}
     if moving.any():

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative
+from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, LogSigma, NotNegative
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.streams import Streams
 
@@ -24,7 +24,7 @@ class BiasTemperature(AccelerometerEffect):
     name: ClassVar[str] = "bias_temperature"
     reference_temperature_c: float
     omega1_ug_per_c: NotNegative  # median size in the population
-    omega1_sigma: NotNegative  # standard deviation of ln |omega1|
+    omega1_sigma: LogSigma  # standard deviation of ln |omega1|
     omega2_sigma_ug_per_c2: NotNegative
     omega3_sigma_ug_per_c3: NotNegative
 

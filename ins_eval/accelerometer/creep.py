@@ -83,7 +83,7 @@ class Creep(AccelerometerEffect):
     reference_temperature_c: float
     time_constants_min: Annotated[tuple[Positive, ...], Field(min_length=1)]  # at the reference temperature
     weights: Annotated[tuple[NotNegative, ...], Field(min_length=1)]
-    faster_per_c: Positive  # c: the degrees that make it e times as fast
+    faster_per_c: Annotated[float, Field(ge=1.0)]  # c: the degrees that make it e times as fast
     scatter: NotNegative  # standard deviation of xi, whose mean is 1
 
     @model_validator(mode="after")

@@ -19,8 +19,9 @@ from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.streams import Streams
 from ins_eval.tables import Strict
 
-Positive = Annotated[float, Field(gt=0.0)]
+Positive = Annotated[float, Field(ge=1e-9)]  # it divides
 NotNegative = Annotated[float, Field(ge=0.0)]
+LogSigma = Annotated[float, Field(ge=0.0, le=5.0)]  # standard deviation of a logarithm: e^5 either way
 
 
 class Contribution(NamedTuple):

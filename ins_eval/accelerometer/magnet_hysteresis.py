@@ -23,7 +23,7 @@ import numba
 import numpy as np
 from pydantic import Field
 
-from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative, Positive
+from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, LogSigma, NotNegative, Positive
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.streams import Streams
 
@@ -44,7 +44,7 @@ class MagnetHysteresis(AccelerometerEffect):
 
     name: ClassVar[str] = "magnet_hysteresis"
     half_opening_ppm: NotNegative  # median A of the population
-    half_opening_sigma: NotNegative  # standard deviation of ln A
+    half_opening_sigma: LogSigma  # standard deviation of ln A
     half_widths_c: Annotated[tuple[Positive, ...], Field(min_length=1)]
 
     def draw(self, rng: np.random.Generator, drawn: Mapping[str, Any]) -> float:

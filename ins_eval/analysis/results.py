@@ -19,9 +19,9 @@ from ins_eval.analysis.several import rows_of
 from ins_eval.boundary import file_bytes
 from ins_eval.ensemble import STATISTICS, Store
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.limits import OTHER
 from ins_eval.metrics import Estimate
 from ins_eval.printable import LONGEST_VALUE
-from ins_eval.recording.limits import OTHER
 from ins_eval.streams import Streams
 
 UNITS = {"velocity_rms": "m/s", "cep_rate": "nmi/h", "radial_error_rate": "nmi/h", "final_radial_error": "m"}

@@ -119,7 +119,7 @@ def _flights(one: RecordingEvaluation | SolutionEvaluation) -> dict[str, dict[st
     if isinstance(one, RecordingEvaluation):
         for arm, evaluation in one.navigated.items():
             errors, time_s = since_start(evaluation)
-            position = errors.valid & np.isfinite(errors.north_m) & (time_s > 0.0)
+            position = errors.valid & np.isfinite(errors.north_m + errors.east_m) & (time_s > 0.0)
             if position.any() and time_s[position][-1] >= SHORTEST_FOR_RATE_S:
                 velocity = {k: v for k, v in measures(evaluation).get("velocity_rms_mps", {}).items()}
                 track = np.column_stack([errors.north_m, errors.east_m])[position]

@@ -19,6 +19,7 @@ from ins_eval.laboratory import Chamber, draw_printed_units
 from ins_eval.profile import load
 from ins_eval.recording import ChamberReadings, Fixes, Recording, form
 from ins_eval.recording.belief import AxisBelief, Belief, BiasBelief, ScaleBelief
+from ins_eval.recording.form.names import AIR
 
 ALL_UNITS = "all"
 RAMPS_C_PER_MIN = (0.01, 10.0)  # slower takes weeks, faster is over before its rate can be read
@@ -107,7 +108,7 @@ def _readings(
             raise UsageError(f"no unit is called '{unit}'{did_you_mean(unit, (*printed, ALL_UNITS))}")
         chosen = {name: one for name, one in printed.items() if unit in (ALL_UNITS, name)}
     measured = [chamber.measure(one, streams, unit_id=name) for name, one in chosen.items()]
-    return [replace(readings, axis=axis or "", further={"chamber_c": chamber.air_c}) for readings in measured]
+    return [replace(readings, axis=axis or "", further={AIR: chamber.air_c}) for readings in measured]
 
 
 def _belief(recording: Recording, world: World, instrument: int) -> Belief:

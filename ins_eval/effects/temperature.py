@@ -13,6 +13,7 @@ from scipy.signal import savgol_filter
 
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import AccelerometerBelief
+from ins_eval.recording.form.names import AIR
 from ins_eval.thermal import filtered_rate, lagged
 
 SMOOTHING_S = 240.0
@@ -90,7 +91,7 @@ def _three(time_s, columns, rates, belief: AccelerometerBelief, runs=(slice(None
 def _smooth(readings: ChamberReadings, rows: np.ndarray) -> np.ndarray:
     """The reading of one run without its steps and noise, (n,) degC."""
     time_s, reading_c = readings.time_s[rows], readings.temperature_c[rows]
-    air = readings.further.get("chamber_c")
+    air = readings.further.get(AIR)
     if air is not None:
         fits = [lagged(time_s, air[rows], lag) if lag else np.array(air[rows]) for lag in LAGS_S]
         fits = [fit + np.mean(reading_c - fit) for fit in fits]

@@ -77,12 +77,13 @@ def first_guess(recording: Recording, window: Window, begin_s: float, still: boo
         v = fixes.velocity_n[k]
         meridian, transverse = radii(float(fixes.latitude_rad[k]))
         back_s = float(fixes.time_s[k] - begin_s)
+        height_m = float(fixes.height_m[k] + v[2] * back_s)
         place |= {
             "latitude_rad": float(fixes.latitude_rad[k] - v[0] * back_s / meridian),
             "longitude_rad": float(
                 fixes.longitude_rad[k] - v[1] * back_s / (transverse * np.cos(fixes.latitude_rad[k]))
             ),
-            "height_m": float(fixes.height_m[k] + v[2] * back_s),
+            "height_m": height_m if np.isfinite(height_m) else start.height_m,
             "velocity_n": (0.0, 0.0, 0.0) if still else tuple(float(one) for one in v),
         }
     start = replace(start, **place, attitude_sigma_rad=None, still_until_s=None)

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
-from ins_eval.recording.limits import LONGEST_TEXT, limits_of
+from ins_eval.limits import LONGEST_TEXT, limits_of
 from ins_eval.scale_factor import TERMS
 
 Vector = tuple[float, float, float]

@@ -11,9 +11,9 @@ import numpy as np
 
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.errors import DataRefused
+from ins_eval.limits import BY_UNIT, OTHER, within
 from ins_eval.recording import Fixes, Imu, Recording, consistency
 from ins_eval.recording.consistency.limits import ROUND_OFF, changes
-from ins_eval.recording.limits import BY_UNIT, OTHER, within
 from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
 
@@ -285,7 +285,7 @@ def _mix_up(factor: float, step_s: float, sensor: str) -> str:
 def _suspicions(recording: Recording, step_s: float) -> list[str]:
     """One sentence for each channel that seems stuck or saturated."""
     imu, notes = recording.imu, []
-    for name, values in zip(CHANNELS, np.column_stack([imu.gyro, imu.accelerometer]).T, strict=True):
+    for name, values in zip(CHANNELS, (*imu.gyro.T, *imu.accelerometer.T), strict=True):
         rows = changes(values, recording.interval_s)
         notes += _stuck(name, rows, imu.time_s, step_s) + _saturated(name, values)
     return notes

@@ -18,6 +18,7 @@ from ins_eval.compensation.refined import Refined
 from ins_eval.compensation.registry import BUILT_IN, load_model
 from ins_eval.compensation.scale_and_bias import ScaleAndBias
 from ins_eval.errors import InsEvalError, UsageError
+from ins_eval.limits import BY_UNIT, OTHER
 from ins_eval.recording.belief import Belief
 from ins_eval.scale_factor import TERMS, scale_factor
 from ins_eval.units import STANDARD_GRAVITY
@@ -126,15 +127,16 @@ def test_a_file_written_by_hand_by_the_equations(tmp_path):
     np.testing.assert_allclose(force, 9.80665 * (1.0 - 1e-6 * bias_ug), rtol=0.0, atol=ROUND_OFF_MPS2)
 
 
-numbers = st.floats(allow_nan=False, allow_infinity=False)
+numbers = st.floats(*OTHER)
+degrees_c = st.floats(*BY_UNIT["c"])
 
 
 @settings(max_examples=40, deadline=None)
 @given(
     terms=st.permutations(TERMS).flatmap(lambda order: st.integers(1, 6).map(lambda n: tuple(order[:n]))),
     values=st.lists(numbers, min_size=6, max_size=6),
-    reference_c=numbers,
-    knots=st.lists(numbers, min_size=1, max_size=6, unique=True),
+    reference_c=degrees_c,
+    knots=st.lists(degrees_c, min_size=1, max_size=6, unique=True),
     seed=st.integers(0, 1000),
 )
 def test_any_numbers_come_back_to_the_last_bit(tmp_path_factory, terms, values, reference_c, knots, seed):

@@ -18,11 +18,11 @@ import pytest
 from ins_eval import boundary
 from ins_eval.cli import main
 from ins_eval.errors import DataRefused, UsageError
+from ins_eval.limits import BY_NAME, BY_UNIT, OTHER, limits_of
 from ins_eval.printable import LONGEST_SENTENCE, printable, shortened
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.form.description import ImuTable, StartTable
-from ins_eval.recording.limits import BY_NAME, BY_UNIT, OTHER, limits_of
 from tests.faults.parked import gzip_bomb, matlab_bomb, parked, rewritten
 
 MIB = 1 << 20
@@ -167,6 +167,32 @@ def test_a_huge_number_of_a_table(unit: Path, soon, column: str) -> None:
     assert "row 8" in soon(["evaluate", unit, "--quiet"], 3)
 
 
+@pytest.mark.parametrize("column", ["longitude_deg", "velocity_n_mps"])
+def test_a_half_without_any_value(unit: Path, soon, column: str) -> None:
+    table = pa.parquet.read_table(unit / "gps.parquet")
+    empty = pa.array(np.full(table.num_rows, np.nan))
+    place = table.column_names.index(column)
+    pa.parquet.write_table(table.set_column(place, column, empty), unit / "gps.parquet")
+    assert f"column {column}: no row has a value" in soon(["evaluate", unit, "--quiet"], 3)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("creep.time_constants_min", [1e-320, 40.0, 120.0]),
+        ("creep.faster_per_c", 1e-320),
+        ("creep.reference_temperature_c", 1e308),
+        ("bias_temperature.omega1_sigma", 1e15),
+        ("in_run.correlation_s", 1e-320),
+    ],
+)
+def test_a_population_that_no_number_can_hold(tmp_path: Path, soon, key: str, value: float | list[float]) -> None:
+    table, _, name = key.partition(".")
+    file = tmp_path / "mine.toml"
+    file.write_text(f'extends = "jb-kt8"\n[{table}]\n{name} = {value}\n')
+    assert name in soon(["simulate", "flight", "--population", file, "-o", tmp_path / "out"], 2)
+
+
 @pytest.mark.parametrize("column", ["output", "temperature_c", "rate_c_per_min", "input_g"])
 def test_a_huge_number_of_a_chamber(tmp_path: Path, soon, column: str) -> None:
     folder = tmp_path / "chamber"
@@ -177,6 +203,16 @@ def test_a_huge_number_of_a_chamber(tmp_path: Path, soon, column: str) -> None:
     place = table.column_names.index(column)
     pa.parquet.write_table(table.set_column(place, column, pa.array(values)), folder / "chamber.parquet")
     assert f"row 12, column {column}: 1e+308" in soon(["calibrate", folder, "--quiet"], 3)
+
+
+def test_the_air_of_a_chamber_is_no_list(tmp_path: Path, soon) -> None:
+    folder = tmp_path / "chamber"
+    assert main(["simulate", "chamber", "--ramps", "4", "--no-dwell", "-o", str(folder), "--quiet"]) == 0
+    table = pa.parquet.read_table(folder / "chamber.parquet")
+    place = table.column_names.index("chamber_c")
+    lists = pa.array([[one] for one in table.column("chamber_c").to_pylist()])
+    pa.parquet.write_table(table.set_column(place, "chamber_c", lists), folder / "chamber.parquet")
+    assert "chamber_c" in soon(["diagnose", folder, "--quiet"], 3)
 
 
 def test_every_number_of_the_form_has_limits() -> None:
@@ -326,6 +362,13 @@ def test_a_chamber_is_for_calibrate(tmp_path: Path, soon) -> None:
     file = folder / "recording.toml"
     file.write_text("\n".join(line for line in file.read_text().splitlines() if not line.startswith("[accelerometer")))
     assert "calibrate" in soon(["diagnose", folder, "--quiet"], 2)
+
+
+def test_a_model_is_refused_once(tmp_path: Path, soon) -> None:
+    file = tmp_path / "model.toml"
+    file.write_text("kind = 5\n")
+    sentence = soon(["check-model", file], 2)
+    assert sentence.count("kind") == 1 and sentence.count("ins-eval:") == 1
 
 
 def test_the_page_names_no_file_that_is_not_there(tmp_path: Path, sound: Path) -> None:

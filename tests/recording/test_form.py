@@ -475,6 +475,10 @@ class TestConventions:
         reference = form.read(folder).reference
         assert reference.attitude_rad is None
         assert reference.valid.tolist() == [True, False]
+        folder.joinpath("reference.csv").write_text("time_s,latitude_deg,height_m\n0.5,40,1\n1.0,40,2\n")
+        recording = form.read(folder)
+        assert np.isnan(recording.reference.latitude_rad).all() and np.isfinite(recording.reference.height_m).all()
+        assert any("latitude without longitude" in note for note in recording.notes)
 
     def test_without_a_time_the_start_is_one_step_before_the_first_sample(self, tmp_path):
         recording = form.read(edited(parked(tmp_path / "r"), "time_s = 99.9\n", ""))

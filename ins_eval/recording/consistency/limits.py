@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ins_eval.earth import radii
+from ins_eval.limits import LONGEST_LEVER_ARM_M, limits_of
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.consistency.alternatives import Finding
-from ins_eval.recording.limits import LONGEST_LEVER_ARM_M, limits_of
 from ins_eval.units import DEG
 
 # quantity: lowest, highest, unit

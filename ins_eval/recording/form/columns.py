@@ -16,8 +16,8 @@ import pyarrow.parquet
 
 from ins_eval.boundary import check_unpacked, file_bytes
 from ins_eval.errors import DataRefused
+from ins_eval.limits import OTHER
 from ins_eval.printable import printable, shown
-from ins_eval.recording.limits import OTHER
 
 PARQUET, CSV = ".parquet", ".csv"
 _NEAR = 0.85  # similarity from which an unknown column is taken for a slip of the pen

@@ -14,4 +14,5 @@ ATTITUDE = ("roll_deg", "pitch_deg", "heading_deg")
 SIGMAS = ("position_sigma_m", "velocity_sigma_mps")
 VALID = "valid"
 READINGS = ("run", "input_g", "rate_c_per_min", TEMPERATURE, "output")
+AIR = "chamber_c"  # of a chamber, beside the readings
 UNIT = "unit_id"

@@ -6,8 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.limits import BY_NAME, limits_of
 from ins_eval.printable import printable, shown
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start, whole_rows
 from ins_eval.recording.belief import Belief
@@ -15,6 +17,7 @@ from ins_eval.recording.form.columns import Columns, open_table
 from ins_eval.recording.form.description import CHAMBER, ImuTable, Opened, open_folder
 from ins_eval.recording.form.names import (
     ACCELEROMETER,
+    AIR,
     ATTITUDE,
     BARO,
     FILLED,
@@ -29,7 +32,6 @@ from ins_eval.recording.form.names import (
     VELOCITY,
 )
 from ins_eval.recording.form.plausibility import check_plausible
-from ins_eval.recording.limits import BY_NAME, limits_of
 from ins_eval.recording.mending import mended
 from ins_eval.recording.validation import validate
 from ins_eval.units import DEG
@@ -64,6 +66,7 @@ def read(
     reference, of_reference = _fixes(opened, "reference")
     solution, of_solution = _fixes(opened, "solution")
     start, imu, assumed = _start_and_imu(opened, solution, solution_alone)
+    pa.default_memory_pool().release_unused()  # it keeps as much as the tables had
     notes = (*opened.notes, *assumed, *of_gps, *of_reference, *of_solution)
     recording = Recording(
         name=opened.name,
@@ -81,9 +84,7 @@ def read(
     return recording if doubted else validated(recording)
 
 
-def _start_and_imu(
-    opened: Opened, solution: Fixes | None, solution_alone: bool
-) -> tuple[Start, Imu | None, list[str]]:
+def _start_and_imu(opened: Opened, solution: Fixes | None, solution_alone: bool) -> tuple[Start, Imu | None, list[str]]:
     """The start, what the table ``imu`` holds, if there is one, and notes on both."""
     table = open_table(opened.folder, "imu")
     if table is None and solution is not None:
@@ -151,6 +152,9 @@ def read_chamber(folder: str | Path, unit: str | None = None) -> ChamberReadings
     time_s = table.increasing_time()
     run, input_g, rate_c_per_min, temperature_c, output = (table.numbers(name, *limits_of(name)) for name in READINGS)
     _check_runs(table, run, input_g)
+    further = table.others(("time_s", *READINGS, UNIT))
+    if AIR in further:
+        further[AIR] = table.numbers(AIR, *limits_of(AIR))
     return ChamberReadings(
         time_s,
         run.astype(np.int64),
@@ -160,7 +164,7 @@ def read_chamber(folder: str | Path, unit: str | None = None) -> ChamberReadings
         output,
         unit_id=unit_id,
         axis=opened.axes[0] if opened.axes else "",
-        further=table.others(("time_s", *READINGS, UNIT)),
+        further=further,
     )
 
 
@@ -258,8 +262,12 @@ def _fixes(opened: Opened, name: str) -> tuple[Fixes | None, list[str]]:
     def filled(of: str) -> np.ndarray:
         return missing.copy() if (values := column(of)) is None else values
 
-    latitude, longitude, height_m, *velocity = (filled(of) for of in (*POSITION, *VELOCITY))
-    motion = np.column_stack([latitude, longitude, height_m, *velocity])
+    motion = np.column_stack([filled(of) for of in (*POSITION, *VELOCITY)])
+    if name == "gps":
+        _check_halves(table, motion)
+    alone = np.isfinite(motion[:, 0]) != np.isfinite(motion[:, 1])
+    motion[alone, :2] = np.nan
+    half = [f"{name}: latitude without longitude, or the reverse, in {np.count_nonzero(alone)} rows; not used."]
     valid = whole_rows(motion)
     if (flag := column(VALID)) is not None:
         valid &= np.nan_to_num(flag, nan=0.0) != 0.0
@@ -268,16 +276,16 @@ def _fixes(opened: Opened, name: str) -> tuple[Fixes | None, list[str]]:
     position_sigma_m, velocity_sigma_mps = (column(of) for of in SIGMAS)
     fixes = Fixes(
         time_s=time_s,
-        latitude_rad=latitude * DEG,
-        longitude_rad=longitude * DEG,
-        height_m=height_m,
+        latitude_rad=motion[:, 0] * DEG,
+        longitude_rad=motion[:, 1] * DEG,
+        height_m=motion[:, 2].copy(),
         velocity_n=motion[:, 3:].copy(),
         valid=valid,
         attitude_rad=np.column_stack(attitude) if set(ATTITUDE) & set(table.names) and attitude else None,
         position_sigma_m=position_sigma_m,
         velocity_sigma_mps=velocity_sigma_mps,
     )
-    return fixes, [*table.notes, *table.slips(known)]
+    return fixes, [*table.notes, *table.slips(known), *(half if alone.any() else [])]
 
 
 def _check_groups(table: Columns) -> None:
@@ -288,6 +296,18 @@ def _check_groups(table: Columns) -> None:
             table.require(("time_s", one, other))
     if not any(half[0] in table.names for half in halves):
         table.require(("time_s", *POSITION, *VELOCITY))
+
+
+def _check_halves(table: Columns, motion: np.ndarray) -> None:
+    """Of a position or a velocity that has values, in `motion` (n, 6), no half is without any."""
+    for names, values in ((POSITION[:2], motion[:, :2]), (VELOCITY[:2], motion[:, 3:5])):
+        empty = np.isnan(values).all(axis=0)
+        if empty.any() and not empty.all():
+            without, other = names if empty[0] else names[::-1]
+            raise DataRefused(
+                f"{table.path}, column {without}: no row has a value, expected one wherever {other} has one; fill the "
+                f"column, or remove {other} as well"
+            )
 
 
 def validated(recording: Recording) -> Recording:

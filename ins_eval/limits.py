@@ -1,4 +1,4 @@
-"""What a number can be, by the unit in its name: one table for keys and columns of the form, importers and `evaluate`.
+"""What a number can be, by the unit in its name: one table for every TOML file, the form, importers and `evaluate`.
 
 Beyond them no vehicle goes and no instrument measures; a number without unit must leave room to be squared.
 """
