@@ -195,11 +195,11 @@ def measure_grade(recording: Recording, velocity: np.ndarray | None) -> Grade:
     imu, start = recording.imu, recording.start
     rests = tuple(_rests(recording))
     step_s = float(np.median(np.diff(imu.time_s)))
-    signals = [imu.gyro / recording.interval_s[:, None]]
-    if velocity is not None:
-        signals.append(velocity / recording.interval_s[:, None])
+    columns = np.empty((3 if velocity is None else 6, len(imu.time_s)))
+    for of, increments in zip((columns[:3], columns[3:]), (imu.gyro, velocity), strict=True):
+        if increments is not None:
+            np.divide(increments.T, recording.interval_s, out=of)
     rows = [slice(*np.searchsorted(imu.time_s, [r.start_s + 1e-6, r.end_s + 1e-6])) for r in rests]
-    columns = np.concatenate(signals, axis=1).T
     if not rests:
         bounds = _bounds(columns, step_s)
         return Grade(rests, (), None, None, None, None, None, bounds)
@@ -230,7 +230,9 @@ def measure_grade(recording: Recording, velocity: np.ndarray | None) -> Grade:
         force_offset,
         force_sigma,
         _temperature(imu, rows),
-        _bounds(np.concatenate([columns[:, r] for r in rows], axis=1), step_s),
+        _bounds(
+            columns[:, rows[0]] if len(rows) == 1 else np.concatenate([columns[:, r] for r in rows], axis=1), step_s
+        ),
         () if imu.temperature_c is None else temperature_laws(CHANNELS, columns, imu.temperature_c, rows, step_s),
     )
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -54,6 +54,7 @@ from ins_eval.units import DEG, DEG_PER_H, UG
 
 AS_RECORDED, BELIEVED = "none", "believed"
 SHORTEST_NAVIGATION_S = 10.0
+MOST_ROWS = 500_000  # of a solution that is kept beside its errors: 2.8 h at 200 Hz whole
 POLAR_M = 0.01  # a hundred times what navigation leaves in the same time at 34 degrees and 10 Hz
 
 
@@ -189,10 +190,11 @@ def evaluate_recording(
     alike = [name for name, file in files.items() if SINGLE in read_toml(file)]
     notes = [f"{name}: the one accelerometer of this file was taken for x, y and z alike." for name in alike]
     recording = replace(recording, notes=(*recording.notes, *notes))
-    begins = {name: beginning(arm.recording, arm.velocity) for name, arm in arms.items()}
-    evaluations = {}
-    for name, arm in arms.items():
-        begin = begins[name]
+    evaluations, pieces, stand = {}, {}, None
+    for name, make in arms.items():
+        arm = make()  # one at a time: the increments of a day at 200 Hz take 0.4 GB
+        begin = beginning(arm.recording, arm.velocity)
+        stand = begin if stand is None and isinstance(begin, Stretch) else stand
         end_s = recording.start.time_s
         if begin is not None:
             end_s = begin.end_s if isinstance(begin, Stretch) else begin.start.time_s
@@ -202,18 +204,23 @@ def evaluate_recording(
                 f"{recording.name}: the stretch to align on ends {left_s:.0f} s before the recording; expected at "
                 f"least {SHORTEST_NAVIGATION_S:.0f} s to navigate after it, record longer"
             )
-        evaluations[name] = evaluate(arm.recording, arm.velocity, begin)
-    pieces = {}
-    if restart_every_s is not None:
-        pieces = {
-            name: restarts(arm.recording, arm.velocity, restart_every_s, evaluations[name].initialization)
-            for name, arm in arms.items()
-        }
+        one = evaluate(arm.recording, arm.velocity, begin)
+        evaluations[name] = replace(one, solution=_thinned(one.solution))
+        if restart_every_s is not None:
+            pieces[name] = restarts(arm.recording, arm.velocity, restart_every_s, one.initialization)
     polar = _near_a_pole(next(iter(evaluations.values())).solution, recording)
     recording = replace(recording, notes=(*recording.notes, *polar))
-    stand = next((begin for begin in begins.values() if isinstance(begin, Stretch)), None)
     solution = None if recording.solution is None else evaluate_solution(recording)
     return RecordingEvaluation(recording, stand, evaluations, pieces, solution)
+
+
+def _thinned(solution: Solution) -> Solution:
+    """The same in at most `MOST_ROWS` rows and the last."""
+    rows = solution.time_s.size
+    if rows <= MOST_ROWS:
+        return solution
+    kept = np.append(np.arange(0, rows - 1, -(-rows // MOST_ROWS)), rows - 1)
+    return Solution(*(getattr(solution, field.name)[kept] for field in fields(solution)))
 
 
 def _near_a_pole(solution: Solution, recording: Recording) -> list[str]:
@@ -238,7 +245,7 @@ class _Arm:
 
 def _arms(
     recording: Recording, wanted: Sequence[str], models: Mapping[str, Sequence[CompensationModel]]
-) -> dict[str, _Arm]:
+) -> dict[str, Callable[[], _Arm]]:
     found = (
         _of_pulses(recording, wanted, models)
         if recording.imu.accelerometer_form == "pulse"
@@ -252,7 +259,7 @@ def _arms(
 
 def _of_pulses(
     recording: Recording, wanted: Sequence[str], models: Mapping[str, Sequence[CompensationModel]]
-) -> dict[str, _Arm]:
+) -> dict[str, Callable[[], _Arm]]:
     folder = recording.folder
     seen, believed = samples(recording), recording.belief.accelerometer
     triads: dict[str, Sequence[CompensationModel]] = {}
@@ -267,11 +274,12 @@ def _of_pulses(
             "[accelerometer.x], .y and .z in recording.toml, or a model with --compensation FILE.toml"
         )
     other = replace(recording, belief=_of_other_accelerometers(recording.belief))
-    velocity = {name: compensate(seen, triad, recording.interval_s) for name, triad in triads.items()}
-    return {
-        name: _Arm(*without_effects(recording if name == BELIEVED else other, of_arm, folder))
-        for name, of_arm in velocity.items()
-    }
+
+    def made(name: str) -> _Arm:
+        velocity = compensate(seen, triads[name], recording.interval_s)
+        return _Arm(*without_effects(recording if name == BELIEVED else other, velocity, folder))
+
+    return {name: partial(made, name) for name in triads}
 
 
 def _of_other_accelerometers(belief: Belief) -> Belief:
@@ -291,17 +299,22 @@ def _model_files(folder: Path, wanted: Sequence[str]) -> dict[str, Path]:
     return files | {name: Path(name) for name in wanted if name.endswith(".toml")}
 
 
-def _of_increments(recording: Recording) -> dict[str, _Arm]:
+def _of_increments(recording: Recording) -> dict[str, Callable[[], _Arm]]:
     belief = recording.belief
     bare = belief.model_copy(
         update={"gyro": belief.gyro.model_copy(update={"bias_radps": (0.0, 0.0, 0.0)}), "effects": ()}
     )
-    arms = {AS_RECORDED: _Arm(replace(recording, belief=bare), recording.imu.accelerometer)}
     bias = np.asarray(belief.accelerometer.bias_mps2)
-    if bias.any() or any(belief.gyro.bias_radps) or belief.effects:
+
+    def as_recorded() -> _Arm:
+        return _Arm(replace(recording, belief=bare), recording.imu.accelerometer)
+
+    def as_believed() -> _Arm:
         velocity = recording.imu.accelerometer - bias * recording.interval_s[:, None]
-        arms[BELIEVED] = _Arm(*without_effects(recording, velocity, recording.folder))
-    return arms
+        return _Arm(*without_effects(recording, velocity, recording.folder))
+
+    believes = bias.any() or any(belief.gyro.bias_radps) or bool(belief.effects)
+    return {AS_RECORDED: as_recorded} | ({BELIEVED: as_believed} if believes else {})
 
 
 def _growth(piece: Restarts) -> dict[str, Any]:
@@ -326,7 +339,7 @@ def _listed(interval: np.ndarray) -> list[list[float]] | None:
 def _final(evaluation: Evaluation) -> dict[str, float]:
     """The radial error at the last epoch that has a position, where one has."""
     errors = evaluation.errors
-    placed = np.flatnonzero(errors.valid & np.isfinite(errors.north_m))
+    placed = np.flatnonzero(errors.valid & np.isfinite(errors.north_m + errors.east_m))
     if not placed.size:
         return {}
     return {"final_radial_error_m": float(np.hypot(errors.north_m[placed[-1]], errors.east_m[placed[-1]]))}

@@ -28,6 +28,7 @@ from ins_eval.recording import ChamberReadings, Fixes, Recording, Start
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.units import STANDARD_GRAVITY
 
+BLOCK = 1 << 16  # samples
 SUBSTITUTIONS = 3  # each leaves a part in a thousand of an error of 1000 ppm
 OF_INPUT = ("1", "f", "f^2", "f^3", "|f|")  # multipliers that are known where only the input axis is
 
@@ -87,7 +88,7 @@ def chamber_error(
     axis = given.axes[0]
     force = np.zeros((readings.time_s.size, 3))
     force[:, AXES.index(axis)] = STANDARD_GRAVITY * readings.input_g
-    found = _applied(of_recording(belief, name), given, readings.time_s)
+    found = _at(_parts(of_recording(belief, name), given), readings.time_s)
     found = [one for one in found if one.part.axis == axis and one.part.multiplier in OF_INPUT]
     return _error(found, ACCELEROMETER, force, force)[:, AXES.index(axis)]
 
@@ -101,19 +102,25 @@ def of_recording(belief: Belief, name: str) -> tuple[EffectBelief, ...]:
 def _sensors(
     recording: Recording, velocity: np.ndarray, believed: Sequence[EffectBelief], folder: str | Path
 ) -> tuple[np.ndarray, np.ndarray]:
-    time_s = recording.imu.time_s
-    edges = np.concatenate([[recording.start.time_s], time_s])
-    interval_s = np.diff(edges)[:, None]
-    found = _applied(believed, conditions(recording, folder), 0.5 * (edges[1:] + edges[:-1]))
-    indicated_w, indicated_f = recording.imu.gyro / interval_s, velocity / interval_s
-    w, f = indicated_w, indicated_f
-    for _ in range(SUBSTITUTIONS):
-        w, f = indicated_w - _error(found, "gyro", f, w), indicated_f - _error(found, ACCELEROMETER, f, w)
-    return w * interval_s, f * interval_s
+    """Increments (n, 3) without the effects, block by block: each error depends on one sample alone."""
+    edges = np.concatenate([[recording.start.time_s], recording.imu.time_s])
+    found = _parts(believed, conditions(recording, folder))
+    without_w, without_f = np.empty_like(recording.imu.gyro), np.empty_like(velocity)
+    for first in range(0, len(without_w), BLOCK):
+        rows = slice(first, first + BLOCK)
+        ends = edges[first : first + BLOCK + 1]
+        interval_s = np.diff(ends)[:, None]
+        applied = _at(found, 0.5 * (ends[1:] + ends[:-1]))
+        indicated_w, indicated_f = recording.imu.gyro[rows] / interval_s, velocity[rows] / interval_s
+        w, f = indicated_w, indicated_f
+        for _ in range(SUBSTITUTIONS):
+            w, f = indicated_w - _error(applied, "gyro", f, w), indicated_f - _error(applied, ACCELEROMETER, f, w)
+        without_w[rows], without_f[rows] = w * interval_s, f * interval_s
+    return without_w, without_f
 
 
-def _applied(believed: Sequence[EffectBelief], given: Conditions, time_s: np.ndarray) -> list[_Applied]:
-    """Parts of the effects of the sensors with their sizes at the instants `time_s` (n,)."""
+def _parts(believed: Sequence[EffectBelief], given: Conditions) -> list[tuple[EffectPart, float]]:
+    """Parts of the effects of the sensors, each with the value of its effect."""
     found = []
     for one in believed:
         effect = VOCABULARY[one.name]
@@ -121,9 +128,13 @@ def _applied(believed: Sequence[EffectBelief], given: Conditions, time_s: np.nda
             _require_driver(one, given)
         elif not possible(effect, given) or (effect.enters == "temperature" and one.value == 0.0):
             continue
-        for part in parts(effect, one.axis, parameters(effect, one), given):
-            found.append(_Applied(part, one.value * part.weight * part.slow(time_s)))
+        found += [(part, one.value) for part in parts(effect, one.axis, parameters(effect, one), given)]
     return found
+
+
+def _at(found: Sequence[tuple[EffectPart, float]], time_s: np.ndarray) -> list[_Applied]:
+    """The parts with their sizes at the instants `time_s` (n,)."""
+    return [_Applied(part, value * part.weight * part.slow(time_s)) for part, value in found]
 
 
 def parameters(effect: Effect, believed: EffectBelief) -> dict[str, float | str]:

@@ -89,17 +89,17 @@ def _disturbed(increments: np.ndarray, samples: int, factor: float) -> np.ndarra
     """Windows of `samples` rows whose agitation exceeds `factor` times that of the quietest part, shape (windows,)."""
     windows = len(increments) // samples
     parts = np.asarray(increments[: windows * samples], dtype=float).reshape(windows, samples, 3)
-    agitation = np.sqrt(parts.var(axis=1).sum(axis=1))
+    agitation = np.sqrt(sum(parts[:, :, axis].var(axis=1) for axis in range(3)))
     quietest = np.sort(agitation)[: max(1, int(QUIETEST_SHARE * windows))]
     return agitation > max(factor * float(np.median(quietest)), _resolution(increments))
 
 
 def _resolution(increments: np.ndarray) -> float:
     """The smallest step between neighbouring samples: one count of a coarse channel, next to nothing of a fine one."""
-    steps = np.abs(np.diff(increments, axis=0))
-    round_off = ROUND_OFF * float(np.abs(increments).max(initial=0.0))
-    steps = steps[steps > round_off]
-    return float(steps.min()) if steps.size else round_off
+    round_off = ROUND_OFF * max(float(increments.max(initial=0.0)), -float(increments.min(initial=0.0)))
+    steps = (np.abs(np.diff(column)) for column in np.asarray(increments).T)
+    smallest = min(float(np.min(one, initial=np.inf, where=one > round_off)) for one in steps)
+    return smallest if np.isfinite(smallest) else round_off
 
 
 def _between_bursts(disturbed: np.ndarray, tolerated: int, apart: int) -> list[tuple[int, int]]:

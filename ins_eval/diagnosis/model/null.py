@@ -17,7 +17,6 @@ from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, HEADING_SIGMA_RAD, TILT_SIGMA_RAD, Initialization, find, track
 from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on
 from ins_eval.recording import Start
-from ins_eval.recording.belief import ZERO
 from ins_eval.recording.mending import mended
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
@@ -155,7 +154,8 @@ def _compensated(recording: Recording, folder: str | Path) -> tuple[Recording, n
     recording = mended(recording)
     interval_s = recording.interval_s[:, None]
     recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
-    return recording, recording.imu.gyro - np.asarray(recording.belief.gyro.bias_radps or ZERO) * interval_s, velocity
+    gyro, bias = recording.imu.gyro, recording.belief.gyro.bias_radps
+    return recording, gyro - np.asarray(bias) * interval_s if bias else gyro, velocity
 
 
 def _begun(recording: Recording, start: Start, increments, sigma_n: np.ndarray, folder: str | Path) -> Believed:
@@ -188,15 +188,17 @@ def solve(believed: Believed) -> tuple[Solution, ...]:
 
 def corrected(believed: Believed, gyro_bias: np.ndarray, force_bias: np.ndarray) -> Believed:
     """The same with biases (3,) of gyros, rad/s, and accelerometers, m/s^2, taken off."""
-    interval_s = believed.interval_s[:, None]
-    gyro, velocity = believed.gyro - gyro_bias * interval_s, believed.velocity - force_bias * interval_s
+    gyro, velocity = believed.interval_s[:, None] * gyro_bias, believed.interval_s[:, None] * force_bias
+    np.subtract(believed.gyro, gyro, out=gyro)  # in place: a day at 200 Hz is 0.4 GB each
+    np.subtract(believed.velocity, velocity, out=velocity)
     return replace(believed, gyro=gyro, velocity=velocity)
 
 
 def _velocity(recording: Recording, folder: str | Path, interval_s: np.ndarray) -> np.ndarray:
     believed = recording.belief.accelerometer
     if recording.imu.accelerometer_form != "pulse":
-        return recording.imu.accelerometer - np.asarray(believed.bias_mps2 or ZERO) * interval_s
+        velocity, bias = recording.imu.accelerometer, believed.bias_mps2
+        return velocity - np.asarray(bias) * interval_s if bias else velocity
     if any(getattr(believed, axis) is None for axis in "xyz"):
         raise DataRefused(
             f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "

@@ -1,0 +1,64 @@
+"""A day of a recording at 200 Hz is evaluated and diagnosed in the memory of a small machine."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ins_eval.earth import EARTH_RATE, gravity
+from ins_eval.recording import Fixes, Imu, Recording, Start, form
+
+DAY_S, RATE_HZ = 86400, 200
+LARGEST_GB = 6.0
+LATITUDE_RAD, HEIGHT_M = 0.6, 400.0
+TIMEOUT_S = 1800.0
+MEASURED = """
+import resource, sys
+from ins_eval.cli import main
+code = main(sys.argv[1:])
+print(code, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A parked unit of navigation grade with a fix each second."""
+    rng, n, m = np.random.default_rng(1), DAY_S * RATE_HZ, DAY_S - 1
+    rate = EARTH_RATE * np.array([np.cos(LATITUDE_RAD), 0.0, -np.sin(LATITUDE_RAD)])
+    force = np.array([0.0, 0.0, -float(gravity(LATITUDE_RAD, HEIGHT_M))])
+    time_s = np.arange(1, n + 1) / RATE_HZ
+    imu = Imu(
+        time_s=time_s,
+        gyro=rate / RATE_HZ + 1e-7 * rng.standard_normal((n, 3)),
+        accelerometer=force / RATE_HZ + 1e-5 * rng.standard_normal((n, 3)),
+        accelerometer_form="increment",
+        temperature_c=20.0 + 1e-4 * time_s,
+    )
+    fixes = Fixes(
+        time_s=np.arange(1.0, m + 1.0),
+        latitude_rad=LATITUDE_RAD + 1e-7 * rng.standard_normal(m),
+        longitude_rad=1.9 + 1e-7 * rng.standard_normal(m),
+        height_m=HEIGHT_M + rng.standard_normal(m),
+        velocity_n=0.02 * rng.standard_normal((m, 3)),
+        valid=np.ones(m, dtype=bool),
+    )
+    start = Start(0.0, LATITUDE_RAD, 1.9, HEIGHT_M, attitude_rad=(0.0, 0.0, 0.0), still_until_s=600.0)
+    folder = tmp_path_factory.mktemp("day") / "unit"
+    form.write(Recording("day", "static", start, imu, gps=fixes), folder)
+    return folder
+
+
+@pytest.mark.parametrize("verb", ["evaluate", "diagnose"])
+def test_a_day_at_200_hz(day: Path, tmp_path: Path, record_property, verb: str) -> None:
+    written = ["--output", f"{tmp_path}"] if verb == "evaluate" else ["--json", f"{tmp_path / 'answer.json'}"]
+    words = [sys.executable, "-c", MEASURED, verb, f"{day}", *written, "--quiet"]
+    ended = subprocess.run(words, capture_output=True, text=True, timeout=TIMEOUT_S)
+    code, peak_kib = ended.stdout.split()
+    record_property("peak_gb", 1024e-9 * int(peak_kib))
+    assert code == "0", ended.stderr
+    assert 1024e-9 * int(peak_kib) < LARGEST_GB
