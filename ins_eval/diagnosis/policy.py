@@ -39,6 +39,7 @@ class Policy:
     worth_refitting: float = _chosen(2.0, REASONING, "nats, at the noise of the null, from which a set is refitted")
     stay: float = _chosen(0.5, REASONING, "nats by which another set must lead that which was navigated with")
     earth: float = _chosen(30.0, REASONING, "nats from which a term of the Earth is tried by navigating with it")
+    most_of_set: float = _chosen(0.5, REASONING, "share of a set's nats from which an effect is tried alone, likewise")
     # what counts as a mismatch
     least_gain_chamber: float = _chosen(10.0, REAL, "nats below which nothing counts in a chamber")
     remarkable: float = _chosen(0.5, REASONING, "probability of an interval up to which it is refitted")

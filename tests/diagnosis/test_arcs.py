@@ -17,11 +17,14 @@ from benchmark.worlds.real import SOURCES
 from ins_eval.diagnosis.answer.judge import Diagnosis, judge
 from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.recording import Recording, form
+from ins_eval.recording.belief import EffectBelief
 from ins_eval.units import DEG_PER_H, UG
 from tests.diagnosis.real_recordings import RECORDINGS
 
 SETTLED_S = 65.0  # until which the unit was carried
 MEANS_S = 20.0
+FROM_S, TO_S = 400.0, 520.0  # of a climb
+DRIFT_PPM = 0.05  # of a clock: 6 microseconds in all
 SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wander
 AUTOPILOT_LATE_S = (0.21, 0.29)  # of positions, by the authors' filter; of velocities, by their increments
 
@@ -49,6 +52,45 @@ def slope(time_s: np.ndarray, output: np.ndarray, temperature_c: np.ndarray) -> 
         one[rows][: rows.sum() // count * count].reshape(-1, count).mean(axis=1) for one in (output, temperature_c)
     )
     return float(np.polyfit(temperature_c, output, 1)[0])
+
+
+def climb(ideal_recording) -> Recording:
+    """Two minutes of a flight with gyros that are believed to be bad enough for arcs of 18 s."""
+    whole = ideal_recording("climb-cruise-landing")
+    rows, fixes = (one.time_s > FROM_S for one in (whole.imu, whole.gps)), whole.gps
+    imu_rows, fix_rows = rows
+    imu_rows, fix_rows = imu_rows & (whole.imu.time_s <= TO_S), fix_rows & (fixes.time_s <= TO_S)
+    imu = replace(
+        whole.imu,
+        time_s=whole.imu.time_s[imu_rows],
+        gyro=whole.imu.gyro[imu_rows],
+        accelerometer=whole.imu.accelerometer[imu_rows],
+        further={},
+    )
+    first = int(np.searchsorted(fixes.time_s, FROM_S))
+    start = replace(
+        whole.start,
+        time_s=FROM_S,
+        latitude_rad=float(fixes.latitude_rad[first]),
+        longitude_rad=float(fixes.longitude_rad[first]),
+        height_m=float(fixes.height_m[first]),
+        velocity_n=tuple(float(v) for v in fixes.velocity_n[first]),
+        attitude_rad=(0.0, 0.0, 0.0),
+    )
+    gyro = whole.belief.gyro.model_copy(update={"bias_sigma_deg_per_h": 100.0})
+    belief = whole.belief.model_copy(update={"gyro": gyro})
+    return replace(whole, imu=imu, gps=fixes.rows(fix_rows), start=start, belief=belief)
+
+
+def test_arcs_begin_where_samples_end_also_by_another_clock(ideal_recording) -> None:
+    """A state that is a sample away from where its arc begins would be a jump of metres."""
+    recording = climb(ideal_recording)
+    drift = EffectBelief(name="recording.clock_drift", value=DRIFT_PPM)
+    case = cases.prepare(recording)
+    other = case.again([drift])
+    assert len(other.believed.arcs) == len(case.believed.arcs) > 3
+    for arc in other.believed.arcs:
+        assert arc.time_s in other.believed.time_s
 
 
 @pytest.fixture(scope="module")

@@ -75,7 +75,15 @@ def spoiled(**changes: float) -> Diagnosis:
     return replace(SOUND, effects=(replace(EFFECT, **changes),))
 
 
+CROWD = ("bias_drift", "quadratic", "cubic", "bias_temperature", "scale_temperature")  # of one accelerometer
+CROWDED = linearisation([(f"accelerometer.{name}", "x", {}) for name in CROWD], dict.fromkeys(range(5), 6.0))
 BAD = [
+    (
+        invariants.few,
+        replace(
+            SOUND, linearisation=CROWDED, effects=tuple(replace(EFFECT, hypothesis=one) for one in CROWDED.hypotheses)
+        ),
+    ),
     (invariants.probable, spoiled(probability=0.3)),
     (invariants.probable, replace(spoiled(probability=0.1), verdict=NOT_IDENTIFIABLE, rivals=(NEAR,))),
     (invariants.probable, spoiled(probability=np.nan)),
@@ -124,6 +132,20 @@ def test_what_is_withdrawn_is_left_unexplained_and_logged() -> None:
     nothing = consistent(findings, decision, Policy(probable=1.1))
     assert (nothing.verdict, nothing.effects, len(nothing.withdrawn)) == (UNEXPLAINED, (), 2)
     assert nothing.unnamed.mismatch == PLACE
+
+
+@pytest.mark.parametrize(("late", "verdict"), [(30.0, PARTLY), (6.0, UNEXPLAINED)])
+def test_what_describes_a_sensor_is_not_named_beside_what_explains_most(late: float, verdict: str) -> None:
+    effects = [("gps.time_offset", None, {}), *((f"accelerometer.{name}", "z", {}) for name in CROWD)]
+    found = linearisation(effects, dict.fromkeys(range(1, 6), 6.0) | {0: late})
+    found.__dict__["held_out"] = SOUND.held_out
+    shown = tuple(replace(PLACE, significance_sigma=7.0 + k) for k in found.best.members)
+    gain = found.best.log_bayes_factor
+    findings = Findings((CASE,), (), (), (), found, gain, NOTHING_LEFT, NOTHING_LEFT, shown, suspects=())
+    told = consistent(findings, decide(findings, Policy()), Policy())
+    assert told.verdict == verdict
+    assert [one.hypothesis.candidate.name for one in told.effects] == (["gps.time_offset"] if verdict == PARTLY else [])
+    assert told.unnamed.mismatch is not None
 
 
 def random_linearisation(rng: np.random.Generator, names: tuple[str, ...] = NAMES) -> Linearisation:

@@ -72,9 +72,9 @@ def unit():
 
 
 def rms(recording) -> float:
-    """Of the residual over all that was measured, in believed sigmas."""
-    seen = prepare(recording).seen
-    return float(np.sqrt(np.nanmean((seen.residual / seen.sigma) ** 2)))
+    """Of the residual over all that was measured, in believed sigmas, of one solution from the start to the end."""
+    case = prepare(recording)
+    return float(np.sqrt(np.nanmean((case.inertial / case.seen.sigma) ** 2)))
 
 
 def test_the_names_and_units_are_those_of_the_other_maker() -> None:

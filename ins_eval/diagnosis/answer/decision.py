@@ -9,7 +9,6 @@ unexplained       something is there, and what has a name only describes it
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -95,16 +94,28 @@ def open_margin(findings: Findings, policy: Policy) -> float:
     if any(case.believed is None for case in findings.cases):
         return policy.open_margin
     linearisation = findings.linearisation
-    constants = (*CONSTANTS, "gyro.bias")
-    members = linearisation.best.members
-    moved = [k for k in members if linearisation.hypotheses[k].candidate.name not in constants]
-    sensors = Counter(one for one in _channels(linearisation, moved) if one.startswith(SENSORS))
-    most = max(sensors.values(), default=1)
-    if most > policy.most_of_one:
+    if describing(linearisation, policy):
         return -np.inf
+    most = max((len(own) for own in _moving(linearisation).values()), default=1)
     left_open = policy.left_open * max(linearisation.best.log_posterior, 0.0)
-    composed = any(linearisation.hypotheses[k].candidate.name == COMPOSED for k in members)
+    composed = any(linearisation.hypotheses[k].candidate.name == COMPOSED for k in linearisation.best.members)
     return left_open - policy.open_margin * (most - 1) - policy.near * composed
+
+
+def describing(linearisation: Linearisation, policy: Policy) -> tuple[int, ...]:
+    """The members of the best set that describe a sensor: more than `Policy.most_of_one` of one explain nothing."""
+    return tuple(k for own in _moving(linearisation).values() if len(own) > policy.most_of_one for k in own)
+
+
+def _moving(linearisation: Linearisation) -> dict[str, list[int]]:
+    """Of each sensor the members of the best set that are no constants."""
+    constants = (*CONSTANTS, "gyro.bias")
+    members = [k for k in linearisation.best.members if linearisation.hypotheses[k].candidate.name not in constants]
+    found: dict[str, list[int]] = {}
+    for k, channel in zip(members, _channels(linearisation, members), strict=True):
+        if channel.startswith(SENSORS):
+            found.setdefault(channel, []).append(k)
+    return found
 
 
 def outdone(findings: Findings, policy: Policy) -> bool:
@@ -159,6 +170,7 @@ def only_described(findings: Findings, surest: Suspect | None, policy: Policy) -
 
 def _insufficient(findings: Findings, surest: Suspect | None, place: tuple[Mismatch, ...], policy: Policy) -> Decision:
     """The verdict where effects are not enough: sure ones beside something, or a place without a name."""
+    findings = _without_crowd(findings, policy)
     linearisation, beside, instead = findings.linearisation, findings.beside, findings.instead
     shown = findings.shown
     if surest is not None and surest.gain > findings.gain:
@@ -175,6 +187,21 @@ def _insufficient(findings: Findings, surest: Suspect | None, place: tuple[Misma
         place = place or ((instead.mismatch,) if outgained and instead.mismatch else shown)
         return Decision(UNEXPLAINED, replace(instead, mismatch=place[0]), place)
     return Decision(PARTLY, beside, shown, named=True)
+
+
+def _without_crowd(findings: Findings, policy: Policy) -> Findings:
+    """The findings without effects that only describe a sensor, where others explain most: it is left beside these."""
+    linearisation, members = findings.linearisation, findings.linearisation.best.members
+    crowd = describing(linearisation, policy)
+    kept = [k for k in members if k not in crowd]
+    lost = linearisation.gain(members) - linearisation.gain(kept)
+    if not crowd or lost > 0.5 * linearisation.gain(members):
+        return findings
+    place = max((findings.shown[members.index(k)] for k in crowd), key=lambda one: one.significance_sigma)
+    beside = findings.beside
+    if beside.mismatch is None:
+        beside = UnnamedDisturbance(place, lost, place.significance_sigma)
+    return replace(findings, linearisation=linearisation.without(crowd), beside=beside)
 
 
 def _channels(linearisation: Linearisation, members: Sequence[int]) -> list[str]:

@@ -20,7 +20,8 @@ import numpy as np
 from ins_eval.diagnosis.answer.decision import explains, is_heard
 from ins_eval.diagnosis.answer.verdict import channel_of
 from ins_eval.diagnosis.estimate.linearisation import Linearisation, linearise
-from ins_eval.diagnosis.estimate.refine import Impossible, RefinedFit, again, believed_effect, refine
+from ins_eval.diagnosis.estimate.refine import Impossible, RefinedFit, refine
+from ins_eval.diagnosis.estimate.search import one_more
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
@@ -95,8 +96,8 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     progress("noise")
     null = tuple(fit_noise(cases, [], [None] * len(cases)))
     progress("effects")
-    begin = _with_earth(linearise(cases, (), np.zeros(0), null, policy), policy)
-    alone = _alone(cases, null, policy) if begin.cases is cases else ()
+    begin = _begun(cases, null, policy)
+    alone = () if _of_earth(begin) else _alone(cases, null, policy)
     linearisation = _searched(cases, begin, policy)
     quiet = _quiet(cases, linearisation, alone)
     if any((a.noise_point != b.noise_point).any() for a, b in zip(quiet, linearisation.fitted, strict=True)):
@@ -199,25 +200,36 @@ def _place(findings: Findings, suspect: Suspect) -> Mismatch:
     return located(case, suspect.recording, exact, suspect.sigma, follows)
 
 
-def _with_earth(linearisation: Linearisation, policy: Policy) -> Linearisation:
-    """Start from a term of the Earth that the belief leaves out where that alone mends the most.
+def _begun(cases: tuple[Case, ...], null: Sequence[Fitted], policy: Policy) -> Linearisation:
+    """The linearisation from which the search begins: around the belief, or around one effect alone.
 
-    Such an error is so large that nothing linear around a solution without the term can be trusted.
+    An error that alone does most of what a whole set does may be so large that nothing linear around a solution with it
+    can be trusted, and the others of the set mend what the first left. So does a term of the Earth that the belief
+    leaves out. Each such effect is tried by navigating with it alone, and the most probable is where the search begins.
     """
-    if linearisation.best.log_bayes_factor < policy.earth:
-        return linearisation
-    best, height = linearisation, linearisation.height
-    for one in linearisation.hypotheses:
-        if not one.candidate.name.startswith("earth."):
+    best = around_belief = linearise(cases, (), np.zeros(0), null, policy)
+    gain = around_belief.best.log_bayes_factor
+    if gain < policy.earth:
+        return around_belief
+    of_family, members = one_more(around_belief.here.normal, around_belief.here.projection, (), around_belief.space)
+    alone = [
+        k
+        for family, k in enumerate(members)
+        if around_belief.hypotheses[k].candidate.name.startswith("earth.")
+        or (len(around_belief.best.members) > 1 and of_family[family] > policy.most_of_set * gain)
+    ]
+    for k in alone:
+        try:
+            refined = refine(cases, [around_belief.hypotheses[k]], null)
+        except Impossible:
             continue
-        effect = believed_effect(one, one.candidate.centre, linearisation.cases)
-        cases = [case.again([effect]) for case in linearisation.cases]
-        model = [again(one, cases)]
-        fitted = fit_noise(cases, [], [None] * len(cases))
-        tried = linearise(cases, model, np.array([one.candidate.centre]), fitted, policy)
-        if tried.height > height:
-            best, height = tried, tried.height
+        tried = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
+        best = max(best, tried, key=lambda one: one.height)
     return best
+
+
+def _of_earth(begin: Linearisation) -> bool:
+    return any(one.candidate.name.startswith("earth.") for one in begin.hypotheses[: np.count_nonzero(begin.point)])
 
 
 def _at_noise(linearisation: Linearisation, fitted: Sequence[Fitted], policy: Policy) -> Linearisation:
@@ -258,7 +270,8 @@ def _refined(cases: tuple[Case, ...], linearisation: Linearisation) -> tuple[Lin
     """The best set with which the recordings can be navigated, and the fit there."""
     while True:
         try:
-            return linearisation, refine(cases, linearisation.chosen(scaled=False), linearisation.fitted)
+            point = linearisation.point[list(linearisation.best.members)]
+            return linearisation, refine(cases, linearisation.chosen(scaled=False), linearisation.fitted, point)
         except Impossible as error:
             linearisation = linearisation.excluding(error.key)
 

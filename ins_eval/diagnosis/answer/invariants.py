@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ins_eval.diagnosis.answer.decision import describing
 from ins_eval.diagnosis.answer.verdict import (
     EXPLAINED,
     NO_MISMATCH,
@@ -61,6 +62,17 @@ def predictive(found: Diagnosis) -> Effects:
     """
     worst = max(found.held_out[name] for name in ("harm_nats", "placebo_nats")) if found.effects else 0.0
     return () if worst < found.policy.harm else found.effects
+
+
+def few(found: Diagnosis) -> Effects:
+    """No more effects of one sensor are named than explain something.
+
+    A constant aside; what needs more is described by them, and is left unexplained beside what others explain.
+    """
+    if found.linearisation is None or any(case.believed is None for case in found.cases):
+        return ()
+    crowd = {found.linearisation.hypotheses[k] for k in describing(found.linearisation, found.policy)}
+    return tuple(one for one in found.effects if one.hypothesis in crowd)
 
 
 def sized(found: Diagnosis) -> Effects:
@@ -124,5 +136,5 @@ def tells_one_story(found: Diagnosis) -> bool:
 
 
 INVARIANTS: tuple[Callable[[Diagnosis], Effects], ...] = (
-    probable, accounting, predictive, sized, leading, sufficient, one_story,
+    few, probable, accounting, predictive, sized, leading, sufficient, one_story,
 )  # fmt: skip

@@ -25,11 +25,13 @@ from ins_eval.diagnosis.model import error_model, null, observations
 from ins_eval.diagnosis.model.columns import coupling
 from ins_eval.diagnosis.model.geometry import apart, moved, turned
 from ins_eval.initialization import GYRO_BIAS, WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS, filtered
-from ins_eval.recording.limits import limits_of
+from ins_eval.limits import limits_of
 from ins_eval.strapdown import SAMPLES_PER_STEP
 from ins_eval.units import DEG, DEG_PER_H
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ins_eval.diagnosis.model.error_model import ErrorModel
     from ins_eval.diagnosis.model.null import Believed
     from ins_eval.diagnosis.model.observations import Observations
@@ -95,7 +97,7 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
         here = Settled(believed.start, believed, believed, *bias, found.walks, found.fix_scale)
     else:
         believed = null.begun_at(recording, before.navigated.start, folder)
-        states = [before.navigated.start, *before.navigated.arcs]
+        states = [before.navigated.start, *_on_steps(before.navigated.arcs, believed.time_s)]
         here = replace(before, stated=believed.start, believed=believed)
     here = _navigated(here, states)
     for _ in range(ROUNDS if before is None else ROUNDS_AGAIN):
@@ -104,7 +106,8 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
             replace(moved(one, -error[:3], -error[3:6]), attitude_rad=turned(one.attitude_rad, error[6:]))
             for one, error in zip([here.navigated.start, *here.navigated.arcs], begins, strict=True)
         ]
-        here = replace(here, force_bias=here.force_bias + mean[:3], gyro_bias=here.gyro_bias + mean[3:])
+        biases = {"force_bias": here.force_bias + mean[:3], "gyro_bias": here.gyro_bias + mean[3:]}
+        here = replace(here, navigated=here.believed, **biases)
         here = _navigated(here, states)
         if (np.abs(begins) < STEADY * sigma).all():
             break
@@ -122,6 +125,13 @@ def _begins(believed: Believed, found: Initialization) -> np.ndarray:
     step_s = SAMPLES_PER_STEP * float(np.median(np.diff(believed.time_s)))
     rows = SAMPLES_PER_STEP * max(1, round(length_s / step_s))
     return believed.time_s[rows - 1 : -rows // 2 : rows]
+
+
+def _on_steps(arcs: Sequence[Start], time_s: np.ndarray) -> list[Start]:
+    """The same states at the ends of steps of samples at `time_s` (n,): another clock puts those elsewhere."""
+    ends_s = time_s[SAMPLES_PER_STEP - 1 :: SAMPLES_PER_STEP]
+    nearest = np.searchsorted(0.5 * (ends_s[1:] + ends_s[:-1]), [one.time_s for one in arcs])
+    return [replace(one, time_s=float(ends_s[k])) for one, k in zip(arcs, nearest, strict=True)]
 
 
 def _navigated(here: Settled, states: list[Start]) -> Settled:

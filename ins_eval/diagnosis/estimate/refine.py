@@ -3,7 +3,10 @@
 First-order responses hold while an effect is small. So what was found is taken off in the full mechanization, the
 residual and all columns are made anew around it, and what was taken off is added back to the sums linearly, so that
 every prior stays around the belief. Done until the coefficients stay; then they and their intervals are those of the
-nonlinear problem (Gauss-Newton).
+nonlinear problem (Gauss-Newton). A step after which the recordings are less probable than before it led past what is
+linear: it is halved, or, where no part of it is better, left out.
+
+Source: Nocedal and Wright 2006, Numerical Optimization, 3.1 and 10.3 (damped Gauss-Newton).
 """
 
 from __future__ import annotations
@@ -27,7 +30,10 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.model.library import Candidate
     from ins_eval.effects.effect import Parameter
 
-TURNS = 3  # times that the recordings are navigated at most
+TURNS = 3  # whole steps at most
+NAVIGATED = 12  # times that the recordings are navigated at most
+HALVINGS = 5  # of one step
+LESS = 3.0  # nats by which recordings may become less probable: what rounding and a moved measurement do
 SAME, SAME_S, SAME_SHARE = 0.02, 2.0, 0.05
 STEADY = 0.3  # sigmas that a coefficient may still move
 ZOOMS = (1.0, 0.3, 0.1)  # half width of the values tried, in steps of the first grid
@@ -65,42 +71,110 @@ class RefinedFit:
     bent: np.ndarray
 
 
-def refine(cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted]) -> RefinedFit:
-    """Gauss-Newton on the effects of `model`, from what was found without it.
+def refine(
+    cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted], point: np.ndarray | None = None
+) -> RefinedFit:
+    """Gauss-Newton on the effects of `model`, from coefficients `point` (k,) or from the belief.
 
     Raises Impossible where an effect outgrows what sensors have, or the recordings cannot be navigated with it.
     """
     original = tuple(cases)
     model = tuple(again(one, original) for one in model)  # they may come from other navigated recordings
-    point, fitted = np.zeros(len(model)), tuple(fitted)
+    point, fitted = np.zeros(len(model)) if point is None else point, tuple(fitted)
     cases, fixed = original, np.array([one.candidate.name.startswith("earth.") for one in model])
     noise = [case.noise for case in original]  # what is white is read off once: else no two fits could be compared
     if fixed.any():  # there is nothing between a term that is there and one that is not
-        point = np.where(fixed, [one.candidate.centre for one in model], 0.0)
+        point = np.where(fixed, [one.candidate.centre for one in model], point)
         cases, model = _navigated(original, model, point)
         noise = [case.noise for case in cases]
         fitted = tuple(fit_noise(cases, model, [one.noise_point for one in fitted]))
-    for _ in range(TURNS):
-        at, moved = _Point(cases, model, point, fitted), list(model)
+    elif point.any():
+        cases, model = _navigated(original, model, point, noise)
+    at, steps = _Point(cases, model, point, fitted), _Steps(original, noise)
+    while steps.left:
+        moved = list(at.taken)
         for k in range(len(model)):
             moved[k] = _placed(at, moved, k).effect
-        mean, sigma = at.estimate(moved)
-        same = all(_alike(a, b) for a, b in zip(model, moved, strict=True))
-        steady = same and bool((np.abs(mean - point) < STEADY * sigma)[~fixed].all())
-        if steady:
+        mean, sigma, scales = at.estimate(moved)
+        same = all(_alike(a, b) for a, b in zip(at.taken, moved, strict=True))
+        if same and bool((np.abs(mean - at.point) < STEADY * sigma)[~fixed].all()):
             break
-        model = tuple(moved)
-        point = np.where(fixed, point, mean)
-        for one, size in zip(model, point, strict=True):
-            if abs(size) > one.candidate.largest:
-                raise Impossible(one.key)
-        cases, model = _navigated(original, model, point, noise)
+        there = steps.take(at, tuple(moved), np.where(fixed, at.point, mean), scales)
+        if there is None:
+            break
+        at = there
+    cases, model, point = at.cases, at.taken, at.point
     scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
     fitted = tuple(fit_noise(cases, scaled, [one.noise_point for one in fitted]))
     at = _Point(cases, model, point, fitted)  # at the noise of the answer
     placed = [_placed(at, model, k) for k in range(len(model))]
     bent = sum((one.bent for one in placed), np.zeros(len(model)))
     return RefinedFit(cases, model, point, fitted, tuple(one.spread for one in placed), bent)
+
+
+class _Steps:
+    """Steps from point to point at one noise: each is halved until recordings and prior are more probable after it."""
+
+    def __init__(self, original: tuple[Case, ...], noise: Sequence[NoiseModel]):
+        self.original, self.noise = original, noise
+        self.whole = self.navigated = 0
+
+    @property
+    def left(self) -> bool:
+        return self.whole < TURNS and self.navigated < NAVIGATED
+
+    def take(self, at: _Point, model: tuple[Hypothesis, ...], to: np.ndarray, scales: np.ndarray) -> _Point | None:
+        """The point `to` (k,) of `model`, or the first on the way back to `at` that is more probable than that.
+
+        None where there is none: then `at` is the best. From the belief the least bad is taken. Raises Impossible
+        where an effect outgrows what sensors have, or the recordings cannot be navigated with it.
+        """
+        tried: list[tuple[float, _Point]] = []
+        failed: Impossible | None = None
+        for halvings in range(HALVINGS):
+            point = at.point + 0.5**halvings * (to - at.point)
+            try:
+                there = self._at(model, point, at.fitted)
+            except Impossible as error:
+                failed = failed or error
+                continue
+            tried.append((_more_probable(at, there, scales), there))
+            if tried[-1][0] > -LESS:
+                self.whole += halvings == 0
+                return there
+        if not tried:
+            raise failed or Impossible(model[0].key)
+        if at.point.any():
+            return None
+        self.whole = TURNS
+        return max(tried, key=lambda one: one[0])[1]
+
+    def _at(self, model: tuple[Hypothesis, ...], point: np.ndarray, fitted: tuple[Fitted, ...]) -> _Point:
+        for one, size in zip(model, point, strict=True):
+            if abs(size) > one.candidate.largest:
+                raise Impossible(one.key)
+        self.navigated += 1
+        return _Point(*_navigated(self.original, model, point, self.noise), point, fitted)
+
+
+def _more_probable(at: _Point, there: _Point, scales: np.ndarray) -> float:
+    """By how many nats recordings and coefficients are more probable `there` than `at`, with `scales` (k,) of a prior.
+
+    On the measurements that both have; where the nodes differ, as if there were as many of them there.
+    """
+    centre = np.array([one.candidate.centre for one in there.taken])
+    less = np.where(centre == 0.0, at.point**2 - there.point**2, 0.0) / (2.0 * scales**2)
+    gain = float(less.sum())
+    for before, after, one in zip(at.cases, there.cases, at.fitted, strict=True):
+        known = [np.isfinite(case.seen.residual) for case in (before, after)]
+        if known[0].shape == known[1].shape:
+            known = [known[0] & known[1]] * 2
+        heights = []
+        for case, here in zip((before, after), known, strict=True):
+            seen = replace(case.seen, residual=np.where(here, case.seen.residual, np.nan))
+            heights.append(sums([replace(case, seen=seen)], [one.noise_point], []).log_null)
+        gain += heights[1] * np.count_nonzero(known[0]) / max(np.count_nonzero(known[1]), 1) - heights[0]
+    return gain if np.isfinite(gain) else -np.inf
 
 
 def _navigated(
@@ -185,13 +259,13 @@ class _Point:
         here = sums(self.cases, [one.noise_point for one in self.fitted], [*asked, *self.taken], taken)
         return here.normal[:n, :n], here.projection[:n]
 
-    def estimate(self, model: Sequence[Hypothesis]) -> tuple[np.ndarray, np.ndarray]:
-        """Coefficients (n,) of `model` and their sigma."""
+    def estimate(self, model: Sequence[Hypothesis]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Coefficients (n,) of `model`, their sigma and the scales of their prior."""
         a, b = self.sums(model)
         centre = np.array([one.candidate.centre for one in model])
         _, scales = log_bayes_factor(a, b, centre)
         mean, covariance = posterior(a, b, centre, scales)
-        return mean, np.sqrt(np.diag(covariance))
+        return mean, np.sqrt(np.diag(covariance)), scales
 
 
 def _alike(a: Hypothesis, b: Hypothesis) -> bool:
