@@ -66,13 +66,18 @@ class Finding:
 
 
 def channel_scores(
-    expected: np.ndarray, observed: np.ndarray, factors: np.ndarray, floor: np.ndarray, offset: float = 0.0
+    expected: np.ndarray,
+    observed: np.ndarray,
+    factors: np.ndarray,
+    floor: np.ndarray,
+    offset: float = 0.0,
+    explained: float = EXPLAINED,
 ) -> np.ndarray:
     """log L (a, 3, 3, 2, s) of channel i read from column j with either sign and each of s factors.
 
     `expected` and `observed` are (a, n, 3) under each of a further alternatives, `floor` (3,) the smallest sigma, and
     `offset` the sigma of the constant that every channel may have, at its best under each alternative. Zero throughout
-    where a channel tells nothing: too few finite rows, or no alternative explains what it should show.
+    where a channel tells nothing: too few finite rows, or no alternative leaves less than the share `explained`.
     """
     signed = np.stack([factors, -factors])
     scores = np.zeros((len(expected), 3, 3, 2, len(factors)))
@@ -93,7 +98,7 @@ def channel_scores(
         size = np.where(shown[..., 0] < floor[i], np.inf, size)  # too little to be told from noise
         best = np.unravel_index(np.argmin(np.round(size, 6)), size.shape)  # the first of equals
         sized = _of_that_size(wanted[best[0]].ravel(), residual[best] * shown[best[0]].item())
-        if not size[best] < EXPLAINED or not sized:
+        if not size[best] < explained or not sized:
             continue
         least = float(floor[i]) / float(shown[best[0]].item())
         sigma = max(float(size[best]), least)

@@ -19,6 +19,7 @@ from ins_eval.earth import gravity
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.consistency.alternatives import (
     CHANGED,
+    EXPLAINED,
     LIKELY,
     MATRICES,
     UNIT_PRIOR,
@@ -54,6 +55,7 @@ MOVING_MPS = 3.0
 FEWEST_FIXES = 20
 ATTITUDE_STEP_S = 0.1
 HELD_SHARE = 0.1
+IN_AIR = 0.7  # of the rate of the course, that a gyro about down may leave: a wing that rocks shows it in none
 MOST_NAMED = 3  # alternatives that the motion cannot tell apart
 LEFT_HANDED_PRIOR = 3.0  # log prior against a mirrored set of both triads; to turn one is a commoner mistake
 TURN_INTERVAL_S, FORCE_INTERVAL_S = 1.0, 1.0
@@ -76,7 +78,7 @@ def check_triads(recording: Recording) -> list[Finding]:
 def _holds(recording: Recording) -> bool:
     """Whether a channel holds one value for a tenth of the recording: it says nothing, and `validate` notes it."""
     imu = recording.imu
-    for values in np.column_stack([imu.gyro, imu.accelerometer]).T:
+    for values in (*imu.gyro.T, *imu.accelerometer.T):
         rows = changes(values, recording.interval_s)
         if np.diff(np.concatenate([[-1], rows, [len(values) - 1]])).max() > HELD_SHARE * len(values):
             return True
@@ -187,7 +189,9 @@ def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table:
     def seen(name: str, expected: np.ndarray) -> np.ndarray:
         return _synchronous(expected, lambda o: integrals.rates(name, at_s[first] - o, at_s[last] - o))
 
-    by_rate = order_scores(channel_scores(rate[None], seen("angle", rate)[None], RATE_FACTORS, RATE_FLOOR, GYRO_OFFSET))
+    left = EXPLAINED if wheels else IN_AIR
+    angle = seen("angle", rate)[None]
+    by_rate = order_scores(channel_scores(rate[None], angle, RATE_FACTORS, RATE_FLOOR, GYRO_OFFSET, left))
     observed = seen("velocity", force)
     by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR))
     arm_m = np.asarray(getattr(recording.belief, table).lever_arm_m, dtype=float)

@@ -74,9 +74,9 @@ def integrated(recording: Recording) -> Integrals | None:
     kept = slice(None, None, max(1, int(STEP_S / max(float(np.median(np.diff(time_s))), 1e-9) + 1e-6)))
 
     def summed(increments: np.ndarray) -> np.ndarray:
-        return np.ascontiguousarray(np.vstack([np.zeros((1, 3)), np.cumsum(increments, axis=0)])[kept].T)
+        return np.stack([np.append(0.0, np.cumsum(column))[kept] for column in increments.T])
 
-    return Integrals(time_s[kept], summed(imu.gyro), summed(imu.accelerometer * per_unit))
+    return Integrals(time_s[kept], summed(imu.gyro), summed(imu.accelerometer) * per_unit[:, None])
 
 
 def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: np.ndarray) -> np.ndarray | None:
@@ -102,19 +102,20 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: 
     first, last = rows[:, :-1], rows[:, 1:]
     wanted = velocity_n[last] - velocity_n[first]
     wanted[:, :, 2] -= down * (at_s[last] - at_s[first])
-    index = _best_clock(turned, at_s[rows], grid_s, wanted)
+    starts = _best_clock(turned, at_s[rows], grid_s, wanted), _at_clock(0.0, at_s[rows], grid_s, 2 * len(turned))
     parts = []
-    for sign, at in zip((1.0, -1.0), np.split(index, 2), strict=True):  # a mirrored set of accelerometers
-        for _ in range(CLOCKS):
-            slope = _slopes(attitude, angle, sign * turned, at)
-            here = np.arange(len(at))[:, None, None], np.arange(len(rows))[None, :, None], at
-            fit = _fitted(np.diff(sign * turned[here], axis=2), slope, wanted, arm_m)
-            ahead = np.rint(fit[2] / STEP_S).astype(int)[:, None, None]
-            at = (at + ahead).clip(0, turned.shape[2] - 1)
-        parts.append(fit[:2])
+    for start in starts:  # the offset that rotations alone like best is a wrong one where the vehicle rocks
+        for sign, at in zip((1.0, -1.0), np.split(start, 2), strict=True):  # a mirrored set of accelerometers
+            for _ in range(CLOCKS):
+                slope = _slopes(attitude, angle, sign * turned, at)
+                here = np.arange(len(at))[:, None, None], np.arange(len(rows))[None, :, None], at
+                fit = _fitted(np.diff(sign * turned[here], axis=2), slope, wanted, arm_m)
+                ahead = np.rint(fit[2] / STEP_S).astype(int)[:, None, None]
+                at = (at + ahead).clip(0, turned.shape[2] - 1)
+            parts.append(fit[:2])
     squares, log_prior = (np.concatenate(part) for part in zip(*parts, strict=True))
     log = _window_scores(squares, log_prior, wanted[0].size - 3.0)
-    return log.reshape(2, len(RELATIVE_FACTORS), 48).transpose(0, 2, 1)
+    return log.reshape(len(starts), 2, len(RELATIVE_FACTORS), 48).max(axis=0).transpose(0, 2, 1)
 
 
 def _windows(integrals: Integrals, at_s, velocity_n):
@@ -184,12 +185,18 @@ def _cross(vector: np.ndarray) -> np.ndarray:
     return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*vector.shape, 3)
 
 
+def _at_clock(offset_s: float, row_s: np.ndarray, grid_s: np.ndarray, count: int) -> np.ndarray:
+    """Rows of the grid (count, w, m) at one offset of the clocks."""
+    at = np.rint((row_s - offset_s - grid_s[:, :1]) / STEP_S).astype(int)
+    return np.broadcast_to(at, (count, *at.shape)).copy()
+
+
 def _best_clock(turned: np.ndarray, row_s: np.ndarray, grid_s: np.ndarray, wanted: np.ndarray):
     """Rows of the grid (2 g, w, m) at the offset of the clocks that fits each alternative best by rotations alone."""
     w = len(row_s)
     best = index = None
     for offset_s in OFFSETS_S[np.abs(OFFSETS_S) < MARGIN_S]:
-        at = np.rint((row_s - offset_s - grid_s[:, :1]) / STEP_S).astype(int)
+        at = _at_clock(offset_s, row_s, grid_s, 1)[0]
         felt = np.diff(turned[:, np.arange(w)[:, None], at], axis=2)
         product = np.swapaxes(wanted, 1, 2) @ felt
         values = np.linalg.svd(product, compute_uv=False)
