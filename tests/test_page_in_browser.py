@@ -150,7 +150,7 @@ def test_a_complaint_is_seen(tmp_path: Path, name: str) -> None:
         '<img srcset="https://example.org/x.png 2x">',
         '<link rel="stylesheet" href="page.css">',
         '<svg><image xlink:href="//example.org/x.png"/></svg>',
-        '<p style="background: url(\'x.png\')"></p>',
+        "<p style=\"background: url('x.png')\"></p>",
         "<style>@import 'x.css';</style>",
     ],
 )
