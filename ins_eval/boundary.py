@@ -17,6 +17,9 @@ from ins_eval.errors import DataRefused, StorageError, UsageError
 GIB = 1 << 30
 # bytes of a file, packed or not, and of all that comes out of it: 24 h at 200 Hz as text of 100 characters are 1.6 GiB
 LARGEST_BYTES = 2 * GIB
+# of a deflated file what it may unpack to, whatever its size, and otherwise how many times its size; text of a sensor
+# unpacks to five times, a column of one value to a thousand times
+UNSUSPECTED_BYTES, LARGEST_RATIO = 1 << 28, 100
 LARGEST_TEXT_BYTES = 2 << 20  # of a file that a person writes: TOML, Python; the largest shipped one has 30 kB
 BYTES_A_STEP = 1 << 24
 GZIP = b"\x1f\x8b"
@@ -76,7 +79,7 @@ def archive(path: Path, expected: str) -> dict[str, bytes]:
     try:
         with zipfile.ZipFile(io.BytesIO(raw)) as packed:
             members = [member for member in packed.infolist() if not member.is_dir()]
-            check_unpacked(path, sum(member.file_size for member in members))
+            check_unpacked(path, sum(member.file_size for member in members), len(raw))
             return {Path(member.filename).name: packed.read(member) for member in members}
     except (DataRefused, MemoryError):
         raise
@@ -84,24 +87,26 @@ def archive(path: Path, expected: str) -> dict[str, bytes]:
         raise DataRefused(f"{path}: cannot be unpacked as zip, expected {expected}; copy the file again") from None
 
 
-def check_unpacked(path: Path, size: float) -> None:
-    """Refuse what would unpack to more than `LARGEST_BYTES`; `size` in bytes, of all that comes out of the file."""
-    if size > LARGEST_BYTES:
-        raise DataRefused(f"{path}: unpacks to more than {_size(LARGEST_BYTES)}; give a smaller part")
+def check_unpacked(path: Path, size: float, packed: int = LARGEST_BYTES) -> None:
+    """Refuse what would unpack to too much; `size` of all that comes out of the file and its own `packed`, in bytes."""
+    most = min(LARGEST_BYTES, max(UNSUSPECTED_BYTES, LARGEST_RATIO * packed))
+    if size > most:
+        raise DataRefused(f"{path}: unpacks to more than {_size(most)}; give a smaller part")
 
 
-def inflated(path: Path, packed: bytes | memoryview, window: int, before: int = 0) -> tuple[bytes, bytes]:
-    """One deflated stream unpacked, and what follows it; `before`: bytes that the file unpacked to already.
+def inflated(path: Path, stream: bytes | memoryview, window: int, before: int, packed: int) -> tuple[bytes, bytes]:
+    """One deflated stream unpacked, and what follows it.
 
-    Raises zlib.error for a damaged stream.
+    `before`: bytes that the file unpacked to already; `packed`: those of the whole file. Raises zlib.error for a
+    damaged stream.
     """
     unpacker = zlib.decompressobj(wbits=window)
-    parts, size, rest = [], before, bytes(packed)
+    parts, size, rest = [], before, bytes(stream)
     while not unpacker.eof:
         part = unpacker.decompress(rest, BYTES_A_STEP)
         rest = unpacker.unconsumed_tail
         size += len(part)
-        check_unpacked(path, size)
+        check_unpacked(path, size, packed)
         if not part and not rest and not unpacker.eof:
             raise zlib.error("cut short")
         parts.append(part)
@@ -110,9 +115,10 @@ def inflated(path: Path, packed: bytes | memoryview, window: int, before: int = 
 
 def _gunzipped(path: Path, raw: bytes) -> bytes:
     parts: list[bytes] = []
+    packed = len(raw)
     try:
         while raw.startswith(GZIP):  # a file may hold several streams
-            part, raw = inflated(path, raw, GZIP_WINDOW, sum(map(len, parts)))
+            part, raw = inflated(path, raw, GZIP_WINDOW, sum(map(len, parts)), packed)
             parts.append(part)
     except zlib.error as failure:
         raise DataRefused(f"{path}: cannot be unpacked ({failure}), expected gzip; copy the file again") from None

@@ -64,7 +64,7 @@ def _visit(path: Path, expected: str, take: Callable[[memoryview, str], None]) -
             raise ValueError("no mark of the byte order")
         for kind, data in _elements(memoryview(raw)[HEADER_BYTES:], order):
             if kind == COMPRESSED:
-                data = memoryview(inflated(path, data, ZLIB_WINDOW, unpacked)[0])
+                data = memoryview(inflated(path, data, ZLIB_WINDOW, unpacked, len(raw))[0])
                 unpacked += len(data)
                 kind, data = next(_elements(data, order))
             if kind == MATRIX:

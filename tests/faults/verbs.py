@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import gzip
 import io
-import resource
 import shutil
 import signal
 import time
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,11 +20,13 @@ from ins_eval.cli import main
 from ins_eval.digital_loop.parameters import find as loop_preset
 from ins_eval.recording import form
 from tests.faults.conftest import SHORT
-from tests.faults.mutations import mutated
+from tests.faults.mutations import moved, mutated
 from tests.faults.parked import parked, rewritten
+from tests.recording.readers.conftest import CSV_MAPPING, csv_rows, drive, psins_mat
 
 BEYOND_NORMAL_S = 2.0  # of processor time
 LARGEST_KIB = 1_500_000_000 // 1024  # of memory beyond what stood there before
+MOVED = 0.1  # share of the descriptions of a recording
 HANG_S = 120  # of the wall clock, on a busy machine
 KINDS = ("accepted", "refused", "defect", "slow", "large", "hang")
 
@@ -82,7 +85,13 @@ def verbs(folder: Path) -> dict[str, Verb]:
     belief = b"[gps]\nlever_arm_m = [0.1, 0.0, 0.0]\n[gyro]\nbias_radps = [0.0, 0.0, 0.0]\n[accelerometer]\n"
     model = {"model.toml": (folder / "model.toml").read_bytes()}
     chamber = _files(folder / "chamber", "chamber/")
+    log = {"log.csv": gzip.compress(csv_rows(drive(10.0, 60.0)), mtime=0), "log.toml": CSV_MAPPING.encode()}
     made = {
+        "import": Verb(log, lambda at: ["import", "csv", f"{at / 'log.csv'}", "-o", f"{at / 'out'}"]),
+        "import, mat": Verb(
+            {"log.mat": psins_mat(rate_hz=10.0, lasted_s=60.0)},
+            lambda at: ["import", "psins-mat", f"{at / 'log.mat'}", "-o", f"{at / 'out'}"],
+        ),
         "evaluate": Verb(unit, lambda at: ["evaluate", f"{at / 'unit'}", "--output", f"{at / 'out'}", "--quiet"]),
         "evaluate, belief": Verb(
             unit | {"belief.toml": belief},
@@ -96,7 +105,12 @@ def verbs(folder: Path) -> dict[str, Verb]:
             _files(folder / "led", "led/"),
             lambda at: ["compare", f"{at / 'led'}", "--output", f"{at / 'out'}", "--quiet"],
         ),
-        "diagnose": Verb(unit, lambda at: ["diagnose", f"{at / 'unit'}", "--json", f"{at / 'out.json'}", "--quiet"]),
+        "diagnose": Verb(
+            unit,
+            lambda at: [
+                *("diagnose", f"{at / 'unit'}", "--json", f"{at / 'out.json'}", "--report", f"{at / 'out'}", "--quiet"),
+            ],
+        ),
         "diagnose, chamber": Verb(
             chamber, lambda at: ["diagnose", f"{at / 'chamber'}", "--json", f"{at / 'out.json'}", "--quiet"]
         ),
@@ -118,32 +132,48 @@ def verbs(folder: Path) -> dict[str, Verb]:
         ),
         "check-model": Verb(model, lambda at: ["check-model", f"{at / 'model.toml'}"]),
     }
-    return {name: replace(verb, normal_s=_normal_s(verb, folder / "sound")) for name, verb in made.items()}
+    return {name: replace(verb, normal_s=normal_s(verb, folder / "sound")) for name, verb in made.items()}
 
 
-def damaged(verb: Verb, folder: Path, rng: np.random.Generator) -> Outcome:
-    """The verb on one of its files damaged."""
-    name = list(verb.files)[int(rng.integers(len(verb.files)))]
-    _written(verb.files | {name: mutated(name, verb.files[name], rng)}, folder)
-    before_kib, began = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
+def damaged(verb: Verb, folder: Path, rng: np.random.Generator, only: str = "") -> Outcome:
+    """The verb on one of its files damaged, or on a recording that was made somewhere else; `only` names the file."""
+    name = only or list(verb.files)[int(rng.integers(len(verb.files)))]
+    if (
+        name.endswith("/recording.toml")
+        and "start" in tomllib.loads(verb.files[name].decode())
+        and rng.random() < MOVED
+    ):
+        _written(moved(verb.files, rng), folder)
+    else:
+        _written(verb.files | {name: mutated(name, verb.files[name], rng)}, folder)
+    before_kib, began = _peak_kib(afresh=True), time.process_time()
     code, said = _run(verb.arguments(folder))
     took_s = time.process_time() - began
     if code == "hang":
         return Outcome("hang", said, name)
     if code not in (0, 1, 2, 3, 4) or (code and not _one_sentence(said)):
         return Outcome("defect", said, name)
-    if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kib > LARGEST_KIB:
+    if _peak_kib() - before_kib > LARGEST_KIB:
         return Outcome("large", said, name)
     if took_s > 2.0 * verb.normal_s + BEYOND_NORMAL_S:
         return Outcome("slow", f"{took_s:.1f} s for {verb.normal_s:.1f} s: {said}", name)
     return Outcome("refused" if code else "accepted", said, name)
 
 
+def _peak_kib(afresh: bool = False) -> int:
+    """The most memory that this process held; from now on if `afresh`."""
+    if afresh:
+        Path("/proc/self/clear_refs").write_text("5")
+    (line,) = [line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM")]
+    return int(line.split()[1])
+
+
 def _one_sentence(said: str) -> bool:
     return said.startswith("ins-eval: ") and said.count("\n") == 1 and said[:-1].isprintable()
 
 
-def _normal_s(verb: Verb, folder: Path) -> float:
+def normal_s(verb: Verb, folder: Path) -> float:
+    """How long the verb takes on its sound files, which it accepts."""
     _written(verb.files, folder)
     began = time.process_time()
     code, said = _run(verb.arguments(folder))
