@@ -1,4 +1,4 @@
-"""The verb: text, JSON and page of a diagnosis."""
+"""The verb and what it shows: text, JSON and page, the disturbance of a channel and the gain of an effect."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import ins_eval as ie
 from ins_eval.commands import diagnose
 from ins_eval.diagnosis.answer.answer import answer
+from ins_eval.diagnosis.answer.nonparametric import disturbances, located
+from ins_eval.diagnosis.answer.summary import basis, before_after, evidence, limits
 from ins_eval.diagnosis.answer.verdict import (
     EXPLAINED,
     NO_MISMATCH,
@@ -23,15 +26,18 @@ from ins_eval.diagnosis.answer.verdict import (
     Withdrawn,
     channel_of,
 )
+from ins_eval.diagnosis.estimate.case import prepare
 from ins_eval.diagnosis.estimate.study import Hypothesis
 from ins_eval.diagnosis.model.columns import Column
 from ins_eval.diagnosis.model.library import Candidate
 from ins_eval.diagnosis.policy import Policy
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
+from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
-from ins_eval.units import DEG_PER_H, NMI
+from ins_eval.units import DEG_PER_H, HOUR, NMI, UG
+from tests.diagnosis.conftest import RATE_HZ
 
 # of docs/answer.md
 KEYS = {"format", "verdict", "mismatch", "effects", "indistinguishable", "unexplained", "withdrawn", "fit"}
@@ -45,12 +51,16 @@ VERDICTS = {"no mismatch", "explained", "not identifiable", "partly explained", 
 CHANNELS = {f"{sensor}.{axis}" for sensor in ("accelerometer", "gyro") for axis in "xyz"} | {
     "temperature", "gps.position", "gps.velocity", "reference.attitude", "navigation", "clock", "recording"
 }  # fmt: skip
+BURST_DEG_PER_H, BURST_S = 0.3, (1200.0, 2400.0)
+DRIFT_DEG_PER_H2 = 0.5
+SHARE = 0.15  # by which what data find by themselves may differ from what was put in
+EPOCH_SHARE = 1e-3  # what turning within an epoch takes from a drive
 WORSE = 1.1  # held-out ratio of an effect that does harm
 
 
 @pytest.fixture(scope="module")
 def parked(ideal_recording, tmp_path_factory):
-    """An hour at rest, and the same with a gyro that changes its bias for a while, as folders."""
+    """Folders of an hour at rest: sound, with a gyro x that is off for a while, and with one that drifts."""
     whole = ideal_recording("oven")
     rows = whole.imu.time_s <= 3600.0
     imu = replace(
@@ -60,17 +70,24 @@ def parked(ideal_recording, tmp_path_factory):
         accelerometer=whole.imu.accelerometer[rows],
         height_baro_m=None,
     )
-    gyro = imu.gyro.copy()
-    wrong = (imu.time_s > 1200.0) & (imu.time_s <= 2400.0)
-    gyro[wrong, 0] += 0.3 * DEG_PER_H / 20.0
+    time_s = imu.time_s
+    errors = {
+        "sound": np.zeros(time_s.size),
+        "broken": BURST_DEG_PER_H * ((time_s > BURST_S[0]) & (time_s <= BURST_S[1])),
+        "drifting": DRIFT_DEG_PER_H2 * (time_s - whole.start.time_s) / HOUR,
+    }
     folder = tmp_path_factory.mktemp("parked")
-    sound = form.write(replace(whole, name="sound", imu=imu), folder / "sound")
-    broken = form.write(replace(whole, name="broken", imu=replace(imu, gyro=gyro)), folder / "broken")
-    return sound, broken
+
+    def written(name: str):
+        gyro = imu.gyro.copy()
+        gyro[:, 0] += errors[name] * DEG_PER_H / RATE_HZ
+        return form.write(replace(whole, name=name, imu=replace(imu, gyro=gyro)), folder / name)
+
+    return {name: written(name) for name in errors}
 
 
 def test_a_sound_recording_has_no_mismatch(parked, tmp_path, capsys) -> None:
-    assert diagnose.run([parked[0]], json=tmp_path / "answer.json", quiet=False) == 0
+    assert diagnose.run([parked["sound"]], json=tmp_path / "answer.json", quiet=False) == 0
     answer = json.loads((tmp_path / "answer.json").read_text())
     assert set(answer) == KEYS
     assert (answer["format"], answer["verdict"], answer["mismatch"]) == ("ins-diagnosis/1", "no mismatch", [])
@@ -78,11 +95,27 @@ def test_a_sound_recording_has_no_mismatch(parked, tmp_path, capsys) -> None:
 
 
 @pytest.fixture(scope="module")
-def broken(parked, tmp_path_factory):
+def sound(parked):
+    return ie.diagnose([parked["sound"]]).found.diagnosis
+
+
+@pytest.fixture(scope="module")
+def both(parked):
+    """The diagnosis of a sound and a broken gyro together."""
+    return ie.diagnose([parked["sound"], parked["broken"]])
+
+
+@pytest.fixture(scope="module")
+def drifting(parked):
+    return ie.diagnose([parked["drifting"]]).found.diagnosis
+
+
+@pytest.fixture(scope="module")
+def broken(both, tmp_path_factory):
     """The answer for both folders, and where its page is."""
     folder = tmp_path_factory.mktemp("answer")
-    diagnose.run(list(parked), json=folder / "answer.json", report=folder / "report", quiet=True)
-    return json.loads((folder / "answer.json").read_text()), folder / "report"
+    both.write(folder / "report", quiet=True)
+    return both.found.answer, folder / "report"
 
 
 def test_a_broken_gyro_is_located_beside_a_sound_recording(broken) -> None:
@@ -91,9 +124,9 @@ def test_a_broken_gyro_is_located_beside_a_sound_recording(broken) -> None:
     assert found["verdict"] in (PARTLY, UNEXPLAINED)
     first = found["mismatch"][0]
     assert (first["recording"], first["channel"]) == ("broken", "gyro.x")
-    assert first["interval_s"] == pytest.approx([1200.0, 2400.0], abs=60.0)
+    assert first["interval_s"] == pytest.approx(list(BURST_S), abs=60.0)
     assert found["unexplained"]["channel"] == "gyro.x"
-    assert found["unexplained"]["interval_s"] == pytest.approx([1200.0, 2400.0], abs=60.0)
+    assert found["unexplained"]["interval_s"] == pytest.approx(list(BURST_S), abs=60.0)
     assert found["unexplained"]["significance_sigma"] > 5.0
 
 
@@ -109,6 +142,68 @@ def test_the_page_of_a_broken_gyro(broken) -> None:
     words = (broken[1] / "report.txt").read_text()
     assert "Gyro x of broken" in words
     assert (broken[1] / "figures" / "whitened_residuals_2.svg").is_file()
+
+
+def test_a_sound_recording_has_evidence_and_limits_but_nothing_located(sound) -> None:
+    found = sound
+    assert found.verdict == NO_MISMATCH
+    of = basis(found)
+    places = evidence(of, None)
+    assert places[0].log_bayes_factor < of.space.cost
+    assert not any(one.named for one in places)
+    assert located(found) is None
+    assert before_after(found, 0) is None
+    assert len(limits(of)) == len(places)
+
+
+def test_what_nothing_explains_is_found_in_size_and_time(both) -> None:
+    found = both.found.diagnosis
+    found = replace(found, effects=(), linearisation=None, unnamed=replace(found.unnamed, mismatch=found.mismatches[0]))
+    one = located(found)
+    assert (one.channel, one.unit) == ("gyro.x", "deg/h")
+    assert not np.isfinite(one.effect).any()
+    inside = (one.time_s > BURST_S[0] + 120.0) & (one.time_s < BURST_S[1] - 120.0)
+    outside = (one.time_s < BURST_S[0] - 120.0) | (one.time_s > BURST_S[1] + 120.0)
+    height = one.mean[inside].mean() - one.mean[outside].mean()
+    assert height == pytest.approx(BURST_DEG_PER_H, rel=SHARE)
+
+
+def test_an_effect_lies_along_what_data_find(drifting) -> None:
+    found = drifting
+    assert found.verdict == EXPLAINED
+    effect = found.effects[0]
+    assert (effect.hypothesis.candidate.name, effect.hypothesis.candidate.axis) == ("gyro.bias_drift", "x")
+    places = evidence(basis(found), effect)
+    assert [one.named for one in places[:2]] == [True, False]
+    one = located(found, effect)
+    assert (one.channel, one.unit, one.drive_unit) == ("gyro.x", "deg/h", "h")
+    truth = DRIFT_DEG_PER_H2 * one.time_s / HOUR
+    np.testing.assert_allclose(one.drive, one.time_s / HOUR, atol=0.01)
+    np.testing.assert_allclose(one.effect, truth, atol=SHARE * truth.max())
+    np.testing.assert_allclose(one.mean, truth, atol=SHARE * truth.max())
+
+
+def test_the_residual_falls_with_the_effect_and_one_noise(drifting) -> None:
+    before, after = before_after(drifting, 0)
+    squares = [float(np.nansum(e**2)) for e in (before, after)]
+    assert squares[1] < 0.5 * squares[0]
+
+
+def test_a_column_is_the_error_of_its_own_sensor(flight) -> None:
+    case = prepare(flight)
+    one = case.member("accelerometer.bias", "z", {})
+    driven, measured = disturbances(case, one.column)
+    np.testing.assert_allclose(driven[:, 2], one.nominal * UG, rtol=EPOCH_SHARE)
+    assert np.abs(driven[:, [0, 1]]).max() < 0.1 * one.nominal * UG  # nothing but turning within an epoch
+    assert not measured.any()
+
+
+def test_the_missing_rotation_of_the_earth_is_what_three_gyros_feel(flight) -> None:
+    case = prepare(flight)
+    one = case.member("earth.rotation", None, {})
+    driven, _ = disturbances(case, one.column)
+    felt = np.linalg.norm(driven[:, 3:], axis=1) / one.nominal
+    np.testing.assert_allclose(felt, EARTH_RATE, rtol=0.02)
 
 
 def test_a_file_is_sent_to_import(tmp_path) -> None:

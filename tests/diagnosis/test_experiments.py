@@ -33,12 +33,12 @@ from ins_eval.diagnosis.model.observations import nodes, observe, sources
 from ins_eval.diagnosis.policy import Policy
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.imu import Mission
-from ins_eval.profile import Place, Profile, SpeedChange, Thermal
+from ins_eval.profile import Place, Profile, SpeedChange, Thermal, load
 from ins_eval.recording import Imu, Recording, Start
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, BiasBelief, EarthBelief, ScaleBelief
 from ins_eval.units import DEG, UG
 from tests.beliefs import navigation_grade
-from tests.diagnosis.conftest import RATE_HZ, ideal, mission
+from tests.diagnosis.conftest import RATE_HZ, ideal
 
 DRAWS = 500
 CLOSE_NATS = 0.4  # of the average over draws: its own scatter, and the log of a mean against the mean of logs
@@ -118,9 +118,11 @@ def parked(rotation: bool = True) -> Recording:
 @cache
 def oven() -> Recording:
     """The simulator's oven, with its thermometer."""
-    keep = mission("oven").increments.time_s > 0.5 / RATE_HZ
-    made = ideal("oven")
-    return noisy(replace(made, kind="oven", imu=replace(made.imu, temperature_c=mission("oven").reading_c[keep])))
+    run = Mission(load("oven"), CHEAP_HZ)
+    made, keep = run.ideal(), run.increments.time_s > 0.5 / CHEAP_HZ
+    start = replace(made.start, attitude_sigma_rad=parked().start.attitude_sigma_rad)
+    imu = replace(made.imu, temperature_c=run.reading_c[keep])
+    return noisy(replace(made, kind="oven", start=start, imu=imu, reference=None))
 
 
 @cache

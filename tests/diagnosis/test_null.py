@@ -13,7 +13,7 @@ from ins_eval.units import DEG_PER_H, UG
 
 MOST_LOG_BAYES_FACTOR = 1.0
 SIGMAS = 2.0  # of each turn-on bias
-PARKED_S = 7200.0
+PARKED_S = 3600.0
 ROUNDING_NATS = 1.0
 
 
@@ -29,7 +29,7 @@ def test_an_ideal_recording_shows_nothing(ideal_recording, name: str) -> None:
 
 
 def test_turn_on_biases_cost_a_parked_null_their_prior_and_no_more(recording_at_rest) -> None:
-    """Two hours of them make kilometres, whose products a standstill known to a millimetre would show."""
+    """An hour of them makes kilometres, whose products a standstill known to a millimetre would show."""
     parked = recording_at_rest(PARKED_S, 3, np.zeros_like)
     belief, imu = parked.belief, parked.imu
     signs, interval_s = np.array([1.0, -1.0, 1.0]), np.diff(imu.time_s, prepend=0.0)[:, None]

@@ -97,7 +97,7 @@ def creep_ug(t: np.ndarray) -> np.ndarray:
 
 def test_a_large_effect_is_no_curve_without_a_name(recording_at_rest) -> None:
     """Nothing of it is left over, so a curve over temperature, which holds it as well, only has more to pay."""
-    recording = recording_at_rest(7200.0, 1, lambda t: LARGE * (temperature(t) - 22.0), temperature)
+    recording = recording_at_rest(3600.0, 1, lambda t: LARGE * (temperature(t) - 22.0), temperature)
     (effect,) = judge([prepare(recording)]).effects
     candidate = effect.hypothesis.candidate
     assert (candidate.name.rpartition("_")[2], candidate.axis) == ("temperature", "z")  # at 1 g of bias and scale alike

@@ -13,7 +13,8 @@ from benchmark.worlds.effects import VOCABULARY as OTHERS
 from benchmark.worlds.effects import Effect
 from benchmark.worlds.instruments import Departures
 from benchmark.worlds.record import feel, measure
-from ins_eval.diagnosis.estimate.case import prepare
+from ins_eval.diagnosis.estimate.arcs import observed
+from ins_eval.diagnosis.model.null import believe
 from ins_eval.effects import VOCABULARY
 from ins_eval.recording import form
 from ins_eval.recording.belief import EffectBelief
@@ -73,8 +74,8 @@ def unit():
 
 def rms(recording) -> float:
     """Of the residual over all that was measured, in believed sigmas, of one solution from the start to the end."""
-    case = prepare(recording)
-    return float(np.sqrt(np.nanmean((case.inertial / case.seen.sigma) ** 2)))
+    _, seen = observed(believe(recording))
+    return float(np.sqrt(np.nanmean((seen.residual / seen.sigma) ** 2)))
 
 
 def test_the_names_and_units_are_those_of_the_other_maker() -> None:

@@ -91,7 +91,7 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
     """The recording in arcs along a path that the measurements allow; `before`: that of the same with other effects."""
     if before is None:
         believed, found, path = null.begin_afresh(recording, folder)
-        begins = _begins(believed, found)
+        begins = _begins(believed, _largest_gyro_bias(believed, found))
         states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
         bias = found.accelerometer_bias_mps2, found.gyro_bias_radps
         here = Settled(believed.start, believed, believed, *bias, found.walks, found.fix_scale)
@@ -114,13 +114,29 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
     return here
 
 
-def _begins(believed: Believed, found: Initialization) -> np.ndarray:
-    """Instants (s) at which arcs begin after the first: the ends of steps, as far apart as biases allow."""
-    gyro = max(
+def planned(recording: Recording, folder: str | Path = ".") -> Settled:
+    """A recording that is free of errors, in arcs along the path that is believed of it."""
+    believed = null.believe(recording, folder)
+    (path,) = null.solve(believed)
+    begins = _begins(believed, recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H)
+    states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
+    none = np.zeros(3)
+    return _navigated(
+        Settled(believed.start, believed, believed, none, none, walks=(0.0, 0.0), fix_scale=(1.0, 1.0)), states
+    )
+
+
+def _largest_gyro_bias(believed: Believed, found: Initialization) -> float:
+    """What a gyro may be off after its bias was found, rad/s."""
+    return max(
         believed.recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H,
         float(np.abs(found.gyro_bias_radps).max()),
         float(found.sigmas[GYRO_BIAS].max()),
     )
+
+
+def _begins(believed: Believed, gyro: float) -> np.ndarray:
+    """Instants (s) at which arcs begin after the first: the ends of steps, as far apart as a `gyro` bias allows."""
     length_s = float(np.clip(SMALL_RAD / gyro, SHORTEST_S, LONGEST_S))
     step_s = SAMPLES_PER_STEP * float(np.median(np.diff(believed.time_s)))
     rows = SAMPLES_PER_STEP * max(1, round(length_s / step_s))

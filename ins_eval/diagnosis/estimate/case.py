@@ -108,21 +108,20 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
     errors. A parked unit is: in hours its solution is kilometres off, while the standstill is known to a millimetre.
     """
     if recording.kind in PARKED:
-        return _in_arcs(recording, folder)
+        return _in_arcs(recording, folder, (arcs.planned if planned else arcs.settle)(recording, folder))
     believed = null.believe(recording, folder)
     if not believed.time_s.size:
         raise DataRefused(
             f"{recording.name}: no sample lies behind what the start needs, expected some to judge by; record longer"
         )
     if arcs.needed(believed) and not planned:
-        return _in_arcs(recording, folder)
+        return _in_arcs(recording, folder, arcs.settle(recording, folder))
     case = _around(believed, believed, nuisances(believed), folder)
-    return _in_arcs(recording, folder) if arcs.lost(case.seen) else case
+    return _in_arcs(recording, folder, arcs.settle(recording, folder)) if arcs.lost(case.seen) else case
 
 
-def _in_arcs(recording: Recording, folder: str | Path, before: arcs.Settled | None = None) -> Case:
-    """The case around arcs, from those `before` where there are any; start and biases are put back linearly."""
-    settled = arcs.settle(recording, folder, before)
+def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) -> Case:
+    """The case around arcs; start and biases are put back linearly."""
     uncertain = nuisances(settled.believed)
     case = _around(settled.navigated, settled.believed, uncertain, folder)
     of_start = apart(settled.stated, case.model.states, 0)
@@ -137,7 +136,8 @@ def _in_arcs(recording: Recording, folder: str | Path, before: arcs.Settled | No
     taken = np.append(taken, np.zeros(len(case.nuisances) - taken.size))
 
     def again(effects: Sequence[EffectBelief]) -> Case:
-        return _in_arcs(replace(recording, belief=with_effects(recording.belief, effects)), folder, settled)
+        believing = replace(recording, belief=with_effects(recording.belief, effects))
+        return _in_arcs(believing, folder, arcs.settle(believing, folder, settled))
 
     _, of_one = arcs.observed(replace(settled.believed, arcs=()), case.model.nodes_s)
     return replace(case, inertial=of_one.residual, taken=taken, again=again)

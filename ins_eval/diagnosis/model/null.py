@@ -145,7 +145,7 @@ def start_at(path: Solution, time_s: float) -> Start:
         float(between(path.longitude_rad)),
         float(between(path.height_m)),
         tuple(float(v) for v in between(path.velocity_n)),
-        tuple(float(a) for a in attitude.as_euler("ZYX")[::-1]),
+        tuple(float(a) for a in attitude.as_euler("ZYX", suppress_warnings=True)[::-1]),
     )
 
 
