@@ -9,11 +9,14 @@ import pytest
 
 from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.diagnosis.estimate.coarse import coarse, coarse_noise
+from ins_eval.diagnosis.estimate.evidence import Gained, mixture, sensitivity
+from ins_eval.diagnosis.estimate.slope import Slopes, slopes
 from ins_eval.diagnosis.estimate.whitening import NoiseLevels, _advance, whiten
 from ins_eval.diagnosis.model.columns import Assembled
 
-NODES, EPOCHS = 30, 29
+NODES, EPOCHS = 16, 15
 ROUNDING = 1e-7
+STEP, QUOTIENT = 1e-4, 1e-5  # of a central difference
 COLUMNS = 3  # beside the residual
 MANY = 66  # columns that two threads share
 
@@ -124,20 +127,50 @@ def test_whitened_sums_are_those_of_the_dense_covariance(problem) -> None:
     assert sums.rows == covariance.shape[0]
 
 
+def _sum_of(problem: tuple[Assembled, NoiseLevels]) -> float:
+    """The log evidence of the last column with a mixture, the others with a standard normal prior, written densely."""
+    columns, covariance = dense(*problem)
+    seen, free = columns[:, 0], columns[:, 1:-1]
+    covariance = covariance + free @ free.T
+    heights = []
+    for scale in (0.3, 4.0):
+        wide = covariance + scale**2 * np.outer(columns[:, -1], columns[:, -1])
+        heights.append(-0.5 * seen @ np.linalg.solve(wide, seen) - 0.5 * np.linalg.slogdet(wide)[1])
+    return float(np.logaddexp(*heights) - np.log(2.0) - 0.5 * seen.size * np.log(2.0 * np.pi))
+
+
+@pytest.mark.parametrize("part", Slopes._fields)
+def test_slopes_are_those_of_the_dense_covariance(problem, part) -> None:
+    assembled, levels = problem
+    height, found = slopes(assembled, levels, lambda sums: sensitivity(sums, COLUMNS - 1, _two_sizes))
+    assert height == pytest.approx(_sum_of(problem), rel=ROUNDING)
+    direction = np.random.default_rng(3).standard_normal(getattr(found, part).shape)
+
+    def moved(step):
+        change = step * direction[:, None, None] * np.eye(3) if part == "force" else step * direction
+        return _sum_of((assembled, levels._replace(**{part: getattr(levels, part) + change})))
+
+    difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
+    assert getattr(found, part) @ direction == pytest.approx(difference, rel=QUOTIENT)
+
+
+def _two_sizes(a: np.ndarray, b: np.ndarray) -> Gained:
+    return mixture(a, b, [np.array([[0.3]]), np.array([[4.0]])])
+
+
 def test_means_over_blocks_keep_what_is_slow(flight) -> None:
     case = cases.prepare(flight)
     fine = case.assembled()
-    levels = case.noise.levels(np.zeros(len(case.noise.free)))
-    single = whiten(fine, levels).normal.diagonal()
-    means = whiten(coarse(fine, 5), coarse_noise(levels, 5, fine.residual)).normal.diagonal()
+    at = np.zeros(len(case.noise.free))
+    single = whiten(fine, case.noise.levels(at)).normal.diagonal()
+    means = whiten(coarse(fine, 5), coarse_noise(case.noise, 5, fine.residual).levels(at)).normal.diagonal()
     np.testing.assert_allclose(means, single, rtol=0.03)
 
 
 def test_the_kernel_is_compiled_once(problem) -> None:
     """Another layout of one array costs a new user a second compilation, as long as the diagnosis of a flight."""
     assembled, levels = problem
-    for block in (1, 5):
-        whiten(coarse(assembled, block), coarse_noise(levels, block, assembled.residual))
+    whiten(coarse(assembled, 5), levels)
     wide = replace(assembled, count=MANY, start=np.resize(assembled.start, (MANY, 9)))
     few, many = whiten(assembled, levels), whiten(wide, levels)
     np.testing.assert_allclose(many.normal[:COLUMNS, :COLUMNS], few.normal, rtol=ROUNDING)

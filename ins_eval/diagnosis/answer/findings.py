@@ -245,8 +245,7 @@ def _searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Pol
         if best.log_bayes_factor < policy.worth_refitting:
             return linearisation
         if turn == 0:
-            starts = [one.noise_point for one in linearisation.fitted]
-            fitted = fit_noise(linearisation.cases, linearisation.chosen(), starts)
+            fitted = fit_noise(linearisation.cases, linearisation.chosen(), linearisation.fitted)
             linearisation = _at_noise(linearisation, fitted, policy)
             if linearisation.best.log_posterior < 0.0:
                 return linearisation

@@ -12,7 +12,7 @@ import numpy as np
 
 from ins_eval.diagnosis.estimate import arcs, noise
 from ins_eval.diagnosis.estimate.coarse import block_of, coarse, coarse_noise, few_blocks
-from ins_eval.diagnosis.estimate.evidence import log_evidence
+from ins_eval.diagnosis.estimate.noise import Ready
 from ins_eval.diagnosis.estimate.whitening import Whitened, whiten
 from ins_eval.diagnosis.model import null, observations
 from ins_eval.diagnosis.model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
@@ -27,6 +27,7 @@ from ins_eval.navigation import PARKED
 from ins_eval.units import DEG_PER_H, UG
 
 if TYPE_CHECKING:
+    from ins_eval.diagnosis.estimate.evidence import Gain
     from ins_eval.diagnosis.estimate.noise import Fitted, NoiseModel
     from ins_eval.diagnosis.model.error_model import ErrorModel
     from ins_eval.diagnosis.model.null import Believed
@@ -69,26 +70,16 @@ class Case:
     def whitened(self, columns: Sequence[Column], noise_point: np.ndarray, block: int = 1, keep: int = 1) -> Whitened:
         """One pass with noise at `noise_point`, on means over `block` nodes."""
         assembled = coarse(self.assembled(columns), block)
-        return whiten(assembled, coarse_noise(self.noise.levels(noise_point), block, self.seen.residual), keep)
+        return whiten(assembled, coarse_noise(self.noise, block, self.seen.residual).levels(noise_point), keep)
 
-    def fitted(
-        self,
-        columns: Sequence[Column] = (),
-        start: np.ndarray | None = None,
-        gain: Callable[[Whitened], float] = log_evidence,
-    ) -> Fitted:
-        """Noise fitted with nuisances and `columns`, at the maximum of `gain` of the sums."""
-        return noise.fit(self.ready(columns), len(self.noise.free), start, gain)
+    def fitted(self, columns: Sequence[Column] = (), start: Fitted | None = None, gain: Gain | None = None) -> Fitted:
+        """Noise fitted with nuisances and `columns`, of which `gain` tells what they gain; else as nuisances."""
+        return noise.fit(self.ready(columns), len(self.nuisances), gain, start)
 
-    def ready(self, columns: Sequence[Column]) -> Callable[[np.ndarray], Whitened]:
+    def ready(self, columns: Sequence[Column]) -> Ready:
         """The pass on means over `block` nodes as a function of the noise point: what it shares is done once."""
         block = self.block
-        assembled = coarse(self.assembled(columns), block)
-
-        def at(noise_point: np.ndarray) -> Whitened:
-            return whiten(assembled, coarse_noise(self.noise.levels(noise_point), block, self.seen.residual))
-
-        return at
+        return Ready(coarse(self.assembled(columns), block), coarse_noise(self.noise, block, self.seen.residual))
 
     @property
     def block(self) -> int:

@@ -18,7 +18,7 @@ from ins_eval.diagnosis.estimate.whitening import FASTMATH, motion, propagate, s
 from ins_eval.diagnosis.model.columns import TO_ATTITUDE, TO_POSITION, TO_VELOCITY, Assembled
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.estimate.whitening import NoiseLevels
+    from ins_eval.diagnosis.estimate.noise import NoiseModel
 
 BLOCK_S = 5.0
 MOST_BLOCKS = 4000
@@ -94,20 +94,20 @@ def _shares(residual: np.ndarray, block: int) -> tuple[np.ndarray, np.ndarray]:
     return rows, np.where(known & enough, 1.0 / np.maximum(count, 1), 0.0)
 
 
-def coarse_noise(levels: NoiseLevels, block: int, residual: np.ndarray) -> NoiseLevels:
+def coarse_noise(noise: NoiseModel, block: int, residual: np.ndarray) -> NoiseModel:
     """The same noise on blocks of what is measured in `residual` (nodes, 9)."""
     if block == 1:
-        return levels
+        return noise
     rows, share = _shares(residual, block)
-    white = np.sqrt(((share * levels.white[rows]) ** 2).sum(axis=1))
-    first = np.append(0, rows[:-1, block // 2])  # epochs between the middle nodes
-    total = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(levels.force, axis=0)])
-    turned = np.append(0.0, np.cumsum(levels.rate))
-    last = rows[:, block // 2]
-    return levels._replace(
-        white=np.concatenate([levels.white[:1], white]),
-        force=total[last] - total[first],
-        rate=turned[last] - turned[first],
+    white = np.sqrt(((share * noise.white[rows]) ** 2).sum(axis=1))
+    first, last = np.append(0, rows[:-1, block // 2]), rows[:, block // 2]  # epochs between the middle nodes
+    steps = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(noise.steps, axis=0)])
+    time_s = np.append(0.0, np.cumsum(noise.interval_s))
+    return replace(
+        noise,
+        white=np.concatenate([noise.white[:1], white]),
+        steps=steps[last] - steps[first],
+        interval_s=time_s[last] - time_s[first],
     )
 
 

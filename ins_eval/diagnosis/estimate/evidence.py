@@ -15,14 +15,14 @@ Sources: de Jong and Penzer 1998 (the reduced sums); Kass and Raftery, J. Am. St
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.whitening import Whitened
@@ -70,6 +70,74 @@ def reduce(whitened: Whitened, nuisances: int) -> Reduced:
     across = cho_solve(factor, a[:n, n:])
     normal = a[n:, n:] - a[n:, :n] @ across
     return Reduced(0.5 * (normal + normal.T), b[n:] - across.T @ b[:n])
+
+
+class Gained(NamedTuple):
+    """What columns gain in nats by their reduced sums, and the first and second moment of their coefficients.
+
+    `best` is the prior of a mixture that gains most.
+    """
+
+    nats: float
+    mean: np.ndarray
+    second: np.ndarray
+    best: int = 0
+
+
+Gain = Callable[[np.ndarray, np.ndarray], Gained]
+
+
+def mixture(a: np.ndarray, b: np.ndarray, roots: Sequence[np.ndarray]) -> Gained:
+    """log B of columns with the prior N(0, LL'), the mean over the `roots` L."""
+    nats, means, seconds = [], [], []
+    for root in roots:
+        factor = cho_factor(np.eye(b.size) + root.T @ a @ root, lower=True)
+        covariance = root @ cho_solve(factor, root.T)
+        mean = covariance @ b
+        nats.append(0.5 * b @ mean - np.log(np.diag(factor[0])).sum())
+        means.append(mean)
+        seconds.append(covariance + np.outer(mean, mean))
+    share = softmax(nats)
+    total = float(logsumexp(nats) - np.log(len(nats)))
+    return Gained(total, share @ np.array(means), np.tensordot(share, seconds, 1), int(np.argmax(nats)))
+
+
+def free(a: np.ndarray, b: np.ndarray) -> Gained:
+    """Half of what one column of any size takes off the chi-square."""
+    mean = b / np.maximum(a[0], 1e-12)
+    return Gained(0.5 * float(b @ mean), mean, np.outer(mean, mean))
+
+
+def log_evidence_with(whitened: Whitened, known: int, gain: Gain) -> float:
+    """log Z of the first `known` columns with a standard normal prior, and what the others gain."""
+    left = reduce(whitened, known)
+    return log_evidence_of(whitened, slice(0, known)) + gain(left.normal, left.projection).nats
+
+
+def sensitivity(whitened: Whitened, known: int | None = None, gain: Gain | None = None) -> tuple[float, np.ndarray]:
+    """`log_evidence`, or that of the `known` columns with a `gain`, and how it changes with the sums.
+
+    These are those of residual and columns, S = [e X]'[e X]; with v = (1, -p) of the mean coefficients p of n known
+    columns, their covariance C and, for what is left of further columns, Q = (0, -A_kn C, I),
+
+        dL/dS = -(vv' + C) / 2 - Q' E[cc'] Q / 2 + (Q' E[c] v' + v E[c]' Q) / 2
+    """
+    count = len(whitened.projection)
+    n = count if known is None else known
+    covariance = cho_solve(cho_factor(np.eye(n) + whitened.normal[:n, :n]), np.eye(n))
+    v = np.zeros(1 + count)
+    v[0], v[1 : 1 + n] = 1.0, -covariance @ whitened.projection[:n]
+    by_sums = -0.5 * np.outer(v, v)
+    by_sums[1 : 1 + n, 1 : 1 + n] -= 0.5 * covariance
+    if gain is None:
+        return log_evidence(whitened), by_sums
+    left = reduce(whitened, n)
+    gained = gain(left.normal, left.projection)
+    q = np.zeros((count - n, 1 + count))
+    q[:, 1 : 1 + n], q[:, 1 + n :] = -whitened.normal[n:, :n] @ covariance, np.eye(count - n)
+    across = np.outer(gained.mean @ q, v)
+    by_sums += 0.5 * (across + across.T - q.T @ gained.second @ q)
+    return log_evidence_of(whitened, slice(0, n)) + gained.nats, by_sums
 
 
 def log_bayes_factors(a: np.ndarray, b: np.ndarray, centre: np.ndarray | float = 0.0) -> np.ndarray:

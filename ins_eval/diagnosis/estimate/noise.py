@@ -20,13 +20,17 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import minimize
 
-from ins_eval.diagnosis.estimate.evidence import log_evidence
-from ins_eval.diagnosis.estimate.whitening import NoiseLevels, Whitened
+from ins_eval.diagnosis.estimate.evidence import log_evidence, log_evidence_with, sensitivity
+from ins_eval.diagnosis.estimate.slope import slopes
+from ins_eval.diagnosis.estimate.whitening import NoiseLevels, Whitened, whiten
 from ins_eval.diagnosis.model import drives
 from ins_eval.diagnosis.model.observations import CHANNELS, Observations
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
 if TYPE_CHECKING:
+    from ins_eval.diagnosis.estimate.evidence import Gain
+    from ins_eval.diagnosis.estimate.slope import Slopes
+    from ins_eval.diagnosis.model.columns import Assembled
     from ins_eval.diagnosis.model.error_model import ErrorModel
     from ins_eval.recording.belief import Belief
 
@@ -43,7 +47,6 @@ WIDEST = 3.0  # prior sigmas that a level may move
 OUTLIER = 4.5  # sigmas from its neighbours of a measurement that is not believed
 NEIGHBOUR_VARIANCE = 0.3  # of the median of four
 _APART = 0.3  # prior sigmas between the points that tell a curvature
-_STEP = 1e-3  # of the difference quotient, in posterior sigmas
 _ENOUGH = 0.05  # nats that two further steps must gain
 _STEPS, _EVALUATIONS = 60, 80  # of the slope
 _RUNS, _FAR = 4, 0.5  # prior sigmas from where a curvature was taken, beyond which it is taken again
@@ -114,6 +117,31 @@ class NoiseModel:
             wander_sigma=np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3),
             wander_time_s=np.repeat([wander_time_s, v.get("gyro_wander_time", wander_time_s)], 3),
         )
+
+    def slope(self, noise_point: np.ndarray, by: Slopes) -> np.ndarray:
+        """dL by the noise point from dL `by` what the filter allows for: every level is centre exp(spread x)."""
+        v = self.values(noise_point)
+        slow = by.slow_sigma * self.down
+        parts = {
+            "slow_position": slow[:3].sum(),
+            "slow_velocity": slow[3:6].sum(),
+            "slow_attitude": slow[6:].sum(),
+            "slow_position_time": by.slow_time_s[:3].sum(),
+            "slow_velocity_time": by.slow_time_s[3:6].sum(),
+            "slow_attitude_time": by.slow_time_s[6:].sum(),
+            "velocity_random_walk": 2.0 * v["velocity_random_walk"] * (by.force @ self.interval_s),
+            "angle_random_walk": 2.0 * v["angle_random_walk"] * (by.rate @ self.interval_s),
+            "accelerometer_wander": by.wander_sigma[:3].sum(),
+            "gyro_wander": by.wander_sigma[3:].sum(),
+            "wander_time": by.wander_time_s.sum(),
+        }
+        if "slow_heading" in v:
+            parts["slow_attitude"] = slow[6:HEADING].sum()
+            parts["slow_heading"] = by.slow_sigma[HEADING]
+        if "gyro_wander_time" in v:
+            parts["wander_time"] = by.wander_time_s[:3].sum()
+            parts["gyro_wander_time"] = by.wander_time_s[3:].sum()
+        return np.array([parts[name] * v[name] * self.priors[name].spread for name in self.free])
 
 
 def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_density: np.ndarray) -> NoiseModel:
@@ -206,57 +234,86 @@ def _agitation(y: np.ndarray, inside: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
+class Ready:
+    """Columns and noise of one recording on means over the same blocks."""
+
+    columns: Assembled
+    noise: NoiseModel
+
+    def __call__(self, noise_point: np.ndarray) -> Whitened:
+        """The pass with noise at `noise_point`."""
+        return whiten(self.columns, self.noise.levels(noise_point))
+
+    def slope(
+        self, noise_point: np.ndarray, sensitivity: Callable[[Whitened], tuple[float, np.ndarray]]
+    ) -> tuple[float, np.ndarray]:
+        """The log evidence that `sensitivity` tells of a pass, and how it changes with the noise point."""
+        height, by = slopes(self.columns, self.noise.levels(noise_point), sensitivity)
+        return height, self.noise.slope(noise_point, by)
+
+
+@dataclass(frozen=True, eq=False)
 class Fitted:
-    """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass."""
+    """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass.
+
+    `unit` are the sigmas by which it was climbed, those of the curvature where it began.
+    """
 
     noise_point: np.ndarray
     log_evidence: float
     whitened: Whitened
+    unit: np.ndarray
 
 
-def fit(
-    whiten_at: Callable[[np.ndarray], Whitened],
-    size: int,
-    start: np.ndarray | None = None,
-    gain: Callable[[Whitened], float] = log_evidence,
-) -> Fitted:
-    """Maximise `gain` + log prior over the free levels, `size` of them, in prior sigmas from the centre.
+def fit(ready: Ready, known: int, gain: Gain | None = None, start: Fitted | None = None) -> Fitted:
+    """Maximise log evidence + log prior over the free levels, in prior sigmas from the centre.
 
-    By quasi-Newton steps in units of the curvature at the start: thousands of fixes tell one level to a hundredth of
-    its prior sigma and another not at all.
+    Of the columns beyond those `known`, `gain` tells what they gain; without it all are known. By quasi-Newton steps
+    in units of the curvature at the start: thousands of fixes tell one level to a hundredth of its prior sigma and
+    another not at all.
     """
 
     def height(noise_point: np.ndarray) -> float:
-        return gain(whiten_at(noise_point)) - 0.5 * float(noise_point @ noise_point)
+        whitened = ready(noise_point)
+        found = log_evidence(whitened) if gain is None else log_evidence_with(whitened, known, gain)
+        return found - 0.5 * float(noise_point @ noise_point)
 
-    noise_point = np.zeros(size) if start is None else start
+    def slope(noise_point: np.ndarray) -> tuple[float, np.ndarray]:
+        found, by = ready.slope(noise_point, lambda w: sensitivity(w) if gain is None else sensitivity(w, known, gain))
+        return found - 0.5 * float(noise_point @ noise_point), by - noise_point
+
+    noise_point = np.zeros(len(ready.noise.free)) if start is None else start.noise_point
+    unit = None if start is None else start.unit
+    for run in range(_RUNS):
+        begin = noise_point
+        if unit is None or run > 0:
+            unit = _unit(height, begin)
+        noise_point, highest = _climbed(slope, begin, unit)
+        if np.abs(noise_point - begin).max() < _FAR:
+            break
+    return Fitted(noise_point, highest, ready(noise_point), unit)
+
+
+def _unit(height: Callable[[np.ndarray], float], at: np.ndarray) -> np.ndarray:
+    """One sigma of each level by the curvature."""
+    sides = [at + sign * one for one in _APART * np.eye(at.size) for sign in (1.0, -1.0)]
     with ThreadPoolExecutor(_THREADS) as pool:
-
-        def heights(points: list[np.ndarray]) -> np.ndarray:
-            return np.array(list(pool.map(height, points)))
-
-        for _ in range(_RUNS):
-            begin, noise_point, highest = noise_point, *_climbed(heights, noise_point)
-            if np.abs(noise_point - begin).max() < _FAR:
-                break
-    return Fitted(noise_point, highest, whiten_at(noise_point))
+        here, *heights = pool.map(height, [at, *sides])
+    curvature = (2.0 * here - np.array(heights[::2]) - np.array(heights[1::2])) / _APART**2
+    return 1.0 / np.sqrt(np.maximum(curvature, 1.0))  # that of the prior is 1
 
 
-def _climbed(heights: Callable[[list[np.ndarray]], np.ndarray], begin: np.ndarray) -> tuple[np.ndarray, float]:
-    """The highest position found from `begin`, in units of the curvature there, and its height."""
-    here, *sides = heights([
-        begin, *(begin + sign * one for one in _APART * np.eye(begin.size) for sign in (1.0, -1.0))
-    ])  # fmt: skip
-    curvature = (2.0 * here - np.array(sides[::2]) - np.array(sides[1::2])) / _APART**2
-    unit = 1.0 / np.sqrt(np.maximum(curvature, 1.0))  # that of the prior is 1
+def _climbed(
+    slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.ndarray, unit: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """The highest position found from `begin` by steps in `unit`, and its height."""
 
-    def slope(moved: np.ndarray) -> tuple[float, np.ndarray]:
-        noise_point = begin + unit * moved
-        found = heights([noise_point, *(noise_point + _STEP * one for one in np.diag(unit))])
-        return -found[0], -(found[1:] - found[0]) / _STEP
+    def down(moved: np.ndarray) -> tuple[float, np.ndarray]:
+        height, by = slope(begin + unit * moved)
+        return -height, -unit * by
 
     found = minimize(
-        slope,
+        down,
         np.zeros(begin.size),
         jac=True,
         method="L-BFGS-B",

@@ -87,7 +87,7 @@ def refine(
         point = np.where(fixed, [one.candidate.centre for one in model], point)
         cases, model = _navigated(original, model, point)
         noise = [case.noise for case in cases]
-        fitted = tuple(fit_noise(cases, model, [one.noise_point for one in fitted]))
+        fitted = tuple(fit_noise(cases, model, fitted))
     elif point.any():
         cases, model = _navigated(original, model, point, noise)
     at, steps = _Point(cases, model, point, fitted), _Steps(original, noise)
@@ -105,7 +105,7 @@ def refine(
         at = there
     cases, model, point = at.cases, at.taken, at.point
     scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
-    fitted = tuple(fit_noise(cases, scaled, [one.noise_point for one in fitted]))
+    fitted = tuple(fit_noise(cases, scaled, fitted))
     at = _Point(cases, model, point, fitted)  # at the noise of the answer
     placed = [_placed(at, model, k) for k in range(len(model))]
     bent = sum((one.bent for one in placed), np.zeros(len(model)))

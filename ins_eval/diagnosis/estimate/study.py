@@ -142,7 +142,7 @@ def total(parts: Sequence[Sums], point: np.ndarray | None) -> Sums:
     return Sums(normal, projection, log_null)
 
 
-def fit_noise(cases: Sequence[Case], model: Sequence[Hypothesis], starts: Sequence[np.ndarray | None]) -> list[Fitted]:
+def fit_noise(cases: Sequence[Case], model: Sequence[Hypothesis], starts: Sequence[Fitted | None]) -> list[Fitted]:
     """Noise of each recording with the effects of `model` free."""
     out = []
     for r, (case, start) in enumerate(zip(cases, starts, strict=True)):

@@ -56,6 +56,19 @@ class Shown(NamedTuple):
     weights: np.ndarray
 
 
+class Tape(NamedTuple):
+    """What the adjoint of a pass needs (`slope`); without rows nothing is recorded.
+
+    `gain` (rows, 24) and `variance` (rows,) of each measurement, `covariance` (nodes, 24, 24) before the measurements
+    of a node, `slow` (nodes, 15, m) the states of the columns that decay, before they do.
+    """
+
+    gain: np.ndarray
+    variance: np.ndarray
+    covariance: np.ndarray
+    slow: np.ndarray
+
+
 class Measured(NamedTuple):
     """`residual` (nodes, 9), NaN where nothing was measured, and `design` (nodes, 9, 9) of the navigation error."""
 
@@ -158,12 +171,25 @@ class Whitened:
     kept: np.ndarray
 
 
+def tape(nodes: int, rows: int, count: int) -> Tape:
+    """An empty tape for `rows` measurements at `nodes` and `count` columns."""
+    return Tape(
+        np.empty((rows, ALL_STATES)),
+        np.empty(rows),
+        np.empty((nodes, ALL_STATES, ALL_STATES)),
+        np.empty((nodes, ALL_STATES - 9, count)),
+    )
+
+
+NO_TAPE = tape(0, 0, 0)
+
+
 def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1) -> Whitened:
     """Whiten the residual and all columns; the residual is the first of `columns`, and `keep` of them are kept."""
     count, nodes = columns.count, columns.residual.shape[0]
     threads = _THREADS if count > 64 else 1
     bounds = np.linspace(0, count, threads + 1).astype(int)
-    parts = [_State(columns, noise, lo, hi) for lo, hi in zip(bounds[:-1], bounds[1:], strict=True)]
+    parts = [State(columns, noise, lo, hi) for lo, hi in zip(bounds[:-1], bounds[1:], strict=True)]
     total = np.zeros((count, count))
     kept = np.full((nodes, 9, keep), np.nan)
     log_determinant = 0.0
@@ -176,7 +202,7 @@ def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1) -> Whitened:
             if threads == 1:
                 logs = [parts[0].advance(first, last, out)]
             else:
-                logs = list(pool.map(_State.advance, parts, [first] * threads, [last] * threads, [out] * threads))
+                logs = list(pool.map(State.advance, parts, [first] * threads, [last] * threads, [out] * threads))
             total += out.T @ out
             kept[first:last][measured] = out[:, :keep]
             log_determinant += logs[0]
@@ -184,7 +210,7 @@ def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1) -> Whitened:
     return Whitened(total[1:, 1:], total[1:, 0], float(total[0, 0]), log_determinant, rows, kept)
 
 
-class _State:
+class State:
     """The filter on its way along the nodes, for the columns from `first` to `last`."""
 
     def __init__(self, columns: Assembled, noise: NoiseLevels, first: int, last: int):
@@ -195,16 +221,18 @@ class _State:
         self.covariance[range(9, 18), range(9, 18)] = noise.slow_sigma**2
         self.motion, self.shown = motion(columns, first, last), shown(columns, first, last)
 
-    def advance(self, first: int, last: int, out: np.ndarray) -> float:
+    def advance(self, first: int, last: int, out: np.ndarray, tape: Tape = NO_TAPE) -> float:
         """Whiten the nodes from `first` to `last` into the rows of `out`; returns log|S| of them."""
         measured = Measured(self.columns.residual, self.columns.design)
         columns = (self.first, out)  # a slice of `out` has another layout, which compiles the kernel a second time
-        return _advance(first, last, self.motion, self.shown, measured, self.noise, self.covariance, self.xi, *columns)
+        state = (self.covariance, self.xi)
+        return _advance(first, last, self.motion, self.shown, measured, self.noise, *state, *columns, tape)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
-def _advance(first, last, motion, shown, measured, noise, p, xi, column, out):
+def _advance(first, last, motion, shown, measured, noise, p, xi, column, out, tape):
     residual, design = measured.residual, measured.design
+    taping = tape.variance.size > 0
     m = xi.shape[1]
     work = np.empty((9, m))
     pushed = np.zeros((9, m))
@@ -235,6 +263,8 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out):
             for i in range(15):
                 decay[i] = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
                 for c in range(m):
+                    if taping:
+                        tape.slow[k, i, c] = xi[9 + i, c]
                     xi[9 + i, c] *= decay[i]
             # covariance
             for i in range(9):
@@ -267,6 +297,8 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out):
                 for j in range(3):
                     p[3 + i, 3 + j] += noise.force[e, i, j]
                 p[6 + i, 6 + i] += noise.rate[e]
+        if taping:
+            tape.covariance[k] = p
         # what columns put into the measurements
         z_base[:] = 0.0
         show(shown, k, whole, z_base)
@@ -305,6 +337,9 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out):
                 if x != 0.0:
                     for c in range(m):
                         xi[i, c] -= x * z[c]
+            if taping:
+                tape.gain[row] = gain
+                tape.variance[row] = s
             logs += np.log(s)
             row += 1
     return logs

@@ -8,14 +8,14 @@ own. An interval is judged as the largest of all that were looked at (`locate`),
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.estimate.evidence import log_evidence_of, reduce
+from ins_eval.diagnosis.estimate.evidence import free, log_evidence_of, mixture, reduce
 from ins_eval.diagnosis.unnamed import locate
-from ins_eval.diagnosis.unnamed.open_form import open_form, open_forms
+from ins_eval.diagnosis.unnamed.open_form import open_forms, roots
 from ins_eval.effects.parts import SENSORS
 
 if TYPE_CHECKING:
@@ -95,12 +95,7 @@ def within_statement(case: Case, interval: Interval, policy: Policy) -> bool:
 
 def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Significance, start: np.ndarray) -> Suspect:
     known = slice(0, len(case.nuisances))
-
-    def gain(whitened: Whitened) -> float:
-        left = reduce(whitened, known.stop)
-        return log_evidence_of(whitened, known) + 0.5 * float(left.projection[0] ** 2 / max(left.normal[0, 0], 1e-12))
-
-    fitted = case.fitted([interval.column(case.slow, case.model)], start, gain)
+    fitted = case.fitted([interval.column(case.slow, case.model)], replace(base, noise_point=start), free)
     there = log_evidence_of(fitted.whitened, known) - 0.5 * float(fitted.noise_point @ fitted.noise_point)
     # the null is tried with the suspect's noise too: a better search is no gain
     ratio = max(0.0, 2.0 * (fitted.log_evidence - max(base.log_evidence, there)))
@@ -120,18 +115,14 @@ def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | No
     best = max(open_forms(reduced, len(over)), key=lambda one: one.log_bayes_factor)
     known = slice(0, len(case.nuisances))
     columns = list(locate.windows(over[best.channel], edges_s, case.slow, case.model))
-
-    def gain(whitened: Whitened) -> float:
-        left = reduce(whitened, known.stop)
-        return log_evidence_of(whitened, known) + open_form(0, left.normal, left.projection).log_bayes_factor
-
+    forms = roots(len(columns))
     cost = float(np.log(len(over) / policy.odds)) + policy.alone
     there = case.ready([])(quiet)
     start = log_evidence_of(there, known) - 0.5 * float(quiet @ quiet) + best.log_bayes_factor
     interval = max(found, key=lambda one: one.channel is over[best.channel])
     if start - base.log_evidence < -policy.hopeless:
         return Suspect(r, interval, start - base.log_evidence - cost, 1.0, 0.0, base)
-    fitted = case.fitted(columns, quiet, gain)
+    fitted = case.fitted(columns, replace(base, noise_point=quiet), lambda a, b: mixture(a, b, forms))
     gained = fitted.log_evidence - base.log_evidence - cost
     left = reduce(fitted.whitened, known.stop)
     interval = next(iter(locate.scan(left, [over[best.channel]], edges_s)), interval)

@@ -16,14 +16,14 @@ of a gyro); IEEE Std 528 (dead band).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.estimate.evidence import log_evidence_of, reduce
-from ins_eval.diagnosis.estimate.search import log_bayes_factor
+from ins_eval.diagnosis.estimate.evidence import SCALES, Gained, log_evidence_of, mixture, reduce
 from ins_eval.diagnosis.model.drives import source, strength
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.disturbance import Suspect, with_quiet_sensors
@@ -33,7 +33,6 @@ from ins_eval.units import STANDARD_GRAVITY
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.estimate.noise import Fitted
-    from ins_eval.diagnosis.estimate.whitening import Whitened
     from ins_eval.diagnosis.model.columns import Column
     from ins_eval.diagnosis.model.error_model import ErrorModel
     from ins_eval.diagnosis.policy import Policy
@@ -73,17 +72,12 @@ def motion_dependence(case: Case, r: int, base: Fitted, policy: Policy) -> Suspe
         first = 0
         for one in tried:
             own = slice(first, first + len(one.columns))
-            starts.append((here + _evidence(left.normal[own, own], left.projection[own]), noise_point, one))
+            starts.append((here + _gain(left.normal[own, own], left.projection[own]).nats, noise_point, one))
             first = own.stop
     height, noise_point, best = max(starts, key=lambda start: start[0])
     if height - base.log_evidence < policy.promising:
         return None
-
-    def gain(whitened: Whitened) -> float:
-        left = reduce(whitened, known.stop)
-        return log_evidence_of(whitened, known) + _evidence(left.normal, left.projection)
-
-    fitted = case.fitted(best.columns, noise_point, gain)
+    fitted = case.fitted(best.columns, replace(base, noise_point=noise_point), _gain)
     gained = fitted.log_evidence - base.log_evidence - cost
     edges_s = locate.edges(case.model)
     windows = list(locate.windows(best.channel, edges_s, case.slow, case.model))
@@ -95,8 +89,9 @@ def motion_dependence(case: Case, r: int, base: Fitted, policy: Policy) -> Suspe
     return Suspect(r, found[0], gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted, best.motion)
 
 
-def _evidence(a: np.ndarray, b: np.ndarray) -> float:
-    return log_bayes_factor(a, b, np.zeros(b.size))[0]
+def _gain(a: np.ndarray, b: np.ndarray) -> Gained:
+    """log B, every coefficient with the scales of `search`."""
+    return mixture(a, b, [np.diag(scales) for scales in product(SCALES, repeat=b.size)])
 
 
 def _forms(case: Case) -> list[Dependence]:

@@ -20,10 +20,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.special import logsumexp
 
-from ins_eval.diagnosis.estimate.evidence import SCALES, Reduced
+from ins_eval.diagnosis.estimate.evidence import SCALES, Reduced, mixture
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.effects.parts import SENSORS
 
@@ -48,22 +46,18 @@ class OpenForm:
 
 def open_form(channel: int, a: np.ndarray, b: np.ndarray) -> OpenForm:
     """Evidence of a slow disturbance from the sums a (n, n), b (n,) of the windows of a channel."""
-    apart = np.abs(np.subtract.outer(np.arange(b.size), np.arange(b.size)))
-    tried = []
-    for time in TIMES:
-        root = np.linalg.cholesky(np.exp(-apart / time) + 1e-9 * np.eye(b.size))
-        for scale in SCALES:
-            lower = scale * root
-            seen = lower.T @ b
-            factor = np.linalg.cholesky(np.eye(b.size) + lower.T @ a @ lower)
-            whole = solve_triangular(factor, seen, lower=True)
-            tried.append((0.5 * whole @ whole - np.log(np.diag(factor)).sum(), lower))
-    best = max(tried, key=lambda one: one[0])[1]
-    inner = cho_factor(np.eye(b.size) + best.T @ a @ best)
-    mean = best @ cho_solve(inner, best.T @ b)
-    covariance = best @ cho_solve(inner, best.T)
-    gain = float(logsumexp([one[0] for one in tried]) - np.log(len(tried)))
-    return OpenForm(channel, gain, mean, np.sqrt(np.maximum(np.diag(covariance), 0.0)))
+    tried = roots(b.size)
+    gained = mixture(a, b, tried)
+    best = mixture(a, b, tried[gained.best : gained.best + 1])
+    variance = np.diag(best.second) - best.mean**2
+    return OpenForm(channel, gained.nats, best.mean, np.sqrt(np.maximum(variance, 0.0)))
+
+
+def roots(count: int) -> list[np.ndarray]:
+    """L of every size and correlation time of a disturbance in `count` windows."""
+    apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    each = [np.linalg.cholesky(np.exp(-apart / time) + 1e-9 * np.eye(count)) for time in TIMES]
+    return [scale * root for root in each for scale in SCALES]
 
 
 def open_forms(reduced: Reduced, channels: int) -> list[OpenForm]:
