@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -45,8 +45,8 @@ class Evaluation:
     initialization: Initialization | None = None
 
 
-def samples(recording: Recording) -> tuple[Samples, ...]:
-    """What a compensation model may see of the three accelerometers of a recording whose output is in pulses.
+def samples(recording: Recording) -> Iterator[Samples]:
+    """What a compensation model may see of each accelerometer, x, y, z, of a recording whose output is in pulses.
 
     Without a thermometer the temperature is the believed reference temperature and its rate zero.
     """
@@ -54,25 +54,21 @@ def samples(recording: Recording) -> tuple[Samples, ...]:
     if imu.temperature_c is None:
         readings = [np.full(imu.time_s.size, believed.reference_temperature_c)]
     else:
-        columns = imu.temperature_c if imu.temperature_c.ndim == 2 else imu.temperature_c[:, None]
-        readings = [np.ascontiguousarray(column) for column in columns.T]
-    rates = [filtered_rate(imu.time_s, reading, believed.rate_filter_s) for reading in readings]
-    return tuple(
-        Samples(
-            imu.time_s,
-            imu.accelerometer[:, axis] / recording.interval_s,
-            readings[axis % len(readings)],
-            rates[axis % len(rates)],
-        )
-        for axis in range(3)
-    )
+        readings = list(imu.temperature_c.T) if imu.temperature_c.ndim == 2 else [imu.temperature_c]
+    interval_s = recording.interval_s
+    for axis in range(3):
+        if axis < len(readings):
+            reading = np.ascontiguousarray(readings[axis])
+            rate = filtered_rate(imu.time_s, reading, believed.rate_filter_s)
+        yield Samples(imu.time_s, imu.accelerometer[:, axis] / interval_s, reading, rate)
 
 
-def compensate(seen: Sequence[Samples], triad: Sequence[CompensationModel], interval_s: np.ndarray) -> np.ndarray:
+def compensate(seen: Iterable[Samples], triad: Sequence[CompensationModel], interval_s: np.ndarray) -> np.ndarray:
     """Velocity increments (n, 3) in m/s that three fitted models make of the samples they see, each of `interval_s`."""
-    return np.stack(
-        [model.specific_force(of_axis) * interval_s for of_axis, model in zip(seen, triad, strict=True)], axis=1
-    )
+    velocity = np.empty((interval_s.size, 3))
+    for axis, (of_axis, model) in enumerate(zip(seen, triad, strict=True)):
+        velocity[:, axis] = model.specific_force(of_axis) * interval_s
+    return velocity
 
 
 def standstill_to_align_on(recording: Recording) -> Stretch | None:

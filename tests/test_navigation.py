@@ -110,7 +110,7 @@ def pulses(temperature_c: np.ndarray | None) -> Recording:
 
 def test_samples_are_pulse_rates_over_each_own_interval() -> None:
     """Intervals of 0.5, 0.5, 1 and 2 s, counts in proportion from the second on."""
-    seen = samples(pulses(None))
+    seen = tuple(samples(pulses(None)))
     assert len(seen) == 3
     for axis, of_axis in enumerate(seen, start=1):
         assert of_axis.output == pytest.approx(axis * np.array([2.0, 4.0, 4.0, 4.0]))
@@ -120,7 +120,7 @@ def test_samples_carry_temperature_and_its_filtered_rate() -> None:
     """T steps from 20 to 26 degC: rate 60 (T - y) / tau, y by the exact lag of a straight line; tau as believed."""
     one = pulses(np.array([20.0, 20.0, 20.0, 26.0]))
     for recording, tau in ((one, 180.0), (with_belief(one, accelerometer={"rate_filter_s": 60.0}), 60.0)):
-        seen = samples(recording)[1]
+        _, seen, _ = samples(recording)
         assert np.array_equal(seen.temperature_c, [20.0, 20.0, 20.0, 26.0])
         behind = 3.0 * tau * (1.0 - np.exp(-2.0 / tau))  # of a ramp of 3 degC/s after 2 s
         assert seen.rate_c_per_min == pytest.approx([0.0, 0.0, 0.0, 60.0 * behind / tau])

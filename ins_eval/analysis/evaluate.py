@@ -261,7 +261,7 @@ def _of_pulses(
     recording: Recording, wanted: Sequence[str], models: Mapping[str, Sequence[CompensationModel]]
 ) -> dict[str, Callable[[], _Arm]]:
     folder = recording.folder
-    seen, believed = samples(recording), recording.belief.accelerometer
+    believed = recording.belief.accelerometer
     triads: dict[str, Sequence[CompensationModel]] = {}
     if all(getattr(believed, axis) is not None for axis in "xyz"):
         triads[BELIEVED] = [believed_model(recording.belief, axis, folder) for axis in "xyz"]
@@ -276,7 +276,7 @@ def _of_pulses(
     other = replace(recording, belief=_of_other_accelerometers(recording.belief))
 
     def made(name: str) -> _Arm:
-        velocity = compensate(seen, triads[name], recording.interval_s)
+        velocity = compensate(samples(recording), triads[name], recording.interval_s)
         return _Arm(*without_effects(recording if name == BELIEVED else other, velocity, folder))
 
     return {name: partial(made, name) for name in triads}

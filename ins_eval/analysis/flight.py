@@ -118,7 +118,7 @@ def fly_shown(world: World, specs: Sequence[str], names: Mapping[str, str]) -> S
     """The first instrument of `world` at full rate with each compensation of `specs`, called as in `names`."""
     mission = Mission(world.flight.profile, SHOWN_RATE_HZ)
     recording = mission.record(world.instrument(0), world.streams(0).at("flight"))
-    seen, stand = samples(recording), standstill_to_align_on(recording)
+    seen, stand = tuple(samples(recording)), standstill_to_align_on(recording)
     triads = world.triads(0)
     navigated = {}
     for spec in specs:

@@ -27,7 +27,7 @@ def fly(world: World, index: int) -> dict[str, dict[str, np.ndarray]]:
     """
     mission = world.mission(index)
     recording = mission.record(world.instrument(index), world.streams(index).at("flight"))
-    seen, begin = samples(recording), beginning(mission, recording, world.alignment)
+    seen, begin = tuple(samples(recording)), beginning(mission, recording, world.alignment)
     result = {}
     for arm, triad in world.triads(index).items():
         velocity = compensate(seen, triad, recording.interval_s)

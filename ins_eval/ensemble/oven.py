@@ -71,7 +71,7 @@ def errors_of_run(world: World, index: int, run: int, case: str = "given") -> di
 def _recorded(world: World, index: int, run: int) -> tuple[Recording, tuple[Samples, ...]]:
     """A test run, none of those with which the instrument is refined."""
     recording = world.oven.record(world.instrument(index), world.streams(index).at("oven_test", run))
-    return replace(recording, reference=world.oven.truth(0.0, EPOCH_S)), samples(recording)
+    return replace(recording, reference=world.oven.truth(0.0, EPOCH_S)), tuple(samples(recording))
 
 
 def _navigated(

@@ -65,7 +65,7 @@ def _oven_runs(
 ) -> tuple[list[OvenRun], ...]:
     """The first `count` refinement runs of an instrument, level and at rest in the oven, for each accelerometer."""
     instrument, node = _instrument(population, streams), streams.at("oven")
-    seen = [samples(oven.record(instrument, node.at(run))) for run in range(count)]
+    seen = [tuple(samples(oven.record(instrument, node.at(run)))) for run in range(count)]
     start = oven.start(0.0, aligned=True)
     force = (0.0, 0.0, -gravity(start.latitude_rad, start.height_m))
     return tuple([(of_axes[axis], force[axis]) for of_axes in seen] for axis in range(3))

@@ -91,7 +91,7 @@ def temperature(
     """Temperature and its rate, or nothing where no temperature was recorded."""
     if recording.imu.temperature_c is None:
         return {}
-    seen = samples(recording)[0]
+    seen = next(samples(recording))
     time_s = np.arange(seen.time_s[0], seen.time_s[-1], POINT_S)
     latest = np.searchsorted(seen.time_s, time_s)
     return {

@@ -10,12 +10,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ins_eval.diagnosis.answer.judge import judge
-from ins_eval.diagnosis.estimate.case import Case, prepare
+from ins_eval.diagnosis.estimate.case import Case, prepare, with_effects
 from ins_eval.diagnosis.estimate.refine import Q95, RefinedFit, _Profile, believed_effect, refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, sums
 from ins_eval.diagnosis.model.columns import Column
 from ins_eval.diagnosis.model.library import Candidate
 from ins_eval.effects.accelerometer import CREEP_TIME
+from ins_eval.recording.belief import EffectBelief
 from ins_eval.units import UG
 
 SIGMAS = 4.0  # within which a value must come back
@@ -28,6 +29,7 @@ TAU_S, CREEP = 2000.0, 5.0  # s, ug/degC
 OF_TAU = 0.06  # relative
 OF_INTERVAL = 0.1  # sigmas, of straight lines between values a quarter of a sigma apart
 LEAST_BENT = 0.1  # of a relative change of the time constant, by which the value changes at least
+STATED_UG = 100.0
 
 
 def recorded(case: Case, name: str, **parameters) -> tuple[Case, Hypothesis]:
@@ -132,6 +134,13 @@ def test_the_recordings_are_navigated_with_what_was_found(crept) -> None:
     assert after < 0.25 * before
     value, sigma = estimate(found)
     assert abs(found.point[0] * found.model[0].candidate.nominal - value) < sigma
+
+
+def test_what_is_stated_stays_believed_beside_what_is_found(flight) -> None:
+    stated = EffectBelief(name="accelerometer.bias", axis="x", value=STATED_UG)
+    case = prepare(replace(flight, belief=with_effects(flight.belief, [stated])))
+    np.testing.assert_array_equal(case.again([]).seen.residual, case.seen.residual)
+    assert np.nanmax(np.abs(case.seen.residual - prepare(flight).seen.residual)) > 1.0  # m: the stated one acts
 
 
 def test_sums_around_what_was_found_are_those_around_the_belief(crept) -> None:

@@ -12,6 +12,7 @@ Sources: Kass and Raftery 1995; Willsky and Jones 1976.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -219,13 +220,15 @@ def _begun(cases: tuple[Case, ...], null: Sequence[Fitted], policy: Policy) -> L
         or (len(around_belief.best.members) > 1 and of_family[family] > policy.most_of_set * gain)
     ]
     for k in alone:
-        try:
-            refined = refine(cases, [around_belief.hypotheses[k]], null)
-        except Impossible:
-            continue
-        tried = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
-        best = max(best, tried, key=lambda one: one.height)
+        with suppress(Impossible):
+            best = max(best, _around(cases, around_belief.hypotheses[k], null, policy), key=lambda one: one.height)
     return best
+
+
+def _around(cases: tuple[Case, ...], alone: Hypothesis, null: Sequence[Fitted], policy: Policy) -> Linearisation:
+    """The linearisation around the recordings navigated with one effect; raises Impossible."""
+    refined = refine(cases, [alone], null)
+    return linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
 
 
 def _of_earth(begin: Linearisation) -> bool:

@@ -107,14 +107,14 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
         )
     if arcs.needed(believed) and not planned:
         return _in_arcs(recording, folder, arcs.settle(recording, folder))
-    case = _around(believed, believed, nuisances(believed), folder)
+    case = _around(recording, believed, believed, nuisances(believed), folder)
     return _in_arcs(recording, folder, arcs.settle(recording, folder)) if arcs.lost(case.seen) else case
 
 
 def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) -> Case:
     """The case around arcs; start and biases are put back linearly."""
     uncertain = nuisances(settled.believed)
-    case = _around(settled.navigated, settled.believed, uncertain, folder)
+    case = _around(recording, settled.navigated, settled.believed, uncertain, folder)
     of_start = apart(settled.stated, case.model.states, 0)
     taken = np.zeros(len(uncertain))
     for k, column in enumerate(uncertain):
@@ -126,22 +126,28 @@ def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) ->
                 taken[k] = biases[term.axis] / term.weight
     taken = np.append(taken, np.zeros(len(case.nuisances) - taken.size))
 
+    light = replace(
+        settled, believed=case.believed, navigated=settled.navigated.without_increments(recording)
+    )  # what a later case begins from
+
     def again(effects: Sequence[EffectBelief]) -> Case:
         believing = replace(recording, belief=with_effects(recording.belief, effects))
-        return _in_arcs(believing, folder, arcs.settle(believing, folder, settled))
+        return _in_arcs(believing, folder, arcs.settle(believing, folder, light))
 
     _, of_one = arcs.observed(replace(settled.believed, arcs=()), case.model.nodes_s)
     return replace(case, inertial=of_one.residual, taken=taken, again=again)
 
 
-def _around(navigated: Believed, believed: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:
-    """A case around the solution of what is `navigated`."""
-    recording = believed.recording
+def _around(
+    recording: Recording, navigated: Believed, believed: Believed, uncertain: Sequence[Column], folder: str | Path
+) -> Case:
+    """A case around the solution of what is `navigated` of a recording; it keeps no increments, which are large."""
     model, seen = arcs.observed(navigated)
     seen, outliers = noise.without_outliers(seen)
-    given = temperature(recording)
     slow = SlowFactor()
     uncertain = [*uncertain, *places(navigated, model, slow)]
+    navigated, believed = (one.without_increments(recording) for one in (navigated, believed))
+    given = temperature(believed.recording)
     return Case(
         name=recording.name,
         kind=recording.kind,
@@ -154,7 +160,7 @@ def _around(navigated: Believed, believed: Believed, uncertain: Sequence[Column]
         nuisances=tuple(uncertain),
         taken=np.zeros(len(uncertain)),
         candidates=(*candidates(navigated, model, given, slow), *composed_candidates(navigated, model, given, slow)),
-        noise=noise.noise_model(recording.belief, model, seen, step_noise(navigated, given, model.middle_s)),
+        noise=noise.noise_model(believed.recording.belief, model, seen, step_noise(navigated, given, model.middle_s)),
         outliers=outliers,
         epochs_s=model.interval_s,
         member=partial(member, navigated, model, given, slow),

@@ -129,7 +129,7 @@ class _Steps:
         None where there is none: then `at` is the best. From the belief the least bad is taken. Raises Impossible
         where an effect outgrows what sensors have, or the recordings cannot be navigated with it.
         """
-        tried: list[tuple[float, _Point]] = []
+        highest, best = -np.inf, None
         failed: Impossible | None = None
         for halvings in range(HALVINGS):
             point = at.point + 0.5**halvings * (to - at.point)
@@ -138,16 +138,18 @@ class _Steps:
             except Impossible as error:
                 failed = failed or error
                 continue
-            tried.append((_more_probable(at, there, scales), there))
-            if tried[-1][0] > -LESS:
+            gain = _more_probable(at, there, scales)
+            if gain > -LESS:
                 self.whole += halvings == 0
                 return there
-        if not tried:
+            if best is None or gain > highest:
+                highest, best = gain, there
+        if best is None:
             raise failed or Impossible(model[0].key)
         if at.point.any():
             return None
         self.whole = TURNS
-        return max(tried, key=lambda one: one[0])[1]
+        return best
 
     def _at(self, model: tuple[Hypothesis, ...], point: np.ndarray, fitted: tuple[Fitted, ...]) -> _Point:
         for one, size in zip(model, point, strict=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ins_eval.recording import Start
 
 VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
+BLOCK, OVERLAP = 1 << 18, 64  # steps
 _CLOCK_S = 1e-6
 
 
@@ -44,15 +45,34 @@ def along(arcs: Sequence[Solution], gyro: np.ndarray, time_s: np.ndarray) -> Sta
         if last > first:
             parts.append(at(arc, gyro[row : row + rows], time_s[first:last]))
         first, row = last, row + rows
-    return States(*(np.concatenate([getattr(part, name) for part in parts]) for name in States.__dataclass_fields__))
+    return _joined(parts)
 
 
 def at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
     """The solution at `time_s` (m,), which lie inside it; `gyro` (n, 3) are the increments that it was made of.
 
     Position: cubic Hermite with the solution's own velocity; velocity: spline of fifth degree; attitude: as the gyros
-    turned within the step.
+    turned within the step. In blocks of steps: what a spline takes from beyond `OVERLAP` steps is below rounding.
     """
+    steps = solution.time_s.size - 1
+    if steps <= BLOCK:
+        return _at(solution, gyro, time_s)
+    edges = [*range(0, steps - BLOCK // 2, BLOCK), steps]
+    cuts = [0, *np.searchsorted(time_s, solution.time_s[edges[1:-1]]), time_s.size]
+    parts = []
+    for k in range(len(edges) - 1):
+        low, high = max(0, edges[k] - OVERLAP), min(steps, edges[k + 1] + OVERLAP)
+        part = Solution(*(getattr(solution, field.name)[low : high + 1] for field in fields(Solution)))
+        rows = slice(SAMPLES_PER_STEP * low, SAMPLES_PER_STEP * high)
+        parts.append(_at(part, gyro[rows], time_s[cuts[k] : cuts[k + 1]]))
+    return _joined(parts)
+
+
+def _joined(parts: Sequence[States]) -> States:
+    return States(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(States)))
+
+
+def _at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
     t = solution.time_s
     meridian, transverse = radii(solution.latitude_rad)
     north, east, down = solution.velocity_n.T

@@ -55,6 +55,12 @@ class Believed:
     def interval_s(self) -> np.ndarray:
         return np.diff(self.time_s, prepend=self.start.time_s)
 
+    def without_increments(self, read: Recording) -> Believed:
+        """The same for those who ask what was believed; its recording holds the gyros of the one that was `read`."""
+        none = np.zeros((0, 3))
+        recording = replace(self.recording, imu=replace(self.recording.imu, gyro=read.imu.gyro))
+        return replace(self, recording=recording, gyro=none, velocity=none, aid_m=none[:, 0])
+
 
 def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     """Mend a recording, compensate it, take off the effects it believes in, align where it gives no attitude.
@@ -154,8 +160,8 @@ def _compensated(recording: Recording, folder: str | Path) -> tuple[Recording, n
     recording = mended(recording)
     interval_s = recording.interval_s[:, None]
     recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
-    gyro, bias = recording.imu.gyro, recording.belief.gyro.bias_radps
-    return recording, gyro - np.asarray(bias) * interval_s if bias else gyro, velocity
+    gyro, bias = recording.imu.gyro, np.asarray(recording.belief.gyro.bias_radps or 0.0)
+    return recording, gyro - bias * interval_s if bias.any() else gyro, velocity
 
 
 def _begun(recording: Recording, start: Start, increments, sigma_n: np.ndarray, folder: str | Path) -> Believed:
@@ -197,8 +203,8 @@ def corrected(believed: Believed, gyro_bias: np.ndarray, force_bias: np.ndarray)
 def _velocity(recording: Recording, folder: str | Path, interval_s: np.ndarray) -> np.ndarray:
     believed = recording.belief.accelerometer
     if recording.imu.accelerometer_form != "pulse":
-        velocity, bias = recording.imu.accelerometer, believed.bias_mps2
-        return velocity - np.asarray(bias) * interval_s if bias else velocity
+        velocity, bias = recording.imu.accelerometer, np.asarray(believed.bias_mps2 or 0.0)
+        return velocity - bias * interval_s if bias.any() else velocity
     if any(getattr(believed, axis) is None for axis in "xyz"):
         raise DataRefused(
             f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
