@@ -48,6 +48,20 @@ def limits_of(name: str) -> tuple[float, float]:
     return BY_UNIT[max(units, key=len)] if units else OTHER
 
 
+def allowed(name: str, value: object) -> None:
+    """Raises ValueError where a number of the value of that key lies beyond its limits, or a text of it is endless."""
+    if isinstance(value, (tuple, list)):
+        for part in value:
+            allowed(name, part)
+    elif isinstance(value, str):
+        if len(value) > LONGEST_TEXT:
+            raise ValueError(f"{len(value)} characters, expected at most {LONGEST_TEXT}; write less")
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        low, high = limits_of(name)
+        if not low <= value <= high:
+            raise ValueError(f"{value:g} cannot be, expected {low:g} to {high:g}; mind the unit in the key's name")
+
+
 def within(values: np.ndarray) -> np.ndarray:
     """Where values (n, ...) are finite and leave room to be squared."""
     return (values >= OTHER[0]) & (values <= OTHER[1])

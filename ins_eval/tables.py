@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, fie
 
 from ins_eval.boundary import text
 from ins_eval.errors import UsageError, did_you_mean
-from ins_eval.limits import limits_of
+from ins_eval.limits import allowed
 from ins_eval.printable import LONGEST_VALUE, printable, shortened, shown
 
 LONGEST_NAME = 200  # characters: file names end at 255 bytes on the usual disks
@@ -20,25 +20,15 @@ T = TypeVar("T", bound=BaseModel)
 
 
 class Strict(BaseModel):
-    """A table that refuses what it does not know, and a number beyond the limits of the unit in its name."""
+    """A table that refuses what it does not know, a number beyond the limits of its unit, and endless texts."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     @field_validator("*")
     @classmethod
     def _within_limits(cls, value: Any, info: ValidationInfo) -> Any:
-        low, high = limits_of(str(info.field_name))
-        for number in _numbers(value):
-            if not low <= number <= high:
-                raise ValueError(f"{number:g} cannot be, expected {low:g} to {high:g}; mind the unit in the key's name")
+        allowed(str(info.field_name), value)
         return value
-
-
-def _numbers(value: Any) -> list[float]:
-    """The number, or those of a list of lists."""
-    if isinstance(value, (tuple, list)):
-        return [number for part in value for number in _numbers(part)]
-    return [float(value)] if isinstance(value, (int, float)) and not isinstance(value, bool) else []
 
 
 def pick(tree: Any, *keys: str) -> Any:

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
-from ins_eval.limits import LONGEST_TEXT, limits_of
+from ins_eval.limits import allowed
 from ins_eval.scale_factor import TERMS
 
 Vector = tuple[float, float, float]
@@ -29,12 +29,7 @@ class FormTable(BaseModel):
     @field_validator("*")
     @classmethod
     def _within_limits(cls, value: object, info: ValidationInfo) -> object:
-        low, high = limits_of(info.field_name or "")
-        for one in value if isinstance(value, tuple) else (value,):
-            if isinstance(one, float) and not low <= one <= high:
-                raise ValueError(f"{one:g}, expected {low:g} to {high:g}; mind the unit in the key's name")
-            if isinstance(one, str) and len(one) > LONGEST_TEXT:
-                raise ValueError(f"{len(one)} characters, expected at most {LONGEST_TEXT}; write less")
+        allowed(str(info.field_name), value)
         return value
 
 

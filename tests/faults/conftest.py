@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -48,6 +49,11 @@ LONGEST_SENTENCE = 400  # characters, without the paths in it
 TIMEOUT_S = 300.0
 
 
+def _interruptible() -> None:
+    """SIGINT ends the command also where the tests themselves were started in the background, which ignores it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @dataclass(frozen=True)
 class Commands:
     """`ins-eval` in a process, and a process group, of its own."""
@@ -72,7 +78,8 @@ class Commands:
         environment = {key: value for key, value in os.environ.items() if key != "PYTHONUNBUFFERED"}
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         command = [sys.executable, "-m", "ins_eval.cli", *arguments]
-        return subprocess.Popen(command, env=environment, start_new_session=True, text=True, **{**pipes, **options})
+        options = {**pipes, "preexec_fn": _interruptible, **options}
+        return subprocess.Popen(command, env=environment, start_new_session=True, text=True, **options)
 
     def run(self, arguments: list[str], **options: object) -> subprocess.CompletedProcess[str]:
         """Run to the end."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -23,7 +24,9 @@ from ins_eval.printable import LONGEST_SENTENCE, printable, shortened
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.form.description import ImuTable, StartTable
+from tests.faults.conftest import SHORT
 from tests.faults.parked import gzip_bomb, matlab_bomb, parked, rewritten
+from tests.recording.readers.conftest import CSV_MAPPING, csv_rows, drive
 
 MIB = 1 << 20
 BOMB_BYTES = 64 * MIB  # beyond the limit that these tests set, so that they need no gigabytes themselves
@@ -282,6 +285,18 @@ def test_figures_draw_no_formula(tmp_path: Path) -> None:
 def test_a_long_value_is_shortened(unit: Path, soon, length: int) -> None:
     rewritten(unit, 'source = "baro"', f'source = "{"x" * length}"')
     assert "height.source" in soon(["evaluate", unit, "--quiet"], 3)
+
+
+def test_a_long_name_is_refused_before_anything_is_made(tmp_path: Path, soon) -> None:
+    """In a profile and in a mapping, whose name the recording would have had."""
+    (tmp_path / "log.csv").write_bytes(csv_rows(drive(10.0, 60.0)))
+    (tmp_path / "log.toml").write_text(f'name = "{"x" * 5000}"\n{CSV_MAPPING}')
+    (tmp_path / "short.toml").write_text(re.sub("^name = .*$", f'name = "{"x" * 5000}"', SHORT, flags=re.MULTILINE))
+    flight = ["simulate", "flight", "--profile", tmp_path / "short.toml", "--rate", "5"]
+    for words in (["import", "csv", tmp_path / "log.csv"], flight):
+        said = soon([*words, "-o", tmp_path / "out"], 2)
+        assert "name: 5000 characters, expected at most 2000" in said
+        assert not (tmp_path / "out").exists()
 
 
 def test_a_long_list_is_shortened(tmp_path: Path, soon) -> None:

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ins_eval import boundary, profile, tables
+from ins_eval import boundary, limits, profile, tables
 from ins_eval.accelerometer import model
 from ins_eval.analysis import evaluate
 from ins_eval.figures import style
 from ins_eval.imu import Mission
 from ins_eval.profile import Place, Profile, Thermal
-from ins_eval.recording import Recording, belief, validation
+from ins_eval.recording import Recording, validation
 from ins_eval.recording.consistency import limits as consistency_limits
 from ins_eval.recording.form import reading
 from tests.faults.verbs import Verb, damaged, normal_s, verbs
@@ -73,7 +73,7 @@ def _any_base(path: Path, find: Callable[[str], Path]) -> dict[str, Any]:
 
 
 def _no_limits(patch: pytest.MonkeyPatch) -> None:
-    for module in (tables, belief, reading):
+    for module in (limits, reading):
         patch.setattr(module, "limits_of", lambda _: (-np.inf, np.inf))
     patch.setattr(validation, "within", np.isfinite)
     endless = {quantity: (-np.inf, np.inf, unit) for quantity, (*_, unit) in consistency_limits.LIMITS.items()}
