@@ -19,7 +19,7 @@ from ins_eval.errors import DataRefused
 from ins_eval.initialization import Initialization, find, follow
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.stillness import Stretch, choose_alignment, still_stretches
-from ins_eval.reference import Errors, compare, standstill
+from ins_eval.reference import AttitudeErrors, Errors, compare, compare_attitude, standstill
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, Vertical, navigate
 from ins_eval.thermal import filtered_rate
 from ins_eval.units import DEG, DEG_PER_H
@@ -43,6 +43,7 @@ class Evaluation:
     alignment: Alignment | None
     errors: Errors
     initialization: Initialization | None = None
+    attitude: AttitudeErrors | None = None  # where the reference has one
 
 
 def samples(recording: Recording) -> Iterator[Samples]:
@@ -208,7 +209,10 @@ def evaluate(
         every,
         believed.earth,
     )
-    return Evaluation(solution, alignment, _compared(recording, solution), found)
+    attitude = None
+    if recording.reference is not None:
+        attitude = compare_attitude(solution, recording.reference, believed.reference.time_offset_s)
+    return Evaluation(solution, alignment, _compared(recording, solution, attitude), found, attitude)
 
 
 def numeric_floor(ideal: Recording, vertical: Vertical | None = None) -> tuple[Errors, float, float]:
@@ -256,7 +260,7 @@ def _alignment_noise(recording: Recording) -> AlignmentNoise:
     return AlignmentNoise(**{name: value for name, value in stated.items() if value is not None})
 
 
-def _compared(recording: Recording, solution: Solution) -> Errors:
+def _compared(recording: Recording, solution: Solution, attitude: AttitudeErrors | None) -> Errors:
     believed = recording.belief
     if recording.reference is not None and np.isfinite(recording.reference.latitude_rad).any():
         fixes, section = recording.reference, believed.reference
@@ -264,12 +268,19 @@ def _compared(recording: Recording, solution: Solution) -> Errors:
         fixes, section = recording.gps, believed.gps
     elif recording.kind in PARKED:
         return compare(solution, standstill(solution, recording.start))
+    elif attitude is not None:
+        return _of_attitude_alone(attitude.time_s)
     else:
         raise DataRefused(
-            f"{recording.name}: it moves, and has neither GPS nor a reference with positions; there is nothing to "
-            "compare with"
+            f"{recording.name}: it moves, and has neither GPS nor a reference; there is nothing to compare with"
         )
     return compare(at_antenna(solution, section.lever_arm_m), fixes, section.time_offset_s)
+
+
+def _of_attitude_alone(time_s: np.ndarray) -> Errors:
+    """Epochs (m,) at which nothing is known of position and velocity."""
+    silent = np.full(time_s.size, np.nan)
+    return Errors(time_s, silent, silent, silent, np.full((time_s.size, 3), np.nan), np.isfinite(silent), ())
 
 
 def at_antenna(solution: Solution, lever_arm_m: Sequence[float]) -> Solution:
@@ -300,9 +311,9 @@ def since_start(evaluation: Evaluation) -> tuple[Errors, np.ndarray]:
 
 
 def measures(evaluation: Evaluation) -> dict[str, dict[str, float]]:
-    """Velocity RMS and radial error rates of one navigated recording, by the names that the metrics have.
+    """Velocity RMS, radial error rates and attitude RMS of one navigated recording, by the names that metrics have.
 
-    A group that the comparison lacks, velocity or position, is left out.
+    A group that the comparison lacks is left out.
     """
     errors, time_s = since_start(evaluation)
     later = errors.valid & (time_s > 0.0) & np.isfinite(errors.north_m + errors.east_m)
@@ -318,6 +329,9 @@ def measures(evaluation: Evaluation) -> dict[str, dict[str, float]]:
             "least_squares": float(rates.least_squares),
             "radial_error_rate_rms": float(rates.rms),
         }
+    if evaluation.attitude is not None:
+        rms_deg = metrics.root_mean_square(evaluation.attitude.phi_n.T) / DEG
+        found["attitude_rms_deg"] = dict(zip(("north", "east", "down"), rms_deg.tolist(), strict=True))
     return found
 
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ins_eval import earth
 from ins_eval.errors import DataRefused
@@ -62,6 +63,18 @@ class Errors:
     gaps: tuple[Gap, ...]
 
 
+@dataclass(frozen=True)
+class AttitudeErrors:
+    """Attitude of the INS against that of a reference, at the epochs (m,) at which it has one.
+
+    C_INS = exp(phi x) C_reference: phi (m, 3) in rad about north, east and down; about down it is that of heading.
+    `time_s` (m,) is on the clock of the IMU.
+    """
+
+    time_s: np.ndarray
+    phi_n: np.ndarray
+
+
 class _Rows(NamedTuple):
     """A reference in rows: `columns` (m, 6) are latitude, longitude, height and velocity."""
 
@@ -86,6 +99,26 @@ def compare(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> Err
     rows = _common(solution, fixes, time_offset_s)
     rows.columns[~rows.valid] = np.nan
     return _differences(solution, rows)
+
+
+def compare_attitude(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> AttitudeErrors | None:
+    """Attitude error of a solution where the reference has an attitude; None where it has fewer than 2 inside.
+
+    Between its rows the solution turns at a constant rate.
+    """
+    if fixes.attitude_rad is None:
+        return None
+    samples, time_s = solution.time_s, fixes.time_s - time_offset_s
+    known = np.isfinite(fixes.attitude_rad).all(axis=1) & (time_s >= samples[0]) & (time_s <= samples[-1])
+    if samples.size < 2 or np.count_nonzero(known) < 2:
+        return None
+    time_s = time_s[known]
+    left = np.clip(np.searchsorted(samples, time_s, side="right") - 1, 0, samples.size - 2)
+    before, after = (Rotation.from_quat(solution.quaternion_nb[k], scalar_first=True) for k in (left, left + 1))
+    fraction = (time_s - samples[left]) / (samples[left + 1] - samples[left])
+    navigated = before * Rotation.from_rotvec(fraction[:, None] * (before.inv() * after).as_rotvec())
+    seen = Rotation.from_euler("ZYX", fixes.attitude_rad[known][:, ::-1])
+    return AttitudeErrors(time_s, (navigated * seen.inv()).as_rotvec())
 
 
 def raw_vertices(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> Errors:

@@ -408,12 +408,13 @@ class _Flight:
     """What `measures` sees of one navigated recording: one that is valid at t = 0, 1 h and 2 h."""
 
     def __init__(self) -> None:
-        from ins_eval.reference import Errors
+        from ins_eval.reference import AttitudeErrors, Errors
 
         time_s = HOUR * np.array([0.0, 1.0, 2.0])
         north, east = NMI * np.array([[0.0, 0.3, 0.6], [0.0, 0.4, 0.8]])
         velocity = np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [2.0, -1.0, 0.5]])
         self.errors = Errors(time_s, north, east, 0.0 * north, velocity, np.ones(3, dtype=bool), ())
+        self.attitude = AttitudeErrors(time_s, np.radians([[0.0, 1.0, 2.0], [3.0, 1.0, 2.0], [0.0, 1.0, 2.0]]))
         self.solution = self
         self.time_s = time_s
 
@@ -426,6 +427,7 @@ def test_the_figures_of_one_flight_stand_in_the_page() -> None:
     rms = found["velocity_rms_mps"]
     assert rms["north"] == pytest.approx(np.sqrt(5.0 / 3.0))
     assert rms["horizontal"] == pytest.approx(np.hypot(rms["north"], rms["east"]))
+    assert list(found["attitude_rms_deg"].values()) == pytest.approx([np.sqrt(3.0), 1.0, 2.0])
 
 
 def missing_figures(command: str, found: dict[str, Any]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.cli import main
 from ins_eval.earth import gravity
 from ins_eval.recording import Fixes, Imu, Recording, Start, form
+from ins_eval.recording.belief import ReferenceBelief
 from ins_eval.units import DEG
 
 EARTH_RATE = 7.292115e-5  # rad/s, WGS-84
@@ -18,6 +20,7 @@ LOCAL_GRAVITY = {34.0: 9.7965, 86.0: 9.8319}  # m/s^2 at height 0, Somigliana, r
 FLOOR_M, FLOOR_MPS = 0.2, 1e-4  # steps of 4 s over 30 h; a wrong term of the equations makes kilometres
 TILT_DEG = 0.003
 EAST_MPS, EAST_S = 100.0, 300.0
+TURNED_DEG = 7.3e-3  # the turn of the Earth in a frame that tilts by 2 deg in 100 s: w_e b t^2 / 2
 POLAR_SHARE, SMALL_M = 0.5, 0.01
 
 
@@ -98,3 +101,30 @@ def test_a_longitude_beyond_a_full_turn_is_refused_with_the_range(tmp_path, caps
     (folder / "recording.toml").write_text(text)
     assert main(["evaluate", str(folder), "--quiet"]) == 3
     assert "360" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_attitude_is_compared_where_a_reference_has_nothing_else(axis, tmp_path):
+    """A gyro bias turns the navigated attitude of a level unit that heads north: phi = b t."""
+    bias_radps, late_s = 2.0 * DEG / 100.0, 0.5
+    true = replace(standstill(34.0, 108.0, 400.0, hours=100.0 / 3600.0, rate_hz=100.0), kind="drive")
+    gyro = true.imu.gyro.copy()
+    gyro[:, axis] += bias_radps / 100.0
+    time_s = np.arange(0.0, 99.0) + 0.503  # between the rows of the solution
+    nothing = np.full(time_s.size, np.nan)
+    truth = Fixes(time_s + late_s, *[nothing] * 3, np.full((time_s.size, 3), np.nan), nothing == 0.0, np.zeros((99, 3)))
+    belief = true.belief.model_copy(update={"reference": ReferenceBelief(time_offset_s=late_s)})
+    recording = replace(true, imu=replace(true.imu, gyro=gyro), reference=truth, belief=belief)
+    folder = form.write(recording, tmp_path / "led")
+    assert main(["evaluate", str(folder), "--output", str(tmp_path / "page"), "--quiet"]) == 0
+    tree = json.loads((tmp_path / "page" / "metrics.json").read_text())
+    assert tree["reference"]["kind"] == "attitude" and tree["reference"]["attitude_epochs"] == time_s.size
+    (found,) = tree["compensations"].values()
+    assert "velocity_rms_mps" not in found
+    expected = np.zeros(3)
+    expected[axis] = np.sqrt(np.mean((bias_radps * time_s) ** 2)) / DEG
+    rms_deg = [found["attitude_rms_deg"][about] for about in ("north", "east", "down")]
+    assert rms_deg == pytest.approx(expected.tolist(), abs=TURNED_DEG)
+    words = (tmp_path / "page" / "report.txt").read_text()
+    assert "a reference of attitude alone" in words and "Attitude error" in words
+    assert (tmp_path / "page" / "figures" / "attitude_error.svg").is_file()

@@ -22,8 +22,10 @@ from ins_eval.grade import Grade, measure_grade
 from ins_eval.imu import Mission
 from ins_eval.initialization import (
     ACCELEROMETER_BIAS,
+    ACCELEROMETER_SCALE,
     ATTITUDE,
     GYRO_BIAS,
+    GYRO_SCALE,
     POSITION,
     VELOCITY,
     Initialization,
@@ -84,12 +86,14 @@ class RecordingEvaluation:
         return round(1.0 / float(np.median(np.diff(self.recording.imu.time_s))), 6)
 
     @property
-    def reference(self) -> Literal["ins", "gps", "standstill"]:
+    def reference(self) -> Literal["ins", "gps", "standstill", "attitude"]:
         """What the solution is compared with."""
         reference = self.recording.reference
         if reference is not None and np.isfinite(reference.latitude_rad).any():
             return "ins"
-        return "gps" if self.recording.gps is not None else "standstill"
+        if self.recording.gps is not None:
+            return "gps"
+        return "standstill" if self.recording.kind in PARKED else "attitude"
 
     @cached_property
     def grade(self) -> Grade | None:
@@ -155,6 +159,7 @@ class RecordingEvaluation:
             "reference": {
                 "kind": self.reference,
                 "epochs": int(errors.valid.sum()),
+                "attitude_epochs": 0 if first.attitude is None else first.attitude.time_s.size,
                 "outages": len(errors.gaps),
                 "outage_s": float(sum(gap.duration_s for gap in errors.gaps)),
                 "first_s": float(time_s[0]),
@@ -376,6 +381,10 @@ def _initialization(found: Initialization) -> dict[str, Any]:
         "gyro_bias_sigma_deg_per_h": (sigma[GYRO_BIAS] / DEG_PER_H).tolist(),
         "accelerometer_bias_ug": (found.accelerometer_bias_mps2 / UG).tolist(),
         "accelerometer_bias_sigma_ug": (sigma[ACCELEROMETER_BIAS] / UG).tolist(),
+        "gyro_scale_ppm": (1e6 * found.gyro_scale).tolist(),
+        "gyro_scale_sigma_ppm": (1e6 * sigma[GYRO_SCALE]).tolist(),
+        "accelerometer_scale_ppm": (1e6 * found.accelerometer_scale).tolist(),
+        "accelerometer_scale_sigma_ppm": (1e6 * sigma[ACCELEROMETER_SCALE]).tolist(),
         "fix_scale": list(found.fix_scale),
     }
 

@@ -252,6 +252,18 @@ def attitude(
 
 
 @styled
+def attitude_error(*, time_s: np.ndarray, errors_deg: Series, title: str = "Attitude error") -> Figure:
+    """Errors (m, 3) in degrees about north, east and down of each compensation, one panel each."""
+    figure, panels = sheet(4.4, title, "INS against the attitude of the reference.", rows=3, sharex=True)
+    for k, (ax, about) in enumerate(zip(panels, ("about north", "about east", "heading"), strict=True)):
+        _traces(ax, time_s, {name: values[:, k] for name, values in errors_deg.items()}, None, {})
+        ax.set_ylabel(f"{about} [°]")
+    panels[2].set_xlabel(TIME_LABEL)
+    legend_below(figure, panels[0])
+    return figure
+
+
+@styled
 def activity(
     *,
     time_s: np.ndarray,

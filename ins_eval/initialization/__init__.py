@@ -20,8 +20,10 @@ from ins_eval.initialization.search import find, follow, track
 from ins_eval.initialization.smoother import filtered
 from ins_eval.initialization.state import (
     ACCELEROMETER_BIAS,
+    ACCELEROMETER_SCALE,
     ATTITUDE,
     GYRO_BIAS,
+    GYRO_SCALE,
     HEADING_SIGMA_RAD,
     POSITION,
     VELOCITY,
@@ -31,8 +33,10 @@ from ins_eval.initialization.windows import WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_G
 
 __all__ = [
     "ACCELEROMETER_BIAS",
+    "ACCELEROMETER_SCALE",
     "ATTITUDE",
     "GYRO_BIAS",
+    "GYRO_SCALE",
     "HEADING_SIGMA_RAD",
     "POSITION",
     "TILT_SIGMA_RAD",

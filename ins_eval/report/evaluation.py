@@ -24,7 +24,12 @@ REFERENCE_WORDS = {
     "standstill": "the known standstill: velocity zero, position that of the start",
     "gps": "GPS",
     "ins": "a better INS",
+    "attitude": "a reference of attitude alone",
 }
+ATTITUDE_NOTE = (
+    "Attitude navigated against that of the reference, about north, east and down (heading). How the reference is "
+    "mounted beside the IMU is in it, less what is believed of that."
+)
 
 
 def evaluation_content(metrics: Mapping) -> tuple[str, list[Section]]:
@@ -56,13 +61,16 @@ def _answer(metrics: Mapping) -> str:
     name = pick(metrics, "recording", "name") or "this recording"
     velocities = {arm: v for arm, values in arms.items() if (v := pick(values, "velocity_rms_mps", "horizontal"))}
     solution = solution_answer(metrics["solution"]) if "solution" in metrics else ""
+    span = f"over {_span(metrics)}"
     if not arms and solution:
         return f"{name}: {solution}"
     if not velocities and arms:
-        return "\n".join([f"{name} was navigated, and what it is compared with has no velocity.", solution]).strip()
+        attitude = "; ".join(f"{_called(arm)} {said}" for arm, values in arms.items() if (said := _turned(values)))
+        said = f": {attitude}, {span}" if attitude else ""
+        lines = [f"{name} was navigated, and what it is compared with has no velocity{said}.", solution]
+        return "\n".join(lines).strip()
     if not velocities:
         return f"{name} was read, but nothing of it was navigated."
-    span = f"over {_span(metrics)}"
     if len(velocities) <= SPOKEN_ONE_BY_ONE:
         results = "; ".join(f"{_called(arm)} {_spoken(arms[arm])}" for arm in velocities)
         lines = [f"{name}: {results}, {span}."]
@@ -91,6 +99,12 @@ def _spoken(values: Mapping) -> str:
     numbers = [f"horizontal velocity RMS is {fixed(pick(values, 'velocity_rms_mps', 'horizontal'))} m/s"]
     numbers += [f"the radial error rate (final) {fixed(rate)} nmi/h"] if rate is not None else []
     return joined(numbers)
+
+
+def _turned(values: Mapping) -> str:
+    if (rms := values.get("attitude_rms_deg")) is None:
+        return ""
+    return f"attitude RMS is {joined([f'{fixed(rms[axis])}° about {axis}' for axis in ('north', 'east', 'down')])}"
 
 
 def _growth(metrics: Mapping) -> str:
@@ -159,6 +173,7 @@ def _result(metrics: Mapping) -> list[Block]:
         *((f"{definition_name(d)} [nmi/h]", ("radial_error_rate_nmi_per_h", d), 2) for d in MAIN_DEFINITIONS),
         ("at the end [m]", ("final_radial_error_m",), 0),
     ]
+    attitude = [(f"{about} [°]", ("attitude_rms_deg", about), 3) for about in ("north", "east", "down")]
     note = f"Window: {_span(metrics)}."
     if (floor := pick(metrics, "floor", "horizontal_m")) is not None:
         of = pick(metrics, "floor", "profile")
@@ -168,6 +183,8 @@ def _result(metrics: Mapping) -> list[Block]:
         *paragraphs(_against(metrics)),
         *_by_compensation("Velocity RMS", arms, velocity, note),
         *_by_compensation("Radial error and its rate", arms, radial, "A rate of one run is not a CEP."),
+        *_by_compensation("Attitude error, RMS", arms, attitude, ATTITUDE_NOTE),
+        Picture("attitude_error", "Attitude error about north, east and down, which is that of heading."),
         Picture("east_velocity_error", "East velocity error. A wave of 84.4 min is the Schuler oscillation."),
         Picture("north_velocity_error", "North velocity error."),
         Picture("latitude_error", "Latitude error."),
@@ -244,6 +261,8 @@ def _against(metrics: Mapping) -> str:
     text = f"Measured against {REFERENCE_WORDS.get(kind, kind)}"
     if epochs := pick(metrics, "reference", "epochs"):
         text += f"; {epochs} epochs"
+    if epochs := pick(metrics, "reference", "attitude_epochs"):
+        text += f"; {epochs} epochs of attitude"
     if outages := pick(metrics, "reference", "outages"):
         text += f", {outages} outage{'s' if outages > 1 else ''}, whose epochs count in no RMS"
     if vertical := pick(metrics, "navigation", "vertical"):
@@ -291,7 +310,11 @@ def _found_start(alignment: Mapping) -> str:
         return ""
 
     def triad(key: str) -> str:
-        pairs = zip(alignment[key], alignment[key.replace("bias_", "bias_sigma_")], strict=True)
+        pairs = zip(
+            alignment[key],
+            alignment[key.replace("_bias_", "_bias_sigma_").replace("_scale_", "_scale_sigma_")],
+            strict=True,
+        )
         return ", ".join(f"{fixed(value, 0)} ± {sigma:.2g}" for value, sigma in pairs)
 
     tilt, heading = alignment["roll_pitch_sigma_deg"], alignment["heading_sigma_deg"]
@@ -299,8 +322,9 @@ def _found_start(alignment: Mapping) -> str:
         f"The recording states no attitude. It was found from {window[0]:.0f} to {window[1]:.0f} s by least squares, "
         f"from rest, motion and the fixes: roll and pitch to {fixed(tilt)}°, heading to {fixed(heading)}°, velocity to "
         f"{fixed(max(alignment['velocity_sigma_mps']))} m/s (1 σ). Taken off are gyro biases of "
-        f"{triad('gyro_bias_deg_per_h')} deg/h and accelerometer biases of {triad('accelerometer_bias_ug')} ug (x, y, "
-        "z, with 1 σ)."
+        f"{triad('gyro_bias_deg_per_h')} deg/h and accelerometer biases of {triad('accelerometer_bias_ug')} ug, "
+        f"scale factor errors of {triad('gyro_scale_ppm')} ppm (gyros) and {triad('accelerometer_scale_ppm')} ppm "
+        "(accelerometers) (x, y, z, with 1 σ)."
     )
     if rivals := alignment.get("rival_headings_deg"):
         text += f" As likely are headings of {', '.join(fixed(one, 0) for one in rivals)}°."

@@ -15,7 +15,7 @@ from ins_eval.report.recording_figures import path, temperature, traces
 from ins_eval.report.solution_figures import solution_figures
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
-REFERENCE_WORDS = {"gps": "GPS", "ins": "the better INS", "standstill": "the standstill"}
+REFERENCE_WORDS = {"gps": "GPS", "ins": "the better INS", "standstill": "the standstill", "attitude": "its attitude"}
 
 
 def evaluation_figures(evaluation: RecordingEvaluation) -> dict[str, Figure]:
@@ -42,6 +42,11 @@ def evaluation_figures(evaluation: RecordingEvaluation) -> dict[str, Figure]:
         pitch_deg=attitude[:, 1],
         heading_deg=np.unwrap(attitude[:, 2] % 360.0, period=360.0),
     )
+    if first.attitude is not None:
+        drawn["attitude_error"] = figures.attitude_error(
+            time_s=first.attitude.time_s - start_s,
+            errors_deg={name: one.attitude.phi_n / DEG for name, one in evaluation.navigated.items()},
+        )
     if evaluation.grade is not None:
         drawn |= grade_figures(evaluation.grade)
     if stand is not None:

@@ -364,6 +364,9 @@ def make_figures(s: dict, metrics: dict) -> dict:
             force_limit_mps2=0.03,
             navigation_s=(630.0, 3600.0),
         ),
+        "attitude_error": figures.attitude_error(
+            time_s=np.arange(3000.0), errors_deg={"none": 1e-5 * np.outer(np.arange(3000.0), [1.0, -1.0, 3.0])}
+        ),
         "attitude": figures.attitude(
             time_s=np.arange(3000.0),
             roll_deg=np.full(3000, -0.41),
