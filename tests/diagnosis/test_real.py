@@ -16,9 +16,7 @@ from ins_eval.diagnosis.answer.summary import turned_on
 from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.diagnosis.estimate.case import Case
 from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-from ins_eval.diagnosis.estimate.evidence import log_evidence
 from ins_eval.diagnosis.estimate.noise import Fitted
-from ins_eval.diagnosis.estimate.whitening import Whitened
 from ins_eval.diagnosis.model.columns import Column, Drive, Measured
 from ins_eval.earth import EARTH_RATE
 from ins_eval.recording import ChamberReadings, Recording
@@ -71,13 +69,8 @@ def solved(case: Case, centre: np.ndarray | None = None) -> tuple[Fitted, np.nda
     mean = np.zeros(count)
     if centre is not None:
         mean[count - centre.size :] = centre
-
-    def around(sums: Whitened) -> Whitened:
-        a, b = sums.normal, sums.projection
-        return replace(sums, projection=b - a @ mean, square=sums.square - 2.0 * mean @ b + mean @ a @ mean)
-
-    fitted = case.fitted(gain=lambda sums: log_evidence(around(sums)))
-    sums = around(fitted.whitened)
+    fitted = replace(case, taken=case.taken - mean).fitted()
+    sums = fitted.whitened
     return fitted, mean + np.linalg.solve(np.eye(count) + sums.normal, sums.projection)
 
 

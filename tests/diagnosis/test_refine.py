@@ -21,7 +21,7 @@ from ins_eval.units import UG
 
 SIGMAS = 4.0  # within which a value must come back
 STEP_S, STEP_UG = 1500.0, 200.0
-SMALL_UG, LEVEL_UG, BETWEEN_S, BESIDE_S = 15.0, 100.0, 1360.0, 15.0
+SMALL_UG, LEVEL_UG, BETWEEN_S, LATER_S, BESIDE_S = 15.0, 100.0, 1360.0, 2470.0, 15.0
 NODES = 2.0  # s, two seconds of zero velocity: within which a step must come back
 SECONDS_OF_WEEK = 300000.0
 LARGE, OF_LARGE = 30.0, 0.01  # ug/degC, or ppm/degC
@@ -58,18 +58,20 @@ def test_a_small_jump_at_rest_is_found_between_the_instants_that_are_tried(recor
     assert effect.value == pytest.approx(SMALL_UG, abs=SIGMAS * effect.sigma)
 
 
-def test_a_jump_of_a_level_accelerometer_is_no_turn_of_a_gyro(recording_at_rest) -> None:
+def test_a_jump_of_a_level_accelerometer_is_no_turn_of_a_gyro_and_hides_no_smaller_one(recording_at_rest) -> None:
     """A gyro that is off for a moment tilts the solution, and the tilt is felt as the jump is."""
-    recording = recording_at_rest(3600.0, 2, lambda t: np.zeros_like(t))
+    recording = recording_at_rest(3600.0, 2, lambda t: SMALL_UG * (t > BETWEEN_S))
     imu = recording.imu
     rate_hz = 1.0 / float(np.median(np.diff(imu.time_s)))
     force = imu.accelerometer.copy()
-    force[imu.time_s > BETWEEN_S, 0] += LEVEL_UG * UG / rate_hz
-    (effect,) = judge([prepare(replace(recording, imu=replace(imu, accelerometer=force)))]).effects
-    candidate = effect.hypothesis.candidate
-    assert (candidate.name, candidate.axis) == ("accelerometer.bias_step", "x")
-    assert candidate.parameters["at_s"] == pytest.approx(BETWEEN_S, abs=BESIDE_S)
-    assert effect.value == pytest.approx(LEVEL_UG, abs=SIGMAS * effect.sigma)
+    force[imu.time_s > LATER_S, 0] += LEVEL_UG * UG / rate_hz
+    effects = judge([prepare(replace(recording, imu=replace(imu, accelerometer=force)))]).effects
+    assert len(effects) == 2
+    for effect, axis, at_s, size_ug in zip(effects, "xz", (LATER_S, BETWEEN_S), (LEVEL_UG, SMALL_UG), strict=True):
+        candidate = effect.hypothesis.candidate
+        assert (candidate.name, candidate.axis) == ("accelerometer.bias_step", axis)
+        assert candidate.parameters["at_s"] == pytest.approx(at_s, abs=BESIDE_S)
+        assert effect.value == pytest.approx(size_ug, abs=SIGMAS * effect.sigma)
 
 
 @pytest.mark.parametrize("start_s", [0.0, SECONDS_OF_WEEK])

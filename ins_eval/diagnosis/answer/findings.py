@@ -116,10 +116,11 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     if not is_heard(findings, policy):
         progress("intervals")
         suspects = _suspects(findings, rng, policy)
-        findings = _stepped(findings, suspects, policy)
+        if surest := policy.surest(suspects):
+            findings = _stepped(findings, surest.recording, surest.interval, surest.fitted, policy)
     if is_heard(findings, policy):
         progress("what is left")
-        findings = _examined(findings, rng, policy)
+        findings = _enough(_examined(findings, rng, policy), rng, policy)
         if explains(findings, policy):
             return findings
     suspects = _suspects(findings, rng, policy) if suspects is None else suspects
@@ -155,31 +156,48 @@ def _suspects(findings: Findings, rng: np.random.Generator, policy: Policy) -> t
     return tuple(found)
 
 
-def _stepped(findings: Findings, suspects: Sequence[Suspect], policy: Policy) -> Findings:
-    """The findings where a sensor has jumped that was off from an instant to the end, if that is more probable."""
-    surest = policy.surest(suspects)
-    if surest is None:
-        return findings
-    r, cases = surest.recording, findings.cases
-    case = cases[r]
-    exact = None if case.believed is None else _jump(case, surest)
+def _enough(findings: Findings, rng: np.random.Generator, policy: Policy) -> Findings:
+    """The findings with jumps of sensors beside the effects, where these leave nothing; else as they are."""
+    tried = findings
+    for _ in range(ROUNDS):
+        left = tried.beside
+        if explains(tried, policy) or left.mismatch is None or left.interval is None:
+            break
+        r = left.mismatch.recording
+        stepped = _stepped(tried, r, left.interval, tried.linearisation.fitted[r], policy)
+        if stepped is tried:
+            break
+        tried = _examined(stepped, rng, policy)
+    return tried if explains(tried, policy) else findings
+
+
+def _stepped(findings: Findings, r: int, off: locate.Interval, noise: Fitted, policy: Policy) -> Findings:
+    """The findings where a sensor has jumped that is `off` from an instant to the end, if that is more probable.
+
+    The jump stands beside the effects that are heard; `noise` is that of recording `r`.
+    """
+    cases, before = findings.cases, findings.linearisation
+    heard = is_heard(findings, policy)
+    case = before.cases[r] if heard else cases[r]
+    exact = None if case.believed is None else _jump(case, off, noise.noise_point)
     if exact is None:
         return findings
     sensor, _, axis = exact.channel.name.partition(".")
     step = case.member(f"{sensor}.bias_step", axis, {"at_s": exact.begin_s})
     columns = tuple(step.column if k == r else None for k in range(len(cases)))
-    fitted = list(findings.null)
-    fitted[r] = surest.fitted
+    model = [*(before.chosen(scaled=False) if heard else []), Hypothesis(step, columns)]
+    point = np.append(before.point[list(before.best.members)] if heard else [], 0.0)
+    fitted = list(before.fitted if heard else findings.null)
+    fitted[r] = noise
     try:
-        refined = refine(cases, [Hypothesis(step, columns)], fitted)
+        refined = refine(cases, model, fitted, point)
     except Impossible:
         return findings
     linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
-    linearisation = replace(linearisation, refined=refined).own_first(1)
-    if linearisation.height <= findings.linearisation.height:
+    linearisation = replace(linearisation, refined=refined).own_first(len(refined.model))
+    if linearisation.height <= before.height:
         return findings
-    gain = _gain(cases, findings.null, linearisation, policy)
-    return replace(findings, linearisation=linearisation, gain=gain)
+    return replace(findings, linearisation=linearisation, gain=_gain(cases, findings.null, linearisation, policy))
 
 
 def _examined(findings: Findings, rng: np.random.Generator, policy: Policy) -> Findings:
@@ -336,20 +354,20 @@ def _shown(linearisation: Linearisation, k: int) -> Mismatch:
     )
 
 
-def _jump(case: Case, suspect: Suspect) -> locate.Interval | None:
+def _jump(case: Case, interval: locate.Interval, noise_point: np.ndarray) -> locate.Interval | None:
     """Where a sensor is off to the end of a recording: at rest the instant from which it is so is known to seconds.
 
     There an accelerometer that jumps feels what it would if a gyro were off for a moment and tilted it, so every sensor
     is tried. None for what is off between two instants otherwise, or is no sensor.
     """
-    interval, last_s = suspect.interval, float(case.model.nodes_s[-1])
+    last_s = float(case.model.nodes_s[-1])
     if not interval.channel.name.startswith(SENSORS):
         return None
     tried = [interval]
     if interval.end_s < last_s:
         sensors = [one for one in locate.channels(case.seen) if one.name.startswith(SENSORS)]
         tried = [replace(interval, channel=one, end_s=last_s) for one in sensors if case.kind in PARKED]
-    found = [locate.refined(case, one, suspect.fitted.noise_point) for one in tried]
+    found = [locate.refined(case, one, noise_point) for one in tried]
     window_s = np.diff(locate.edges(case.model))[0]
     return max((one for one in found if one.end_s > last_s - window_s), key=lambda one: one.t2, default=None)
 

@@ -28,11 +28,15 @@ class Mismatch:
 
 @dataclass(frozen=True, eq=False)
 class UnnamedDisturbance:
-    """The channel that gains most from a disturbance without a name, beside an explanation or instead of it."""
+    """The channel that gains most from a disturbance without a name, beside an explanation or instead of it.
+
+    `interval` is where it was found, where one was looked for.
+    """
 
     mismatch: Mismatch | None
     gain: float
     significance_sigma: float
+    interval: Interval | None = None
 
 
 def located(case: Case, r: int, interval: Interval, sigma: float, follows: str = "") -> Mismatch:
