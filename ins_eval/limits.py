@@ -37,6 +37,7 @@ BY_NAME: dict[str, tuple[float, float]] = {
 }
 OTHER = (-1e15, 1e15)  # a chamber of pulses counted over a day shows below 1e12
 LONGEST_LEVER_ARM_M = 200.0  # the largest ships have 400 m from end to end
+SMALLEST_DIVISOR = 1e-9  # of what divides: a quotient leaves room to be squared; a pulse in 30 years at 1 g
 LONGEST_TEXT = 2000  # characters of a name or note
 
 

@@ -16,10 +16,11 @@ import numpy as np
 from pydantic import Field
 
 from ins_eval.accelerometer.run import ThermalRun
+from ins_eval.limits import SMALLEST_DIVISOR
 from ins_eval.streams import Streams
 from ins_eval.tables import Strict
 
-Positive = Annotated[float, Field(ge=1e-9)]  # it divides
+Positive = Annotated[float, Field(ge=SMALLEST_DIVISOR)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 LogSigma = Annotated[float, Field(ge=0.0, le=5.0)]  # standard deviation of a logarithm: e^5 either way
 

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
-from ins_eval.limits import allowed
+from ins_eval.limits import SMALLEST_DIVISOR, allowed
 from ins_eval.scale_factor import TERMS
 
 Vector = tuple[float, float, float]
@@ -91,7 +91,7 @@ class ScaleBelief(FormTable):
     eta: float = 0.0
     epsilon: float = 0.0
     mu: float = 0.0
-    gamma: Annotated[float, Field(gt=0.0)]
+    gamma: Annotated[float, Field(ge=SMALLEST_DIVISOR)]
 
     @property
     def coefficients(self) -> np.ndarray:

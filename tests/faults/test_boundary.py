@@ -149,6 +149,7 @@ HUGE = {
     "gyro.bias_radps, finite": ("[gyro]", "[gyro]\nbias_radps = [0.0, 1e308, 0.0]"),
     "accelerometer.bias_mps2": ("[accelerometer]", "[accelerometer]\nbias_mps2 = [0.0, 0.0, -1e308]"),
     "start.velocity_ned_mps": ("velocity_ned_mps = [0.0", "velocity_ned_mps = [1e300"),
+    "accelerometer.x.scale.gamma": ("[accelerometer]", "[accelerometer]\nx = { scale = { gamma = 1e-320 } }"),
     "height.sigma_m": ("sigma_m = 2.0", "sigma_m = 1e200"),
     "start.time_s": ("time_s = 0.0", "time_s = 1e300"),
 }
@@ -157,7 +158,8 @@ HUGE = {
 @pytest.mark.parametrize("key", HUGE)
 def test_a_huge_number_of_the_form(unit: Path, soon, key: str) -> None:
     sentence = soon(["evaluate", rewritten(unit, *HUGE[key]), "--quiet"], 3)
-    assert key.partition(",")[0].rpartition(".")[2] in sentence and "expected" in sentence
+    assert key.partition(",")[0].rpartition(".")[2] in sentence
+    assert "expected" in sentence or "should be" in sentence
 
 
 @pytest.mark.parametrize("column", ["velocity_n_mps", "height_m"])
