@@ -201,6 +201,17 @@ def test_a_single_outlier_is_named_with_row_and_value(k, column, axis, value, sa
     assert f"gps, row {k + 1} at" in found.seen and said in found.seen and found.log_odds == np.inf
 
 
+def test_the_farthest_of_many_outliers_is_the_receivers_own():
+    """Student's t of two degrees of freedom: 825 m is rare beside 150 m, 90 000 m is not its tail."""
+    flown = recording()
+    height = flown.gps.height_m.copy()
+    height[[40, 190, 333]] += [-150.0, 60.0, 90.0]
+    for off_m, log_odds in ((825.0, np.log(1e3)), (9e4, np.inf)):
+        wild = spoilt(height, 471, height[471] + off_m)
+        (found,) = check_outliers(replace(flown, gps=replace(flown.gps, height_m=wild)))
+        assert "gps, row 472 at" in found.seen and found.log_odds == pytest.approx(log_odds)
+
+
 def test_a_temperature_is_refused_or_doubted_by_its_size():
     flown = recording()
     sizes = {1e5: np.inf, 60.0: np.inf, 24.0: np.log(1e3)}

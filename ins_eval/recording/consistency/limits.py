@@ -25,6 +25,9 @@ ROUND_OFF = 1e-11  # of the largest value: what the conversion of a held rate to
 SPREADS = 30.0  # of the column itself, that a fault exceeds besides
 DOUBTFUL = 0.1  # of a jump: enough for a warning
 MOST_FAULTS = 0.01  # of the rows; more are not single ones
+# of the farthest beyond a jump to the farthest within it: the tail of receivers with outliers of their own, Student's t
+# of two degrees of freedom, gives more in one of TAIL^2
+TAIL = 20.0
 WARNED = float(np.log(1e3))  # log odds of a doubtful jump
 
 
@@ -141,6 +144,8 @@ def _single(quantity, values, time_s, named, extra: float = 0.0, rows=None) -> I
             continue
         table, column, scale, unit = named
         k = int(found[np.argmax(away[found])])
+        if away[k] < TAIL * np.delete(away, found).max():
+            log_odds = WARNED  # what wanders off so often wanders that far, too
         more = f" (and {found.size - 1} more such values)" if found.size > 1 else ""
         row = (k if rows is None else int(rows[k])) + 1
         seen = (
