@@ -15,6 +15,7 @@ from benchmark.worlds.grades import RANGES, a_recording
 from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, GYRO_BIAS, Initialization, find
+from ins_eval.initialization.rest import Felt, seconds_at_rest, velocity_sigma
 from ins_eval.navigation import beginning, evaluate, restarts
 from ins_eval.readers import apm_mat, apm_text
 from ins_eval.recording import Imu, Recording, form
@@ -76,6 +77,32 @@ def test_positions_alone_are_a_start_in_motion(tmp_path: Path) -> None:
     low, high = chi2.interval(0.998, STATES)
     assert low < squared(errors, found) < high
     assert found.heading_sigma_rad < CONSUMER_HEADING_RAD and not found.rival_headings_rad
+
+
+def stood(sway_mps: float, noise_mps: float, rolls_mps2: float = 0.0, seconds: int = 120) -> Felt:
+    """A unit on a slope, whose velocity at the end of each second is drawn, and white noise; it rolls in the last 3."""
+    rng, n = np.random.default_rng(11), round(RATE_HZ)
+    velocity = np.vstack([np.zeros((1, 3)), sway_mps * rng.standard_normal((seconds, 3))])
+    dv = np.repeat(np.diff(velocity, axis=0) / n, n, axis=0) + np.array([0.3, -0.2, -9.8]) / RATE_HZ
+    dv += noise_mps / np.sqrt(RATE_HZ) * rng.standard_normal(dv.shape)
+    dv[-3 * n :, 0] += rolls_mps2 / RATE_HZ
+    time_s = np.arange(1, len(dv) + 1) / RATE_HZ
+    return Felt(time_s, np.zeros_like(dv), dv, np.full(len(dv), 1.0 / RATE_HZ))
+
+
+@pytest.mark.parametrize(("sway_mps", "noise_mps"), [(0.01, 1e-4), (0.002, 2e-3), (0.001, 2e-4)])
+def test_sway_of_a_vehicle_that_stands_is_measured(sway_mps: float, noise_mps: float) -> None:
+    """Within three sigmas of an estimate of s^2 from n = 360 values, sqrt(2 / n) c_0."""
+    felt = stood(sway_mps, noise_mps)
+    found = velocity_sigma(felt, seconds_at_rest(felt, Stretch(0.0, 120.0)))
+    spread = np.sqrt(2.0 / 360.0) * (2.0 * sway_mps**2 + noise_mps**2)
+    assert abs(found**2 - sway_mps**2) < ENOUGH * spread
+
+
+def test_seconds_in_which_a_vehicle_begins_to_roll_are_not_rest() -> None:
+    whole = Stretch(0.0, 120.0)
+    assert seconds_at_rest(stood(1e-3, 1e-3), whole)[-1, 1] == 120.0
+    assert seconds_at_rest(stood(1e-3, 1e-3, rolls_mps2=0.03), whole)[-1, 1] == 117.0
 
 
 @pytest.mark.slow

@@ -17,7 +17,6 @@ from ins_eval.initialization.state import (
     POSITION,
     STATES,
     VELOCITY,
-    ZERO_VELOCITY_MPS,
     Initialization,
     Window,
     wrapped,
@@ -45,7 +44,7 @@ def first_variances(recording: Recording, window: Window, still: bool) -> np.nda
     velocity = window.fix_sigma[1]
     derived = velocity.size > 0 and not velocity.any()
     moving = GUESSED_VELOCITY_MPS if derived else max(1.0, 10.0 * velocity.max(initial=0.0))
-    sigma[VELOCITY] = ZERO_VELOCITY_MPS if still else moving
+    sigma[VELOCITY] = window.still_velocity_sigma if still else moving
     sigma[ATTITUDE] = TILT_SIGMA_RAD, TILT_SIGMA_RAD, stated_heading_sigma(recording)
     sigma[GYRO_BIAS], sigma[ACCELEROMETER_BIAS] = gyro, force
     sigma[GYRO_SCALE], sigma[ACCELEROMETER_SCALE] = scale, scale

@@ -16,7 +16,6 @@ from ins_eval.initialization.state import (
     POSITION,
     STATES,
     VELOCITY,
-    ZERO_VELOCITY_MPS,
     Initialization,
     Window,
     wrapped,
@@ -181,7 +180,7 @@ def _of_rest(window: Window, solution: Solution, c, about, rate_b) -> list:
     begin_s = window.still_s[use, 0]
     last = last[use]
     first = np.searchsorted(time_s, begin_s)
-    zero = _part(2, last, -solution.velocity_n[last], ZERO_VELOCITY_MPS**2, velocity=np.eye(3))
+    zero = _part(2, last, -solution.velocity_n[last], window.still_velocity_sigma**2, velocity=np.eye(3))
     some = last > first
     first, last = first[some], last[some]
     latitude = solution.latitude_rad[0]

@@ -15,7 +15,8 @@ SETTLED = 0.02  # of the sigmas: a change of the start that ends the passes
 LARGEST = 1e5  # of any error in its unit, beyond which a guess is given up
 MEDIAN_OF_SQUARE = 0.4549  # of a standard normal variable
 MEDIAN_SPREAD = 2.34  # sigma of the median of n such squares, relative to it, times sqrt(n)
-BEYOND_CHANCE = 2.0  # sigmas by which scatter or memory of the fixes must exceed chance to count
+BEYOND_CHANCE = 3.0  # sigmas by which scatter or memory of the fixes must exceed chance to count; at 2 the four of
+# them widen one sound start in eleven
 
 
 @numba.njit(cache=True)

@@ -18,7 +18,6 @@ GYRO_BIAS, ACCELEROMETER_BIAS, GYRO_SCALE, ACCELEROMETER_SCALE = (slice(k, k + 3
 MOVING_MPS = 2.0
 KNOWN_HEADING_RAD = 45.0 * DEG
 HEADING_SIGMA_RAD = 103.0 * DEG  # that of any heading: pi / sqrt(3)
-ZERO_VELOCITY_MPS = 0.02  # sway of a vehicle that stands
 GATE = 5.0  # sigmas beyond which a fix is an outlier
 
 
@@ -91,6 +90,7 @@ class Window:
     fixes: Fixes | None
     still_s: np.ndarray  # seconds at rest, (k, 2) begin and end
     still_rate_sigma: np.ndarray  # (3,) of the mean rate over one of them, rad/s
+    still_velocity_sigma: float  # of the velocity at the end of one, m/s
     lever_arm_m: np.ndarray
     fix_sigma: tuple[np.ndarray, np.ndarray]  # of position and velocity of each fix
     angle_walk: float  # rad/sqrt(s)

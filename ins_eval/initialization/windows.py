@@ -8,6 +8,7 @@ import numpy as np
 
 from ins_eval.earth import radii
 from ins_eval.errors import DataRefused
+from ins_eval.initialization.rest import Felt, rate_sigma, seconds_at_rest, velocity_sigma
 from ins_eval.initialization.state import GATE, MOVING_MPS, Window
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.belief import GpsBelief
@@ -20,8 +21,6 @@ REST_S = 120.0  # of standstill before the motion
 WIDE_GYRO_BIAS_RADPS = 2000.0 * DEG_PER_H  # where no sigma of it is known
 WIDE_ACCELEROMETER_BIAS_MPS2 = 5e4 * UG
 FAST = 0.3  # of the highest speeds: motion that tells a heading
-FEWEST_SECONDS = 8  # at rest, whose spread is believed
-ZERO_RATE_RADPS = 2e-4  # that of a second at rest in fewer of them, a vehicle that sways
 STANDS_MPS = 0.5  # that a receiver shows of a vehicle that stands, or `GATE` sigmas of it
 HALF_SPAN_S = 2.0  # over which positions are differentiated, to both sides: 0.7 m/s where they are good to 2 m
 STILL_S = 5.0  # shortest standstill that is used
@@ -143,28 +142,25 @@ def window_of(recording, dtheta_b, dv_b, begin_s: float, end_s: float) -> Window
         )
         if derived:  # the positions they come from are measured already, once
             sigma = sigma[0], np.zeros(use.sum())
-    seconds = [
-        np.column_stack([edges[:-1], edges[1:]])
-        for s in still
-        for edges in [np.arange(max(s.start_s, begin_s), min(s.end_s, end_s) + 1e-9, 1.0)]
-        if edges.size > 1
-    ]
-    still_s = np.concatenate(seconds) if seconds else np.empty((0, 2))
-    step_s = float(np.median(recording.interval_s[rows]))
+    felt = Felt(imu.time_s[rows], dtheta_b[rows], dv_b[rows], recording.interval_s[rows])
+    spans = (Stretch(max(s.start_s, begin_s), min(s.end_s, end_s)) for s in still)
+    still_s = np.concatenate([np.empty((0, 2)), *(seconds_at_rest(felt, span) for span in spans)])
+    step_s = float(np.median(felt.interval_s))
     angle_walk = _white(
-        dtheta_b[rows], step_s, DEG_PER_SQRT_H * _stated(belief.gyro, "angle_random_walk_deg_per_sqrt_h")
+        felt.dtheta_b, step_s, DEG_PER_SQRT_H * _stated(belief.gyro, "angle_random_walk_deg_per_sqrt_h")
     )
     return Window(
-        imu.time_s[rows],
-        dtheta_b[rows],
-        dv_b[rows],
+        felt.time_s,
+        felt.dtheta_b,
+        felt.dv_b,
         fixes,
         still_s,
-        np.maximum(_unsteadiness(imu.time_s[rows], dtheta_b[rows], still_s), angle_walk),
+        np.maximum(rate_sigma(felt, still_s), angle_walk),
+        velocity_sigma(felt, still_s),
         np.asarray(section.lever_arm_m, dtype=float),
         sigma,
         angle_walk,
-        _white(dv_b[rows], step_s, UG * _stated(belief.accelerometer, "velocity_random_walk_ug_per_sqrt_hz")),
+        _white(felt.dv_b, step_s, UG * _stated(belief.accelerometer, "velocity_random_walk_ug_per_sqrt_hz")),
         (
             DEG_PER_H * _stated(belief.gyro, "bias_sigma_deg_per_h") or WIDE_GYRO_BIAS_RADPS,
             UG * _stated(belief.accelerometer, "bias_sigma_ug") or WIDE_ACCELEROMETER_BIAS_MPS2,
@@ -172,16 +168,6 @@ def window_of(recording, dtheta_b, dv_b, begin_s: float, end_s: float) -> Window
         DRIVE_SIDEWAYS_RAD if recording.kind == "drive" else None,
         begin_s,
     )
-
-
-def _unsteadiness(time_s: np.ndarray, dtheta_b: np.ndarray, second_s: np.ndarray) -> np.ndarray:
-    """Sigma (3,) of the mean rate over a second at rest, noise and sway, by differences of neighbouring seconds."""
-    angle = np.vstack([np.zeros((1, 3)), np.cumsum(dtheta_b, axis=0)])
-    first, last = np.searchsorted(time_s, second_s.T + 1e-6)
-    rate = (angle[last] - angle[first])[last > first]
-    if len(rate) < FEWEST_SECONDS:
-        return np.full(3, ZERO_RATE_RADPS)
-    return np.sqrt(0.5 * np.mean(np.diff(rate, axis=0) ** 2, axis=0))
 
 
 def _rows_of(fixes: Fixes, use: np.ndarray) -> Fixes:
