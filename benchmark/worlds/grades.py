@@ -6,6 +6,8 @@ Turn-on biases are drawn with the stated sigma. Scale factor errors are constant
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from benchmark.worlds import noise
@@ -19,6 +21,10 @@ RANGES = {
     "industrial": ((100.0, 700.0), (0.1, 0.4), (1e3, 8e3), (40.0, 150.0)),
     "tactical": ((1.0, 10.0), (0.03, 0.15), (300.0, 2e3), (20.0, 60.0)),
 }
+# of its sigma that a bias changes in a minute, and velocity of a vehicle that stands: neither less nor more than the
+# parked MEMS unit of ../shared/recordings/mems_static_warmup shows (0.013 while it warms up; 0.8 mm/s horizontally)
+WANDER_IN_MINUTE = 0.003
+SWAY_MPS = (2e-4, 1e-3)
 SCALE_PPM = {"consumer": 5000.0, "industrial": 2000.0, "tactical": 100.0}
 
 
@@ -34,8 +40,8 @@ def a_unit(rng: np.random.Generator, grade: str) -> Unit:
         "vrw_stated": True,
     }
     true |= {
-        "gyro_wander_deg_per_h": 0.01 * sheet["gyro_bias_deg_per_h"],
-        "accel_wander_ug": 0.01 * sheet["accel_bias_ug"],
+        "gyro_wander_deg_per_h": wander(true["gyro_wander_tau_s"]) * sheet["gyro_bias_deg_per_h"],
+        "accel_wander_ug": wander(true["accel_wander_tau_s"]) * sheet["accel_bias_ug"],
         "gps_outages": 0,
         "gps_bank_outage": False,
     }
@@ -43,10 +49,15 @@ def a_unit(rng: np.random.Generator, grade: str) -> Unit:
     return Unit({}, sheet, true, lever, 0.0, pulses=False)
 
 
+def wander(tau_s: float) -> float:
+    """Standing sigma of a Gauss-Markov process that changes by `WANDER_IN_MINUTE`: 2 s^2 (1 - exp(-60 s / tau))."""
+    return WANDER_IN_MINUTE / math.sqrt(-2.0 * math.expm1(-60.0 / tau_s))
+
+
 def a_recording(rng: np.random.Generator, grade: str, trajectory: str, rate_hz: float = 50.0) -> Made:
     """A drive or flight of a unit of that grade, which states nothing of its attitude."""
     unit = a_unit(rng, grade)
-    felt = feel(rng, trajectory, rate_hz, unit.apart)
+    felt = feel(rng, trajectory, rate_hz, unit.apart, sway_mps=log_uniform(rng.spawn(1)[0], *SWAY_MPS))
     ppm = SCALE_PPM[grade] * rng.standard_normal((2, 3))
     departures = Departures(accel_ppm=ppm[0], gyro_deg_per_h=1e-6 * ppm[1] * np.rad2deg(felt.turn) * 3600.0)
     made = measure(rng, felt, unit, departures, trajectory, f"{grade} {trajectory}")

@@ -82,10 +82,12 @@ def extras(rng, truth, time_s) -> dict[str, np.ndarray]:
     return {name: np.interp(time_s, second, values) for name, values in columns.items()}
 
 
-def feel(rng, trajectory: str, rate_hz: float, apart: bool, tau: float = 180.0) -> Felt:
-    """The truth of a recording and what acts on the unit in it."""
+def feel(rng, trajectory: str, rate_hz: float, apart: bool, tau: float = 180.0, sway_mps: float = 0.0) -> Felt:
+    """The truth of a recording and what acts on the unit in it; a vehicle that stands sways with `sway_mps`."""
     kind, make = TRAJECTORIES[trajectory]
     truth = make(rng, **({"seconds": float(rng.integers(20, 48) * 180)} if make.__name__ == "parked" else {}))
+    if sway_mps > 0.0:
+        truth = world.swaying(truth, rng.spawn(1)[0], sway_mps)  # draws of its own: no other changes
     angle, velocity = world.increments(truth, rate_hz)
     time_s = np.arange(1, len(angle) + 1) / rate_hz
     temperature = heat.temperatures(rng, kind, truth, time_s, apart)

@@ -8,16 +8,20 @@ The increments of a sample are Gauss-Legendre quadratures within it, in which no
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
 from scipy.interpolate import make_interp_spline
+from scipy.ndimage import gaussian_filter1d
 
 from benchmark.worlds.earth import W, ecef, from_euler, geodetic, gravity, radii, to_ned
 
 KNOT_S = 0.4
 DEGREE = 7
+SWAY_S = 0.25  # smoothness of sway, whose velocity has forgotten itself after a second; the knots carry none faster
+RISE_S = 0.8  # in which it rises as a vehicle comes to rest
+STANDS_MPS = 1e-3
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 NODES, WEIGHTS = (NODES + 1.0) / 2.0, WEIGHTS / 2.0
 
@@ -54,6 +58,18 @@ def path(position_lla: np.ndarray, euler: np.ndarray, phases=()) -> Path:
     """Path through geodetic positions (n, 3) rad, rad, m and roll, pitch, heading (n, 3) rad at the knots."""
     points = ecef(position_lla[:, 0], position_lla[:, 1], position_lla[:, 2])
     return Path(points[0], pieces(points - points[0]), pieces(euler), KNOT_S * (len(points) - 1), tuple(phases))
+
+
+def swaying(truth: Path, rng: np.random.Generator, velocity_mps: float) -> Path:
+    """The same path, on which wind and engines move a vehicle that stands; `velocity_mps` is one sigma each axis."""
+    time_s = KNOT_S * np.arange(len(truth.displacement) + 1)
+    lla, velocity, _, _ = truth.state(time_s)
+    stands = (np.linalg.norm(velocity, axis=1) < STANDS_MPS).astype(float)
+    envelope = np.clip(2.0 * gaussian_filter1d(stands, RISE_S / KNOT_S, mode="nearest") - 1.0, 0.0, 1.0) ** 2
+    sway = gaussian_filter1d(rng.standard_normal((len(time_s), 3)), SWAY_S / KNOT_S, axis=0)
+    sway *= velocity_mps / np.std(pieces(sway)[:, DEGREE - 1])
+    moved = np.stack([to_ned(one[0], one[1]).T @ away for one, away in zip(lla, envelope[:, None] * sway, strict=True)])
+    return replace(truth, displacement=truth.displacement + pieces(moved))
 
 
 @numba.njit(cache=True)
