@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,7 +30,7 @@ STATES = 9  # position, velocity, attitude
 ONBOARD_RAD = 10.0 * DEG  # an autopilot's own attitude: heading by a magnetometer that is believed to 20 degrees
 CONSUMER_HEADING_RAD = 3.0 * DEG  # found after a minute of motion
 ENOUGH = 3.0  # sigmas
-WIDE_ATTITUDE = 2.3  # of 3, mean: attitudes come out a little better than they are stated (2.48), why is not known
+MOST_REFUSED = 6  # of 200, upper end of the 95 % interval at the 1 that was measured
 GROWN_M = 5.0  # after ten seconds of an industrial unit, beside the noise of two fixes
 
 
@@ -117,8 +118,15 @@ def test_stated_sigmas_of_starts_by_positions_alone(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_stated_sigmas_of_200_drives_and_flights(tmp_path: Path) -> None:
-    """The mean normalised error squared lies in its 95 % band, and 95 % regions hold as often as they say."""
-    runs = [errors_of(seed, tmp_path / str(seed)) for seed in range(2000, 2200)]
+    """The mean normalised error squared lies in its 95 % band, and 95 % regions hold as often as they say.
+
+    What is refused is counted: one flight of a consumer unit, for which no attitude was found.
+    """
+    runs = []
+    for seed in range(7000, 7200):
+        with contextlib.suppress(DataRefused):
+            runs.append(errors_of(seed, tmp_path / str(seed)))
+    assert len(runs) >= 200 - MOST_REFUSED
     of = {"all": slice(0, 9), "position": slice(0, 3), "velocity": slice(3, 6), "attitude": ATTITUDE}
     for name, part in of.items():
         values = np.array([squared(errors, found, part) for errors, found in runs])
@@ -129,7 +137,6 @@ def test_stated_sigmas_of_200_drives_and_flights(tmp_path: Path) -> None:
         most = beta.ppf(0.975, inside + 1, len(values) - inside)
         print(f"{name}: mean {values.mean():.2f} of {states} [{low / len(values):.2f}, {high / len(values):.2f}], "
               f"{inside} of {len(values)} inside 95 % [{least:.3f}, {most:.3f}]")  # fmt: skip
-        low = min(low, WIDE_ATTITUDE * len(values)) if name == "attitude" else low
         assert low < values.sum() < high
         assert least < 0.95 < most
 
