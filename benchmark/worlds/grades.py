@@ -21,8 +21,8 @@ RANGES = {
     "industrial": ((100.0, 700.0), (0.1, 0.4), (1e3, 8e3), (40.0, 150.0)),
     "tactical": ((1.0, 10.0), (0.03, 0.15), (300.0, 2e3), (20.0, 60.0)),
 }
-# of its sigma that a bias changes in a minute, and velocity of a vehicle that stands: neither less nor more than the
-# parked MEMS unit of ../shared/recordings/mems_static_warmup shows (0.013 while it warms up; 0.8 mm/s horizontally)
+# of its sigma that a bias changes in a minute: as much as a start assumes; the parked MEMS unit of
+# ../shared/recordings/mems_static_warmup changes by 0.013 of its offsets while it warms up, and sways by 0.8 mm/s
 WANDER_IN_MINUTE = 0.003
 SWAY_MPS = (2e-4, 1e-3)
 SCALE_PPM = {"consumer": 5000.0, "industrial": 2000.0, "tactical": 100.0}
