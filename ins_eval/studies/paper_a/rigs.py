@@ -11,9 +11,12 @@ POSITIONS = ("0°: +1 g", "90°: 0 g", "180°: −1 g", "270°: 0 g")
 
 
 @styled
-def creep_rig(*, title: str = "Creep rig (Fig. 2)") -> Figure:
+def creep_rig() -> Figure:
     """A block of resin in an oven, watched by a camera."""
-    ax = canvas(title, "Three blocks alike, one an oven. The tables give every size a minus sign, shrinking or not.")
+    ax = canvas(
+        "Creep rig (Fig. 2)",
+        "Three blocks alike, one an oven. The tables give every size a minus sign, shrinking or not.",
+    )
     enclosure(ax, 3.2, 0.3, 3.4, 3.2, "oven at −55, 30 or 85 °C")
     box(ax, 3.8, 1.0, 2.2, 1.3, "block of epoxy resin\nsteps in temperature,\nthen 300 min at rest")
     box(ax, 0.2, 1.0, 2.0, 1.3, "temperature\ncontroller")
@@ -24,10 +27,10 @@ def creep_rig(*, title: str = "Creep rig (Fig. 2)") -> Figure:
 
 
 @styled
-def chamber_rig(*, title: str = "Index head in the thermal chamber (Fig. 4)") -> Figure:
+def chamber_rig() -> Figure:
     """An accelerometer on an index head in a chamber, turned to four positions."""
     ax = canvas(
-        title,
+        "Index head in the thermal chamber (Fig. 4)",
         "Angles and inputs as printed under Fig. 4; the paper's equations use other ones, so here a position is told "
         "by its specific force.",
     )
@@ -47,9 +50,12 @@ def chamber_rig(*, title: str = "Index head in the thermal chamber (Fig. 4)") ->
 
 
 @styled
-def oven_rig(*, title: str = "IMU in the oven (Fig. 8)") -> Figure:
+def oven_rig() -> Figure:
     """An IMU at rest with the temperatures of the flight, navigated twice from the same pulses."""
-    ax = canvas(title, "The same recording goes through both compensations and the same pure-inertial navigation.")
+    ax = canvas(
+        "IMU in the oven (Fig. 8)",
+        "The same recording goes through both compensations and the same pure-inertial navigation.",
+    )
     enclosure(ax, 2.3, 0.3, 2.6, 3.2, "oven, at rest")
     box(ax, 2.6, 0.8, 2.0, 1.7, "IMU\n3 accelerometers,\n3 gyros,\n1 thermometer")
     box(ax, 0.1, 1.0, 1.7, 1.3, "temperature\nof the flight")

@@ -16,17 +16,19 @@ SUM = (2.05, HIGH + TALL / 2)
 
 
 @styled
-def loop_structure(*, title: str = "The closed loop (Fig. 2)") -> Figure:
+def loop_structure() -> Figure:
     """Pendulum, forward channel and feedback channel."""
-    ax = _loop(title, "Three sections as in the paper: pendulosity, forward channel, feedback channel.")
+    ax = _loop(
+        "The closed loop (Fig. 2)", "Three sections as in the paper: pendulosity, forward channel, feedback channel."
+    )
     return ax.figure
 
 
 @styled
-def loop_with_current(*, title: str = "The closed loop with the constant current (Fig. 7)") -> Figure:
+def loop_with_current() -> Figure:
     """The same with switch M1, which adds I_ref to the current of the torquer."""
     ax = _loop(
-        title,
+        "The closed loop with the constant current (Fig. 7)",
         "M1 adds I_ref to the current of the torquer, so that k_t cancels in N_on − N_off = −I_ref/(k_VI k_DA).",
     )
     _marked(ax, 2.55, 1.42, 1.3, 0.62, "I_ref\nthrough M1")
@@ -35,9 +37,12 @@ def loop_with_current(*, title: str = "The closed loop with the constant current
 
 
 @styled
-def loop_with_compensation(*, title: str = "The closed loop with both corrections (Fig. 8)") -> Figure:
+def loop_with_compensation() -> Figure:
     """The same with the corrections of the controller and of DA0."""
-    ax = _loop(title, "Forward gain: 1/(1 + δ) in the controller, eq. (22). Feedback gain: N_VREF/(1 + δ), eq. (30).")
+    ax = _loop(
+        "The closed loop with both corrections (Fig. 8)",
+        "Forward gain: 1/(1 + δ) in the controller, eq. (22). Feedback gain: N_VREF/(1 + δ), eq. (30).",
+    )
     _marked(ax, 7.9, 1.5, 1.6, 0.5, "1/(1 + δk_pre)")
     _line(ax, (8.75, 2.0), (8.75, HIGH), ACCENT)
     _marked(ax, 5.55, 1.65, 2.15, 0.5, "DA0: N_VREF/(1 + δk_fb)")
@@ -46,10 +51,11 @@ def loop_with_compensation(*, title: str = "The closed loop with both correction
 
 
 @styled
-def bridge_chain(*, title: str = "How ΔC is measured (Fig. 3)") -> Figure:
+def bridge_chain() -> Figure:
     """Carrier, bridge, amplifier, converter, demodulator."""
     ax = canvas(
-        title, "At null k_CV = V_IN k_amp/(4 C0), with C1, C2 = C0 ± ΔC/2; eq. (4) as printed gives zero there."
+        "How ΔC is measured (Fig. 3)",
+        "At null k_CV = V_IN k_amp/(4 C0), with C1, C2 = C0 ± ΔC/2; eq. (4) as printed gives zero there.",
     )
     enclosure(ax, 3.5, 0.3, 2.2, 3.2, "AC bridge")
     box(ax, 3.75, 1.85, 1.7, 1.05, "C1, C2\nof the pendulum")
@@ -67,10 +73,10 @@ def bridge_chain(*, title: str = "How ΔC is measured (Fig. 3)") -> Figure:
 
 
 @styled
-def open_loop_chain(*, title: str = "The forward channel with the plate on its stop (Fig. 4)") -> Figure:
+def open_loop_chain() -> Figure:
     """What the scan sees, and what it does not."""
     return _chain(
-        title,
+        "The forward channel with the plate on its stop (Fig. 4)",
         "The stop sets ΔC, so moment, stiffness and k1 (grey) do not reach the counts; the paper has them in eq. (17).",
         ("M_in", "1/D", "k1", "bridge\n1 − ρ", "k_amp", "k_AD", "k_demo\nk(D(z))"),
         unseen=3,
@@ -79,10 +85,10 @@ def open_loop_chain(*, title: str = "The forward channel with the plate on its s
 
 
 @styled
-def excited_open_loop(*, title: str = "The open loop excited through the torquer (Fig. 6)") -> Figure:
+def excited_open_loop() -> Figure:
     """The rejected method."""
     return _chain(
-        title,
+        "The open loop excited through the torquer (Fig. 6)",
         "A current that balances 1 g, and steps around it: the gap leaves room for little, and the bias wanders.",
         ("N_DA2", "k_DA\nk_VI", "k_t", "1/D", "k1 k_CV", "k_AD", "k_demo"),
         unseen=0,
@@ -91,10 +97,10 @@ def excited_open_loop(*, title: str = "The open loop excited through the torquer
 
 
 @styled
-def scan_schedule(*, title: str = "Scan of the carrier's amplitude and least squares (Fig. 5)") -> Figure:
+def scan_schedule() -> Figure:
     """Steps of N_FPGA, counts, slope, drift."""
     return _chain(
-        title,
+        "Scan of the carrier's amplitude and least squares (Fig. 5)",
         "The slope of N_out against N_FPGA is the gain; its change is the drift of the forward channel's electronics.",
         (
             "N_FPGA\n+ i ΔN",
@@ -110,10 +116,10 @@ def scan_schedule(*, title: str = "Scan of the carrier's amplitude and least squ
 
 
 @styled
-def procedure_steps(*, title: str = "The procedure (Fig. 9)") -> Figure:
+def procedure_steps() -> Figure:
     """Steps 1 to 5."""
     return _chain(
-        title,
+        "The procedure (Fig. 9)",
         "Steps 1 to 5 of section IV-A, at one position; between step 2 and step 3 time passes and the unit warms up.",
         (
             "1 references\nk_pre-eq,\nN_on − N_off",
