@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -14,7 +13,7 @@ from ins_eval import metrics
 from ins_eval.alignment import Alignment, AlignmentNoise, align
 from ins_eval.compensation import CompensationModel, Samples
 from ins_eval.earth import EARTH_RATE, radii
-from ins_eval.effects import turned_start, without_effects
+from ins_eval.effects import effects_left, turned_start
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import Initialization, find, follow
 from ins_eval.recording import Fixes, Recording, Start
@@ -90,7 +89,7 @@ def standstill_to_align_on(recording: Recording) -> Stretch | None:
     return choose_alignment(stretches)
 
 
-def beginning(recording: Recording, dv_b: np.ndarray, folder: str | Path = ".") -> Stretch | Initialization | None:
+def beginning(recording: Recording, dv_b: np.ndarray) -> Stretch | Initialization | None:
     """Where and how navigation begins, as `evaluate` takes it; `dv_b` (n, 3) m/s are compensated increments.
 
     1. None: the attitude of the start is stated, and not to be aligned (see `standstill_to_align_on`).
@@ -109,7 +108,6 @@ def beginning(recording: Recording, dv_b: np.ndarray, folder: str | Path = ".") 
     else:
         if stretch is None or _finds_north(recording, stretch):
             return stretch
-    recording, dv_b = without_effects(recording, dv_b, folder)
     return find(recording, _without_bias(recording), dv_b)
 
 
@@ -155,7 +153,6 @@ def evaluate(
     every: int = 1,
     vertical: Vertical | None = None,
     start: Start | None = None,
-    folder: str | Path = ".",
 ) -> Evaluation:
     """Navigate a recording by pure inertial mechanization and compare it with what is known.
 
@@ -168,16 +165,18 @@ def evaluate(
     every : one row of the solution for so many steps of four samples
     vertical : None: damped by the height that the recording believes in, free where there is none
     start : where to begin instead of the recording's own start, taken as it is
-    folder : of the recording, where a believed compensation file is relative to it
 
     Notes
     -----
-    Believed effects are taken off and gyros corrected for the believed bias. Compared with `recording.reference` where
-    there is one, else with its
-    GPS, else with the known standstill of a parked recording; for GPS and reference the solution is carried to the
-    antenna and the believed time offset is applied.
+    The recording is one of which the believed effects were taken off (`effects.without_effects`). Its gyros are
+    corrected for the believed bias. Compared with `recording.reference` where there is one, else with its GPS, else
+    with the known standstill of a parked recording; for GPS and reference the solution is carried to the antenna and
+    the believed time offset is applied.
+
+    Raises: DataRefused where there is nothing to begin with or to compare with.
     """
-    recording, dv_b = without_effects(recording, dv_b, folder)
+    if left := effects_left(recording.belief):
+        raise ValueError(f"{recording.name}: take the believed {left[0].name} off first, see effects.without_effects")
     imu, believed = recording.imu, recording.belief
     dtheta_b = _without_bias(recording)
     begin = start or recording.start
@@ -422,7 +421,6 @@ def _from_fixes(
     recording: Recording, dv_b: np.ndarray, every_s: float, begin: Initialization | None
 ) -> Iterator[tuple[float, Errors]]:
     """Begin and errors of each piece, started with the state that the fixes before it give."""
-    recording, dv_b = without_effects(recording, dv_b, recording.folder)
     dtheta_b = _without_bias(recording)
     state = begin or find(recording, dtheta_b, dv_b)
     last_s = float(recording.imu.time_s[-1])
