@@ -1,8 +1,8 @@
 """Figures 1, 3 and 5-7 of Paper A with its axes: what the laboratory gives.
 
 Fig. 9 and 10 are in `oven_figures`, Fig. 11-13 those of the flight report (`traces`), Fig. 2, 4 and 8 drawings
-(`rigs`). A unit of the chamber is a mapping of columns (n,): `temperature_c`, `rate_c_per_min`, `ramp_c_per_min`,
-`elapsed_s`, `scale`, `bias_ug`.
+(``diagrams.toml``). A unit of the chamber is a mapping of columns (n,): `temperature_c`, `rate_c_per_min`,
+`ramp_c_per_min`, `elapsed_s`, `scale`, `bias_ug`.
 """
 
 from __future__ import annotations

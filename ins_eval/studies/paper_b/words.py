@@ -7,10 +7,11 @@ left out.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 from ins_eval.report.content import Block, Section, paragraphs, table
 from ins_eval.studies.papers import Row, number
-from ins_eval.studies.statements import Pictures, counted, signed, statement_sections
+from ins_eval.studies.statements import counted, read_pictures, signed, statement_sections
 from ins_eval.wording import fixed, joined, with_interval
 
 CHANNELS = ("forward", "feedback")
@@ -25,37 +26,7 @@ MARGINS = {  # of the results: words, unit, decimals, factor
 }
 STATES = {"nominal": "as built", "drifted": "−200 ppm", "compensated": "compensated"}
 
-PICTURES: Pictures = {
-    "B-T3": {
-        "estimates_by_repetition": "The six repetitions of Tables 3 and 4 among those of our units, which nothing "
-        "but temperature moves away from what was put in."
-    },
-    "B-F2": {"loop_structure": "The loop as it is modelled."},
-    "B-F3": {"bridge_chain": "The chain as it is modelled."},
-    "B-F4": {"open_loop_chain": "The chain as it is modelled; grey is what the plate on its stop cuts off."},
-    "B-F5": {"scan_schedule": "The scan as it is carried out."},
-    "B-F6": {"excited_open_loop": "The rejected method as it is modelled."},
-    "B-F7": {"loop_with_current": "The loop as it is modelled while the current is on."},
-    "B-F8": {"loop_with_compensation": "Where both corrections act."},
-    "B-F9": {"procedure_steps": "The procedure as it is carried out."},
-    "B-F11": {
-        "forward_estimation": "As Fig. 11 of the paper; the difference has a panel of its own, since 200 ppm cannot be "
-        "seen in the scan."
-    },
-    "B-F12": {"feedback_estimation": "As Fig. 12 of the paper, for all six repetitions, beside the printed counts."},
-    "B-F13": {"static_output": "As Fig. 13 of the paper. Compensation overshoots: what is left has the other sign."},
-    "B-E25": {
-        "loop_in_flight": "The equation is of a loop at rest. In flight the loop is late by a fixed time, which moves "
-        "the velocity while the specific force changes and gives it back after."
-    },
-    "B-C12": {"attraction_by_carrier": "How strong the carrier would have to be for attraction to matter."},
-    "B-C24": {"temperature_calibrated": "What the paper proposes, carried out over our units."},
-    "B-S1": {"stability_against_drift": "What a drift of the forward gain does change, and how large it has to be."},
-    "B10": {
-        "shift_distribution": "The paper's two shifts among those of our units.",
-        "shift_and_size": "A shift that comes with the state of the room stays the same whatever is injected.",
-    },
-}
+PICTURES = read_pictures(Path(__file__).with_name("pictures.toml"))
 
 
 def paper_b_content(rows: Sequence[Row], results: Mapping) -> tuple[str, list[Section]]:
