@@ -259,11 +259,6 @@ def between(estimate: Estimate, digits: int = 3) -> str:
     return f"{number(estimate['value'], digits)} ({number(low, digits)} to {number(high, digits)})"
 
 
-def listed(values: Sequence[float], digits: int = 3) -> str:
-    """Numbers in a sentence, separated by strokes."""
-    return " / ".join(number(v, digits) for v in values)
-
-
 def percent_off(ratio: Mapping | None) -> dict[str, Any] | None:
     """What a ratio ("ratio" or "value", "interval95") of new over old takes off the old, in %, as an estimate."""
     if ratio is None:
@@ -271,11 +266,6 @@ def percent_off(ratio: Mapping | None) -> dict[str, Any] | None:
     low, high = ratio["interval95"]
     value = ratio["ratio"] if "ratio" in ratio else ratio["value"]
     return {"value": 100.0 * (1.0 - value), "interval95": [100.0 * (1.0 - high), 100.0 * (1.0 - low)]}
-
-
-def as_printed(values: Sequence[float]) -> str:
-    """Printed numbers in a sentence, with all their digits."""
-    return " / ".join(f"{v:g}" for v in values)
 
 
 def _split(ours: Any) -> tuple[float | str | None, tuple[float, float] | None]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -19,17 +20,13 @@ from typing import Any
 import numpy as np
 
 from ins_eval.studies import papers
+from ins_eval.studies.filled import FIELD, NotComputed, at, filled
 from ins_eval.studies.papers import CONTRADICTS, NOT_COMPUTED, NOT_REPRODUCED, Row
 
-FIELD = re.compile(r"\{([^{}:]+)(?::([^{}]*))?\}")
 SEVERAL = re.compile(r"[*|]")
 DIGITS = "3"
 
 Values = Mapping[str, Mapping[str, Any]]  # by id of a row: what stands nowhere in the computed tree
-
-
-class _Missing(LookupError):
-    """A number was not computed in this run."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +92,7 @@ class _Judge:
     """One row in the making."""
 
     def __init__(self, id: str, statement: Statement, own: Mapping[str, Any], computed: Mapping[str, Any]) -> None:
-        self.id, self.statement, self.own, self.computed = id, statement, own, computed
+        self.id, self.statement, self.own, self.tree = id, statement, own, ChainMap({**own}, {**computed})
 
     def row(self) -> Row:
         """The row with its verdict."""
@@ -134,7 +131,7 @@ class _Judge:
                 try:
                     found.append(self._text(text))
                     break
-                except _Missing:
+                except NotComputed:
                     continue
         return " ".join(found)
 
@@ -146,33 +143,19 @@ class _Judge:
             return stated
         try:
             alone = FIELD.fullmatch(stated)
-            return self._at(alone[1]) if alone and alone[2] is None else self._text(stated)
-        except _Missing:
+            return at(alone[1], self.tree) if alone and alone[2] is None else self._text(stated)
+        except NotComputed:
             return None
 
     def _text(self, template: str) -> str:
-        return FIELD.sub(lambda field: _words(self._at(field[1]), field[2] or DIGITS), template)
-
-    def _at(self, path: str) -> Any:
-        """What stands at the end of a path. Raises `_Missing` where it was not computed."""
-        root, *keys = path.split(".")
-        found = self.own[root] if root in self.own else self.computed[root]
-        for key in keys:
-            if found is None:
-                break
-            if isinstance(found, Mapping):
-                found = found.get(key)
-            else:
-                found = found[int(key)] if key.isdigit() else getattr(found, key)
-        if found is None:
-            raise _Missing(path)
-        return found
+        return filled(template, self.tree, _words)
 
 
 def _words(value: Any, form: str) -> str:
     """A value in a sentence."""
+    form = form or DIGITS
     if value is None:
-        raise _Missing
+        raise NotComputed
     if isinstance(value, str):
         return value
     if isinstance(value, Mapping):
