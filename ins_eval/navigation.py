@@ -436,14 +436,7 @@ def _piece(recording, dv_b, fixes: Fixes, k: int, at_s: float, turning: Slerp, e
     first = int(np.searchsorted(recording.imu.time_s, at_s + 1e-6))
     begin_s = float(recording.imu.time_s[first - 1]) if first else recording.start.time_s
     roll_pitch_heading = turning(np.clip(begin_s, turning.times[0], turning.times[-1])).as_euler("ZYX")[::-1]
-    start = Start(
-        begin_s,
-        float(fixes.latitude_rad[k]),
-        float(fixes.longitude_rad[k]),
-        float(fixes.height_m[k]),
-        tuple(float(v) for v in fixes.velocity_n[k]),
-        tuple(float(a) for a in roll_pitch_heading),
-    )
+    start = Start(begin_s, **fixes.state(k), attitude_rad=tuple(float(a) for a in roll_pitch_heading))
     try:
         return evaluate(recording, dv_b, until_s=at_s + every_s, start=start).errors
     except DataRefused:

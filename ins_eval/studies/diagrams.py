@@ -71,8 +71,8 @@ def _arrow(ax: Axes, x: float, y: float, to_x: float, to_y: float, color: str = 
     ax.annotate("", (to_x, to_y), (x, y), arrowprops=style, zorder=4)
 
 
-def _marked_arrow(ax: Axes, *of: float) -> None:
-    _arrow(ax, *of, ACCENT, 1.4)
+def _marked_arrow(ax: Axes, x: float, y: float, to_x: float, to_y: float) -> None:
+    _arrow(ax, x, y, to_x, to_y, ACCENT, 1.4)
 
 
 def _line(ax: Axes, x: Sequence[float], y: Sequence[float]) -> None:
