@@ -13,7 +13,7 @@ from ins_eval.analysis.compare import Known, RecordingComparison
 from ins_eval.channels import CHANNELS, ChannelEstimate, FittedChannel, Windows
 from ins_eval.figures import style
 from ins_eval.recording import Fixes, Imu, Recording, Start
-from ins_eval.recording.belief import GyroBelief
+from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief
 from ins_eval.report.comparison import comparison_content, units
 from ins_eval.report.content import Paragraph, Table
 from ins_eval.units import DEG, DEG_PER_H, UG
@@ -58,7 +58,10 @@ def found() -> RecordingComparison:
     imu = Imu(time_s, np.zeros((time_s.size, 3)), np.zeros((time_s.size, 3)), "increment")
     still = np.zeros((epochs_s.size, 3))
     fixes = Fixes.of(epochs_s, still, still, np.ones(epochs_s.size, dtype=bool), still)
-    recording = Recording("drive", "drive", Start(0.0, 0.0, 0.0, 0.0), imu, reference=fixes, notes=("one gap",))
+    none = (0.0, 0.0, 0.0)
+    belief = Belief(gyro=GyroBelief(bias_radps=none), accelerometer=AccelerometerBelief(bias_mps2=none))
+    start = Start(0.0, 0.0, 0.0, 0.0)
+    recording = Recording("drive", "drive", start, imu, reference=fixes, belief=belief, notes=("one gap",))
     windows = Windows(np.arange(1.0, 99.0), 1.0, np.zeros((98, 6)), np.zeros((98, 6)))
     fitted = triads(DEG, 1.0, (0.0445, -0.0596, 0.0002, 0.02, 0.02, 0.02), (0.001, 0.003))
     with_clock = tuple(replace(one, rms_after=0.25 * one.rms_after) for one in fitted)
