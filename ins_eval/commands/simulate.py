@@ -13,12 +13,12 @@ from ins_eval.recording import form
 def run(
     kind: Literal["flight", "oven", "chamber"],
     output: Path,
-    profile: str,
-    population: str,
-    seed: int,
-    instrument: int,
-    rate_hz: float | None,
-    quiet: bool,
+    profile: str = "climb-cruise-landing",
+    population: str = "jb-kt8",
+    seed: int = 1,
+    instrument: int = 0,
+    rate_hz: float | None = None,
+    quiet: bool = False,
     **of_chamber: Any,
 ) -> int:
     """Write one recording of one instrument into `output`; the same seed gives the same bytes.
@@ -27,12 +27,12 @@ def run(
     instrument, or the printed `unit` of that name, or "all" of these in one table.
     """
     if kind == "chamber":
-        chamber = chamber_of(of_chamber["ramps_c_per_min"], of_chamber["dwell_s"])
-        chosen = of_chamber["axis"], of_chamber["unit"]
+        chamber = chamber_of(of_chamber.get("ramps_c_per_min"), of_chamber.get("dwell_s"))
+        chosen = of_chamber.get("axis"), of_chamber.get("unit")
         form.write_chamber(simulate_chamber(chamber, population, seed, instrument, *chosen), output)
     else:
         options = {"--axis": "axis", "--unit": "unit", "--ramps": "ramps_c_per_min", "--dwell": "dwell_s"}
-        if wrong := [option for option, name in options.items() if of_chamber[name] is not None]:
+        if wrong := [option for option, name in options.items() if of_chamber.get(name) is not None]:
             raise UsageError(f"simulate {kind}: {wrong[0]} is of a chamber; leave it away or simulate a chamber")
         simulate_recording(profile, kind, population, seed, instrument, rate_hz).write(output)
     if not quiet:
