@@ -23,7 +23,7 @@ from ins_eval.figures.style import (
     styled,
 )
 from ins_eval.units import NMI
-from ins_eval.vocabulary import PAPER_ARM, definition_name, measure_name, source_name
+from ins_eval.vocabulary import FIRST, PAPER_ARM, SECOND, definition_name, measure_name, source_name
 
 Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
 
@@ -105,17 +105,15 @@ def missions_by_temperature(*, warmer_c: np.ndarray, ratios: Mapping[str, np.nda
 def improvement_per_instrument(
     *,
     ratios: Mapping[str, np.ndarray],
-    pair: tuple[str, str] = ("hysteresis_refined", "simple"),
     fraction_improved: Mapping[str, Statistic] | None = None,
-    paper: Mapping[str, float] | None = None,
 ) -> Figure:
-    """Distribution over instruments of `pair[0]`/`pair[1]`, one panel a measure (-> (n,) ratios).
+    """Distribution over instruments of refined hysteresis over simple, one panel a measure (-> (n,) ratios).
 
-    Left of 1 the instrument became better. `paper` measure -> the ratio published for one flight.
+    Left of 1 the instrument became better.
     """
     size = len(next(iter(ratios.values())))
     note = (
-        f"Ratio {label(pair[0])} / {label(pair[1])} of each of {size} paired instruments: cumulative share of "
+        f"Ratio {label(SECOND)} / {label(FIRST)} of each of {size} paired instruments: cumulative share of "
         "instruments at or below a ratio. Below 1 is better; the shaded side is worse."
     )
     figure, panels = sheet(
@@ -128,7 +126,7 @@ def improvement_per_instrument(
             np.clip(values, *RATIO_RANGE),
             share,
             where="post",
-            color=colour(pair[0]),
+            color=colour(SECOND),
             linewidth=1.4,
             label="instruments",
         )
@@ -144,8 +142,6 @@ def improvement_per_instrument(
         )
         ax.axvspan(1.0, RATIO_RANGE[1], color="#f5f5f5", linewidth=0, zorder=0.2)
         ax.axvline(1.0, color=QUIET, linewidth=0.8)
-        if paper and measure in paper:
-            ax.axvline(paper[measure], color=ACCENT, linestyle="--", linewidth=1.2, label="published flight")
         better = float(np.mean(values < 1.0))
         interval = (fraction_improved or {}).get(measure)
         text = f"{100 * better:.0f} % improved"
@@ -266,7 +262,6 @@ def single_flight_rates(
     *,
     rates_nmi_per_h: Mapping[str, Mapping[str, np.ndarray]],
     paper_nmi_per_h: Mapping[str, float] | None = None,
-    window: str = "",
 ) -> Figure:
     """Distribution over instruments of the single-flight radial error rate, definition -> name -> (n,), in nmi/h.
 
@@ -275,7 +270,7 @@ def single_flight_rates(
     size = len(next(iter(next(iter(rates_nmi_per_h.values())).values())))
     note = (
         f"Cumulative share of {size} single flights with a radial error rate at or below the abscissa, one panel a "
-        f"definition. {window} Dashed: the numbers Paper A prints as CEP for its one flight, definition not given."
+        f"definition. Dashed: the numbers Paper A prints as CEP for its one flight, definition not given."
     )
     figure, panels = sheet(
         3.7,

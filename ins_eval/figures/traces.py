@@ -11,8 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from ins_eval.figures.style import (
-    ACCENT,
-    COLOUR,
     INK,
     QUIET,
     colour,
@@ -231,9 +229,8 @@ def attitude(
     roll_deg: np.ndarray,
     pitch_deg: np.ndarray,
     heading_deg: np.ndarray,
-    documented_heading_deg: float | None = None,
 ) -> Figure:
-    """Roll, pitch and heading (n,) in degrees, one panel each, with the documented heading where there is one."""
+    """Roll, pitch and heading (n,) in degrees, one panel each."""
     note = "As navigated from the alignment onward; heading is continuous, not folded at 360°."
     figure, panels = sheet(4.4, "Attitude during navigation", note, rows=3, sharex=True)
     heading_deg = np.rad2deg(np.unwrap(np.deg2rad(np.asarray(heading_deg, dtype=float))))
@@ -241,9 +238,6 @@ def attitude(
         ax.plot(*decimate(time_s, angle), color=INK, linewidth=1.0, label="navigated")
         ax.set_ylabel(f"{name} [°]")
         ax.ticklabel_format(useOffset=False)
-    if documented_heading_deg is not None:
-        turns = 360.0 * np.round((heading_deg[0] - documented_heading_deg) / 360.0)
-        panels[2].axhline(documented_heading_deg + turns, color=ACCENT, linestyle="--", label="documented heading")
     panels[2].set_xlabel(TIME_LABEL)
     panels[2].set_xlim(float(time_s[0]), float(time_s[-1]))
     legend_below(figure, *panels)
@@ -269,21 +263,19 @@ def activity(
     force_mps2: np.ndarray,
     rate_deg_per_s: np.ndarray,
     stretch_s: tuple[float, float],
-    force_limit_mps2: float | None = None,
-    rate_limit_deg_per_s: float | None = None,
     navigation_s: tuple[float, float] | None = None,
 ) -> Figure:
     """How restless a recording is: deviation of specific force and rate from their local means, (n,), against time.
 
-    `stretch_s` is the stretch used for the alignment, the limits are those of the rule that found it.
+    `stretch_s` is the stretch used for the alignment.
     """
     note = f"Alignment uses {stretch_s[0]:.0f} to {stretch_s[1]:.0f} s of the recording (shaded)."
     if navigation_s is not None:
         note += f" Navigation runs from {navigation_s[0]:.0f} to {navigation_s[1]:.0f} s."
     figure, (upper, lower) = sheet(3.9, "Quiet stretch found for the alignment", note, rows=2, sharex=True)
-    for ax, values, limit, unit, name in (
-        (upper, force_mps2, force_limit_mps2, "[m/s²]", "specific force"),
-        (lower, rate_deg_per_s, rate_limit_deg_per_s, "[°/s]", "angular rate"),
+    for ax, values, unit, name in (
+        (upper, force_mps2, "[m/s²]", "specific force"),
+        (lower, rate_deg_per_s, "[°/s]", "angular rate"),
     ):
         positive = np.where(np.asarray(values) > 0.0, values, np.nan)
         ax.plot(*decimate(time_s, positive), color=INK, linewidth=0.8, label="activity")
@@ -292,10 +284,6 @@ def activity(
             ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
             ax.yaxis.set_minor_formatter(NullFormatter())
-        if limit is not None:
-            ax.axhline(
-                limit, color=COLOUR["hysteresis_refined"], linestyle="--", linewidth=1.0, label="limit of the rule"
-            )
         ax.axvspan(*stretch_s, color="#d7e8d4", linewidth=0, zorder=0.4, label="aligned here")
         if navigation_s is not None:
             ax.axvline(navigation_s[0], color=QUIET, linewidth=0.8, linestyle=(0, (4, 2)), label="navigation starts")
