@@ -216,9 +216,8 @@ def compare(recording: Recording, use_found_offset: bool = False) -> Result[Reco
     if recording.imu is None:
         raise DataRefused(f"{recording.name}: holds no imu, only the solution that an INS put out; evaluate it")
     found = compare_recording(recording, use_found_offset)
-    words = comparison_content(found.tree)
-    draw = partial(comparison_figures, found, found.tree)
-    return Result(f"Comparison: {recording.name}", found, found.tree, *words, draw)
+    draw = partial(comparison_figures, found)
+    return Result(f"Comparison: {recording.name}", found, found.tree, *comparison_content(found), draw)
 
 
 def calibrate(

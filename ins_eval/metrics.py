@@ -98,14 +98,6 @@ def radial_error_rate_rms(
     return root_mean_square(radius_nmi[..., late] / time_h[late])
 
 
-def trms(radius_nmi: np.ndarray) -> np.ndarray | float:
-    """Time RMS of the radial error, sqrt(mean r^2): a distance in nmi. Parameter: (..., m) in nmi.
-
-    The rate of that name, of an ensemble, is ``DEFINITIONS["trms"]``.
-    """
-    return root_mean_square(radius_nmi)
-
-
 def radial_error_rates(position_error_m: np.ndarray, time_s: np.ndarray) -> RadialErrorRates:
     """The three radial error rates of a flight. Parameters: (..., m, 2) north, east in m; (m,) in s."""
     r, t = radius_nmi(position_error_m), time_s / HOUR

@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
 from ins_eval import metrics
 from ins_eval.alignment import Alignment, AlignmentNoise, align
 from ins_eval.compensation import CompensationModel, Samples
 from ins_eval.earth import EARTH_RATE, radii
-from ins_eval.effects import turned_start, without_effects
+from ins_eval.effects import effects_left, turned_start
 from ins_eval.errors import DataRefused
-from ins_eval.initialization import Initialization, find, follow
-from ins_eval.recording import Fixes, Recording, Start
+from ins_eval.initialization import Initialization, find
+from ins_eval.recording import Recording, Start
 from ins_eval.recording.stillness import Stretch, choose_alignment, still_stretches
 from ins_eval.reference import AttitudeErrors, Errors, compare, compare_attitude, standstill
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, Vertical, navigate
 from ins_eval.thermal import filtered_rate
 from ins_eval.units import DEG, DEG_PER_H
 
-FEWEST_PIECES = 5  # that an interval takes
 STANDING_SPEED_MPS = 0.5  # a receiver that reports more on average does not stand
 PARKED = ("static", "oven")
 UNKNOWN_RAD = 30.0 * DEG  # a stated attitude sigma from which on the attitude is as good as unknown
@@ -90,7 +87,7 @@ def standstill_to_align_on(recording: Recording) -> Stretch | None:
     return choose_alignment(stretches)
 
 
-def beginning(recording: Recording, dv_b: np.ndarray, folder: str | Path = ".") -> Stretch | Initialization | None:
+def beginning(recording: Recording, dv_b: np.ndarray) -> Stretch | Initialization | None:
     """Where and how navigation begins, as `evaluate` takes it; `dv_b` (n, 3) m/s are compensated increments.
 
     1. None: the attitude of the start is stated, and not to be aligned (see `standstill_to_align_on`).
@@ -109,8 +106,7 @@ def beginning(recording: Recording, dv_b: np.ndarray, folder: str | Path = ".") 
     else:
         if stretch is None or _finds_north(recording, stretch):
             return stretch
-    recording, dv_b = without_effects(recording, dv_b, folder)
-    return find(recording, _without_bias(recording), dv_b)
+    return find(recording, without_bias(recording), dv_b)
 
 
 def _finds_north(recording: Recording, stretch: Stretch) -> bool:
@@ -121,14 +117,14 @@ def _finds_north(recording: Recording, stretch: Stretch) -> bool:
         return DEG_PER_H * stated < NORTH_RAD * EARTH_RATE * np.cos(latitude)
     time_s = recording.imu.time_s
     inside = (time_s > stretch.start_s) & (time_s <= stretch.end_s)
-    rate_b = _without_bias(recording)[inside].sum(axis=0) / stretch.duration_s
+    rate_b = without_bias(recording)[inside].sum(axis=0) / stretch.duration_s
     up_b = recording.imu.accelerometer[inside].sum(axis=0)
     vertical = float(rate_b @ up_b / np.linalg.norm(up_b)) - EARTH_RATE * np.sin(latitude)
     off = max(abs(float(np.linalg.norm(rate_b)) - EARTH_RATE), abs(vertical))
     return off < EARTH_RATE_TOLERANCE * EARTH_RATE
 
 
-def _without_bias(recording: Recording) -> np.ndarray:
+def without_bias(recording: Recording) -> np.ndarray:
     """Angle increments (n, 3) without the believed bias."""
     bias = recording.belief.gyro.bias_radps
     if bias is None or not any(bias):
@@ -155,7 +151,6 @@ def evaluate(
     every: int = 1,
     vertical: Vertical | None = None,
     start: Start | None = None,
-    folder: str | Path = ".",
 ) -> Evaluation:
     """Navigate a recording by pure inertial mechanization and compare it with what is known.
 
@@ -168,18 +163,20 @@ def evaluate(
     every : one row of the solution for so many steps of four samples
     vertical : None: damped by the height that the recording believes in, free where there is none
     start : where to begin instead of the recording's own start, taken as it is
-    folder : of the recording, where a believed compensation file is relative to it
 
     Notes
     -----
-    Believed effects are taken off and gyros corrected for the believed bias. Compared with `recording.reference` where
-    there is one, else with its
-    GPS, else with the known standstill of a parked recording; for GPS and reference the solution is carried to the
-    antenna and the believed time offset is applied.
+    The recording is one of which the believed effects were taken off (`effects.without_effects`). Its gyros are
+    corrected for the believed bias. Compared with `recording.reference` where there is one, else with its GPS, else
+    with the known standstill of a parked recording; for GPS and reference the solution is carried to the antenna and
+    the believed time offset is applied.
+
+    Raises: DataRefused where there is nothing to begin with or to compare with.
     """
-    recording, dv_b = without_effects(recording, dv_b, folder)
+    if left := effects_left(recording.belief):
+        raise ValueError(f"{recording.name}: take the believed {left[0].name} off first, see effects.without_effects")
     imu, believed = recording.imu, recording.belief
-    dtheta_b = _without_bias(recording)
+    dtheta_b = without_bias(recording)
     begin = start or recording.start
     alignment = found = None
     if isinstance(align_on, Initialization):
@@ -333,120 +330,3 @@ def measures(evaluation: Evaluation) -> dict[str, dict[str, float]]:
         rms_deg = metrics.root_mean_square(evaluation.attitude.phi_n.T) / DEG
         found["attitude_rms_deg"] = dict(zip(("north", "east", "down"), rms_deg.tolist(), strict=True))
     return found
-
-
-@dataclass(frozen=True)
-class Restarts:
-    """How errors grow with the time since navigation was started afresh, (m,) each: RMS over `count` pieces.
-
-    The intervals (2, m) hold the RMS with 95 %, by a bootstrap over pieces; NaN where there are fewer than five.
-    """
-
-    after_s: np.ndarray
-    position_rms_m: np.ndarray
-    velocity_rms_mps: np.ndarray
-    position_interval_m: np.ndarray
-    velocity_interval_mps: np.ndarray
-    count: int
-
-
-def restarts(recording: Recording, dv_b: np.ndarray, every_s: float, begin: Initialization | None = None) -> Restarts:
-    """Navigate in pieces of `every_s`, each started afresh at a fix.
-
-    For instruments that cannot find north and drift away within minutes. A piece starts with the attitude that the
-    reference has then; where no reference has one, with the state that `initialization.follow` makes of all fixes
-    before it, from `begin` on. The errors of a piece are taken relative to those at its start, so that the noise of
-    the fix it started from is in them twice.
-    Raises: DataRefused where there is nothing to start from or no piece lies between valid fixes.
-    """
-    reference = recording.reference
-    if reference is not None and reference.attitude_rad is not None:
-        pieces = _from_reference(recording, dv_b, every_s)
-    else:
-        pieces = _from_fixes(recording, dv_b, every_s, begin)
-    after_s = np.arange(1.0, every_s + 0.5)
-    position, speed = [], []
-    for at_s, errors in pieces:
-        valid = np.flatnonzero(errors.valid)
-        rows = valid[np.round(np.interp(at_s + after_s, errors.time_s[valid], np.arange(valid.size))).astype(int)]
-        first = valid[0]
-        position.append(
-            np.hypot(errors.north_m[rows] - errors.north_m[first], errors.east_m[rows] - errors.east_m[first])
-        )
-        speed.append(np.hypot(*(errors.velocity_n[rows, :2] - errors.velocity_n[first, :2]).T))
-    if not position:
-        raise DataRefused(
-            f"{recording.name}: no stretch of {every_s:g} s lies between valid fixes and attitudes; "
-            "give a shorter --restart-every"
-        )
-    return Restarts(
-        after_s,
-        metrics.root_mean_square(np.array(position).T),
-        metrics.root_mean_square(np.array(speed).T),
-        _over_pieces(np.array(position)),
-        _over_pieces(np.array(speed)),
-        len(position),
-    )
-
-
-def _over_pieces(values: np.ndarray) -> np.ndarray:
-    """95 % interval (2, m) of the RMS over pieces (count, m), by 2000 bootstrap samples of them."""
-    if len(values) < FEWEST_PIECES:
-        return np.full((2, values.shape[1]), np.nan)
-    chosen = np.random.default_rng(0).multinomial(len(values), np.full(len(values), 1.0 / len(values)), 2000)
-    return np.quantile(np.sqrt(chosen @ values**2 / len(values)), [0.025, 0.975], axis=0)
-
-
-def _from_reference(recording: Recording, dv_b: np.ndarray, every_s: float) -> Iterator[tuple[float, Errors]]:
-    """Begin and errors of each piece, started with the attitude of the reference."""
-    reference, fixes = recording.reference, recording.gps or recording.reference
-    section = recording.belief.gps if recording.gps is not None else recording.belief.reference
-    known = np.isfinite(reference.attitude_rad).all(axis=1)
-    turning = Slerp(reference.time_s[known], Rotation.from_euler("ZYX", reference.attitude_rad[known][:, ::-1]))
-    instants = fixes.time_s - section.time_offset_s
-    span = (
-        max(reference.time_s[known][0], recording.imu.time_s[0]),
-        min(reference.time_s[known][-1], recording.imu.time_s[-1]),
-    )
-    next_s = -np.inf
-    for k in np.flatnonzero(fixes.valid):
-        if instants[k] < max(next_s, span[0]) or instants[k] + every_s > span[1]:
-            continue
-        next_s = instants[k] + every_s
-        errors = _piece(recording, dv_b, fixes, k, float(instants[k]), turning, every_s)
-        if errors is not None:
-            yield float(instants[k]), errors
-
-
-def _from_fixes(
-    recording: Recording, dv_b: np.ndarray, every_s: float, begin: Initialization | None
-) -> Iterator[tuple[float, Errors]]:
-    """Begin and errors of each piece, started with the state that the fixes before it give."""
-    recording, dv_b = without_effects(recording, dv_b, recording.folder)
-    dtheta_b = _without_bias(recording)
-    state = begin or find(recording, dtheta_b, dv_b)
-    last_s = float(recording.imu.time_s[-1])
-    while state.start.time_s + every_s <= last_s:
-        at_s = state.start.time_s
-        with suppress(DataRefused):  # an outage: nothing to compare with
-            yield at_s, evaluate(recording, dv_b, state, until_s=at_s + every_s).errors
-        state = follow(recording, state, dtheta_b, dv_b, at_s + every_s)
-
-
-def _piece(recording, dv_b, fixes: Fixes, k: int, at_s: float, turning: Slerp, every_s: float) -> Errors | None:
-    """Errors over `every_s` from fix `k` on, or None where fewer than two fixes are valid in it."""
-    first = int(np.searchsorted(recording.imu.time_s, at_s + 1e-6))
-    begin_s = float(recording.imu.time_s[first - 1]) if first else recording.start.time_s
-    roll_pitch_heading = turning(np.clip(begin_s, turning.times[0], turning.times[-1])).as_euler("ZYX")[::-1]
-    start = Start(
-        begin_s,
-        float(fixes.latitude_rad[k]),
-        float(fixes.longitude_rad[k]),
-        float(fixes.height_m[k]),
-        tuple(float(v) for v in fixes.velocity_n[k]),
-        tuple(float(a) for a in roll_pitch_heading),
-    )
-    try:
-        return evaluate(recording, dv_b, until_s=at_s + every_s, start=start).errors
-    except DataRefused:
-        return None

@@ -122,5 +122,5 @@ def test_section_is_in_the_standard_report(small_report: Path) -> None:
 def test_time_that_cannot_be_is_refused_before_anything_is_written(tmp_path: Path) -> None:
     for years in (-1.0, 1000.0, float("nan")):
         with pytest.raises(UsageError, match="years, expected 0 to 100"):
-            flight_report.run(tmp_path / "out", "straight", None, 2, 1, 1, True, storage_years=years)
+            flight_report.run(tmp_path / "out", 1, True, profile="straight", size=2, seed=1, storage_years=years)
     assert not (tmp_path / "out").exists()

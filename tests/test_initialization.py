@@ -17,11 +17,12 @@ from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, GYRO_BIAS, Initialization, find
 from ins_eval.initialization.rest import Felt, seconds_at_rest, velocity_sigma
-from ins_eval.navigation import beginning, evaluate, restarts
+from ins_eval.navigation import beginning, evaluate
 from ins_eval.readers import apm_mat, apm_text
 from ins_eval.recording import Imu, Recording, form
 from ins_eval.recording.stillness import Stretch
 from ins_eval.report.results import as_json
+from ins_eval.restarts import restarts
 from ins_eval.units import DEG, DEG_PER_H
 
 RATE_HZ = 20.0

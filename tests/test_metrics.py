@@ -155,7 +155,7 @@ def test_a_recording_below_half_an_hour_has_its_final_rate():
 
 
 def test_trms_is_the_time_rms_of_the_radius():
-    assert metrics.trms(np.array([3.0, 4.0])) == pytest.approx(sqrt(12.5), rel=EXACT)
+    assert metrics.root_mean_square(np.array([3.0, 4.0])) == pytest.approx(sqrt(12.5), rel=EXACT)
 
 
 def test_radial_error_rates_take_metres_and_seconds():

@@ -18,13 +18,13 @@ from ins_eval.navigation import (
     evaluate,
     height_aid,
     measures,
-    restarts,
     samples,
     standstill_to_align_on,
 )
 from ins_eval.profile import Profile
 from ins_eval.recording import Fixes, Imu, Recording, Start
 from ins_eval.recording.stillness import Stretch
+from ins_eval.restarts import restarts
 from ins_eval.strapdown import navigate
 from ins_eval.trajectory import Trajectory
 from ins_eval.units import DEG, DEG_PER_H, NMI, UG

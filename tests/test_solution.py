@@ -11,9 +11,9 @@ import pytest
 from scipy.io import netcdf_file
 
 from ins_eval.analysis.correlated import Series, mean, regress
-from ins_eval.analysis.schuler import NODE_S, fit_schuler, responses
+from ins_eval.analysis.schuler import fit_schuler, responses
 from ins_eval.analysis.several import SeveralEvaluations, summary
-from ins_eval.analysis.solution import evaluate_solution
+from ins_eval.analysis.solution import NODES, evaluate_solution
 from ins_eval.cli import main
 from ins_eval.diagnosis.model.geometry import States
 from ins_eval.ensemble import STATISTICS, Plan, World, contributions, stacked
@@ -76,7 +76,7 @@ def test_a_series_of_one_wave_has_no_interval():
 
 
 def at_rest(latitude_rad: float, hours: float) -> States:
-    time_s = np.arange(0.0, 3600.0 * hours + NODE_S / 2, NODE_S)
+    time_s = np.arange(0.0, 3600.0 * hours + 0.5 * NODES, NODES)
     nothing, still = np.zeros(time_s.size), np.zeros((time_s.size, 3))
     axes = np.broadcast_to(np.eye(3), (time_s.size, 3, 3))
     return States(time_s, nothing + latitude_rad, nothing, nothing, still, still, axes)

@@ -34,6 +34,7 @@ import numpy as np
 from ins_eval import metrics
 from ins_eval.cli import main as ins_eval
 from ins_eval.compensation.file import believed_model, read_model
+from ins_eval.effects import without_effects
 from ins_eval.ensemble import Plan, World
 from ins_eval.imu import Mission
 from ins_eval.navigation import compensate, evaluate, measures, samples, standstill_to_align_on
@@ -159,7 +160,8 @@ def diagnosed(recordings: Sequence[Path], belief: Path, where: Path) -> tuple[di
 
 def errors(recording: Recording, velocity: np.ndarray) -> Errors:
     """Horizontal velocity RMS and radial error rate of the pure-inertial solution."""
-    found = measures(evaluate(recording, velocity, align_on=standstill_to_align_on(recording)))
+    align_on = standstill_to_align_on(recording)
+    found = measures(evaluate(*without_effects(recording, velocity), align_on=align_on))
     return {
         "velocity_rms_mps": found["velocity_rms_mps"]["horizontal"],
         "radial_error_rate_nmi_per_h": found["radial_error_rate_nmi_per_h"]["radial_error_rate_rms"],

@@ -27,6 +27,7 @@ LEAST_GAIN = 0.05  # of the velocity RMS: where the truth itself gains less, the
 def reached(folder: Path) -> dict[str, float]:
     """Horizontal velocity RMS (m/s) and radial error rate (nmi/h) of a recording navigated as believed."""
     from ins_eval.compensation.file import believed_model
+    from ins_eval.effects import without_effects
     from ins_eval.navigation import compensate, evaluate, measures, samples, standstill_to_align_on
     from ins_eval.recording import form
 
@@ -35,7 +36,8 @@ def reached(folder: Path) -> dict[str, float]:
     if recording.imu.accelerometer_form == "pulse":
         triad = [believed_model(recording.belief, axis, folder) for axis in "xyz"]
         velocity = compensate(samples(recording), triad, recording.interval_s)
-    found = measures(evaluate(recording, velocity, standstill_to_align_on(recording)))
+    align_on = standstill_to_align_on(recording)
+    found = measures(evaluate(*without_effects(recording, velocity, folder), align_on))
     return {
         "velocity_rms_mps": found["velocity_rms_mps"]["horizontal"],
         "radial_error_rate_nmi_per_h": found["radial_error_rate_nmi_per_h"]["radial_error_rate_rms"],

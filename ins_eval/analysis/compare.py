@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -41,6 +41,39 @@ class Known:
 
 
 @dataclass(frozen=True, eq=False)
+class ComparedChannel:
+    """One channel: its fit, what remains with the clock that was found (None: none was), and the bias believed."""
+
+    fitted: FittedChannel
+    rms_with_clock: float | None
+    believed_bias: float
+
+    @property
+    def sensor(self) -> str:
+        """ "gyro" or "accelerometer"."""
+        return self.fitted.name.rsplit("_", 1)[0]
+
+    @property
+    def axis(self) -> str:
+        """ "x", "y" or "z"."""
+        return "xyz"[self.fitted.axis]
+
+    @property
+    def scale_error(self) -> ChannelEstimate | None:
+        """None where the motion does not determine it."""
+        return self.fitted.terms[self.fitted.axis]
+
+    @property
+    def found_minus_believed(self) -> ChannelEstimate | None:
+        """Of the bias; None where none is believed."""
+        if not self.believed_bias:
+            return None
+        found = self.fitted.bias or self.fitted.mean_difference
+        ends = {key: getattr(found, key) - self.believed_bias for key in ("value", "low", "high")}
+        return replace(found, **ends)
+
+
+@dataclass(frozen=True, eq=False)
 class RecordingComparison:
     """A recording against what its reference implies.
 
@@ -75,12 +108,80 @@ class RecordingComparison:
             }
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("channel")
 
+    @property
+    def rate_hz(self) -> float:
+        """Samples a second."""
+        return round(1.0 / float(np.median(np.diff(self.recording.imu.time_s))), 6)
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the recording."""
+        return float(self.recording.imu.time_s[-1] - self.recording.start.time_s)
+
+    @property
+    def clock_reason(self) -> str:
+        """Why no offset of the clocks was found."""
+        if self.known.kind == "standstill":
+            return "nothing moves at a standstill"
+        return f"the motion does not determine it to {1e3 * channels.CLOCK_LIMIT_S:g} ms"
+
+    @property
+    def level_sigma_deg(self) -> float | None:
+        """How well roll and pitch of a standstill are known; None: exactly, or they are those of a reference."""
+        sigma_rad = self.known.attitude_sigma_rad
+        return None if sigma_rad is None else max(sigma_rad[:2]) / DEG
+
+    @cached_property
+    def channels(self) -> dict[str, list[ComparedChannel]]:
+        """The channels x, y, z of "gyro" and of "accelerometer"."""
+        belief, pulses = self.recording.belief, self.recording.imu.accelerometer_form == "pulse"
+        # of pulses the believed bias is in the velocity already
+        force = (0.0, 0.0, 0.0) if pulses else belief.accelerometer.bias_mps2
+        found: dict[str, list[ComparedChannel]] = {"gyro": [], "accelerometer": []}
+        for k, (one, bias) in enumerate(zip(self.fitted, (*belief.gyro.bias_radps, *force), strict=True)):
+            rms = None if self.fitted_with_clock is None else self.fitted_with_clock[k].rms_after
+            channel = ComparedChannel(one, rms, bias)
+            found[channel.sensor].append(channel)
+        return found
+
     @cached_property
     def tree(self) -> dict[str, Any]:
         """The tree ``ins-eval-comparison/1`` of ``metrics.json``."""
-        return _metrics(
-            self.recording, self.known, self.windows, self.fitted, self.fitted_with_clock, self.clock, self.used_s
-        )
+        recording, known, windows = self.recording, self.known, self.windows
+        reference = {
+            "kind": known.kind,
+            "attitude": known.attitude,
+            "epoch_spacing_s": epoch_spacing_s(known.fixes),
+            "window_s": windows.length_s,
+            "windows": int(windows.time_s.size),
+            "first_s": float(windows.time_s[0] - windows.length_s),
+            "last_s": float(windows.time_s[-1]),
+            "blocks": channels.BLOCKS,
+            "scale_limit": channels.LIMIT,
+        }
+        if known.attitude_sigma_rad is not None:
+            heading_deg = known.attitude_sigma_rad[2] / DEG
+            reference |= {"level_sigma_deg": self.level_sigma_deg, "heading_sigma_deg": heading_deg}
+        clock: dict[str, Any] = {"believed_s": known.time_offset_s, "used_s": self.used_s, "found_s": None}
+        if self.clock is None:
+            clock["reason"] = self.clock_reason
+        else:
+            ends = [self.clock.low, self.clock.high]
+            clock |= {"found_s": self.clock.value, "standard_error_s": self.clock.standard_error, "interval95_s": ends}
+        return {
+            "format": "ins-eval-comparison/1",
+            "recording": {
+                "name": recording.name,
+                "kind": recording.kind,
+                "rate_hz": self.rate_hz,
+                "duration_s": self.duration_s,
+                "notes": list(recording.notes),
+            },
+            "belief": belief_rows(recording),
+            "reference": reference,
+            "clock": clock,
+            **{sensor: {one.axis: _channel(one) for one in triad} for sensor, triad in self.channels.items()},
+        }
 
 
 def compare_recording(recording: Recording, use_found_offset: bool = False) -> RecordingComparison:
@@ -197,98 +298,31 @@ def _aligned(start: Start, recorded: Increments, stretch: Stretch) -> Alignment:
     return align(recorded.time_s[rows], recorded.dtheta_b[rows], recorded.dv_b[rows], at)
 
 
-def _metrics(
-    recording: Recording,
-    known: Known,
-    windows: Windows,
-    fitted: tuple[FittedChannel, ...],
-    with_clock: tuple[FittedChannel, ...] | None,
-    clock: ChannelEstimate | None,
-    used_s: float,
-) -> dict[str, Any]:
-    reference = {
-        "kind": known.kind,
-        "attitude": known.attitude,
-        "epoch_spacing_s": epoch_spacing_s(known.fixes),
-        "window_s": windows.length_s,
-        "windows": int(windows.time_s.size),
-        "first_s": float(windows.time_s[0] - windows.length_s),
-        "last_s": float(windows.time_s[-1]),
-        "blocks": channels.BLOCKS,
-        "scale_limit": channels.LIMIT,
+def _channel(one: ComparedChannel) -> dict[str, Any]:
+    channel = one.fitted
+    rms = {
+        "as_recorded": channel.rms_before,
+        "without_mean": channel.rms_without_mean,
+        "after_fit": channel.rms_after,
     }
-    if known.attitude_sigma_rad is not None:
-        roll, pitch, heading = known.attitude_sigma_rad
-        reference |= {"level_sigma_deg": max(roll, pitch) / DEG, "heading_sigma_deg": heading / DEG}
-    result: dict[str, Any] = {
-        "format": "ins-eval-comparison/1",
-        "recording": {
-            "name": recording.name,
-            "kind": recording.kind,
-            "rate_hz": round(1.0 / float(np.median(np.diff(recording.imu.time_s))), 6),
-            "duration_s": float(recording.imu.time_s[-1] - recording.start.time_s),
-            "notes": list(recording.notes),
-        },
-        "belief": belief_rows(recording),
-        "reference": reference,
-        "clock": _clock(known, clock, used_s),
-        "gyro": {},
-        "accelerometer": {},
-    }
-    believed = {
-        "gyro": recording.belief.gyro.bias_radps,
-        "accelerometer": recording.belief.accelerometer.bias_mps2
-        if recording.imu.accelerometer_form == "increment"
-        else (0.0, 0.0, 0.0),  # of pulses it is in the velocity already
-    }
-    for k, channel in enumerate(fitted):
-        sensor, axis = channel.name.rsplit("_", 1)
-        entry = _channel(channel, believed[sensor][channel.axis])
-        if with_clock is not None:
-            entry["rms"]["after_fit_found_clock"] = with_clock[k].rms_after
-        result[sensor][axis] = entry
-    return result
-
-
-def _clock(known: Known, clock: ChannelEstimate | None, used_s: float) -> dict[str, Any]:
-    entry: dict[str, Any] = {"believed_s": known.time_offset_s, "used_s": used_s, "found_s": None}
-    if clock is not None:
-        return entry | {
-            "found_s": clock.value,
-            "standard_error_s": clock.standard_error,
-            "interval95_s": [clock.low, clock.high],
-        }
-    if known.kind == "standstill":
-        return entry | {"reason": "nothing moves at a standstill"}
-    return entry | {"reason": f"the motion does not determine it to {1e3 * channels.CLOCK_LIMIT_S:g} ms"}
-
-
-def _channel(channel: FittedChannel, believed_bias: float) -> dict[str, Any]:
+    if one.rms_with_clock is not None:
+        rms["after_fit_found_clock"] = one.rms_with_clock
     entry: dict[str, Any] = {
         "mean_difference": _estimate(channel.mean_difference),
         "bias": _estimate(channel.bias),
-        "scale_error": _estimate(channel.terms[channel.axis]),
+        "scale_error": _estimate(one.scale_error),
         "misalignment": {
-            other: _estimate(term)
-            for k, (other, term) in enumerate(zip("xyz", channel.terms, strict=True))
-            if k != channel.axis
+            other: _estimate(term) for other, term in zip("xyz", channel.terms, strict=True) if other != one.axis
         },
-        "rms": {
-            "as_recorded": channel.rms_before,
-            "without_mean": channel.rms_without_mean,
-            "after_fit": channel.rms_after,
-        },
+        "rms": rms,
         "attenuation": channel.attenuation if np.isfinite(channel.attenuation) else None,
         "noise_density": channel.density if np.isfinite(channel.density) else None,
         "neighbour_correlation": channel.neighbour_correlation,
         "largest": {"value": channel.largest, "time_s": channel.largest_s},
-        "believed_bias": believed_bias,
+        "believed_bias": one.believed_bias,
     }
-    if believed_bias:
-        found = asdict(channel.bias or channel.mean_difference)
-        for key in ("value", "low", "high"):
-            found[key] -= believed_bias
-        entry["found_minus_believed"] = _estimate(ChannelEstimate(**found))
+    if one.found_minus_believed is not None:
+        entry["found_minus_believed"] = _estimate(one.found_minus_believed)
     return entry
 
 

@@ -33,7 +33,6 @@ from ins_eval.initialization import (
 from ins_eval.navigation import (
     PARKED,
     Evaluation,
-    Restarts,
     beginning,
     compensate,
     evaluate,
@@ -41,7 +40,6 @@ from ins_eval.navigation import (
     measures,
     numeric_floor,
     polar_error_m,
-    restarts,
     samples,
     since_start,
 )
@@ -49,6 +47,7 @@ from ins_eval.profile import load
 from ins_eval.recording import Imu, Recording, Start
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.stillness import Stretch
+from ins_eval.restarts import Restarts, restarts
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 from ins_eval.tables import read_toml
 from ins_eval.trajectory import MAX_RATE_HZ, MIN_RATE_HZ
@@ -184,7 +183,7 @@ def evaluate_recording(
     Parameters
     ----------
     compensations : those wanted, by name or file; none: all that the recording has
-    restart_every_s : also in pieces of this length, see `navigation.restarts`
+    restart_every_s : also in pieces of this length, see `restarts`
     models : further compensations of pulses by name, a fitted model for each of x, y and z
 
     Raises: DataRefused, UsageError.

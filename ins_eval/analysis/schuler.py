@@ -26,7 +26,6 @@ from ins_eval.recording.belief import EarthBelief
 from ins_eval.units import ARCSEC, DEG_PER_H, UG
 
 SCHULER_PERIOD_S = 84.4 * 60.0
-NODE_S = 5.0
 BLOCK_S, FEWEST_BLOCKS = 30.0, 20  # errors are averaged over blocks; of a short span over so many
 SAME_SHAPE = 0.998  # cosine between two curves, from which they are one
 MAIN_SHARE = 0.2  # of the largest part of a curve that others make, from which a part is named

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from ins_eval import ensemble
 from ins_eval.analysis.fly import fly
@@ -16,24 +18,30 @@ from ins_eval.report.manifest import manifest
 from ins_eval.report.results import as_json
 
 
-def run(
-    output: Path,
-    profile: str,
-    model: str | None,
-    size: int,
-    seed: int,
-    workers: int | None,
-    quiet: bool,
-    population: str = "jb-kt8",
-    storage_years: float = 1.0,
-    missions: int | None = None,
-    flights: Sequence[str] = (),
-    population_of_missions: str = POPULATION,
-) -> int:
-    """Compute, write ``metrics.json``, ``manifest.json``, figures, page and text into `output`, print the text."""
-    plan = Plan(profile, population, seed=seed, missions=population_of_missions)
+@dataclass(frozen=True)
+class Options:
+    """What is flown, as ``ins-eval flight-report --help`` says it."""
+
+    profile: str
+    size: int
+    seed: int
+    model: str | None = None
+    population: str = "jb-kt8"
+    storage_years: float = 1.0
+    missions: int | None = None
+    flights: Sequence[str] = ()
+    population_of_missions: str = POPULATION
+
+
+def run(output: Path, workers: int | None, quiet: bool, **options: Any) -> int:
+    """Compute, write ``metrics.json``, ``manifest.json``, figures, page and text into `output`, print the text.
+
+    `options` are the fields of `Options`.
+    """
+    of = Options(**options)
+    plan = Plan(of.profile, of.population, seed=of.seed, missions=of.population_of_missions)
     run_members = partial(ensemble.run, folder=output / "members", workers=workers, quiet=quiet)
-    found = fly(plan, size, run_members, model, storage_years, missions, flights)
+    found = fly(plan, of.size, run_members, of.model, of.storage_years, of.missions, of.flights)
     write_whole(output / "manifest.json", as_json(manifest(found.plan, found.plans)))
     of_flights(found).write(output, quiet)
     return 0

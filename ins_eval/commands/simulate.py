@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from ins_eval.analysis.simulate import chamber_of, simulate_chamber, simulate_recording
 from ins_eval.errors import UsageError
@@ -19,23 +18,21 @@ def run(
     seed: int = 1,
     instrument: int = 0,
     rate_hz: float | None = None,
-    axis: str | None = None,
-    unit: str | None = None,
-    ramps_c_per_min: Sequence[float] | None = None,
-    dwell_s: float | None = None,
     quiet: bool = False,
+    **of_chamber: Any,
 ) -> int:
     """Write one recording of one instrument into `output`; the same seed gives the same bytes.
 
-    A chamber holds the accelerometer `axis` (by default x) of the instrument, or the printed `unit` of that name, or
-    "all" of these in one table.
+    `of_chamber`: a chamber with `ramps_c_per_min` and `dwell_s` holds the accelerometer `axis` (by default x) of the
+    instrument, or the printed `unit` of that name, or "all" of these in one table.
     """
     if kind == "chamber":
-        chamber = chamber_of(ramps_c_per_min, dwell_s)
-        form.write_chamber(simulate_chamber(chamber, population, seed, instrument, axis, unit), output)
+        chamber = chamber_of(of_chamber.get("ramps_c_per_min"), of_chamber.get("dwell_s"))
+        chosen = of_chamber.get("axis"), of_chamber.get("unit")
+        form.write_chamber(simulate_chamber(chamber, population, seed, instrument, *chosen), output)
     else:
-        of_chamber = {"--axis": axis, "--unit": unit, "--ramps": ramps_c_per_min, "--dwell": dwell_s}
-        if wrong := [option for option, value in of_chamber.items() if value is not None]:
+        options = {"--axis": "axis", "--unit": "unit", "--ramps": "ramps_c_per_min", "--dwell": "dwell_s"}
+        if wrong := [option for option, name in options.items() if of_chamber.get(name) is not None]:
             raise UsageError(f"simulate {kind}: {wrong[0]} is of a chamber; leave it away or simulate a chamber")
         simulate_recording(profile, kind, population, seed, instrument, rate_hz).write(output)
     if not quiet:

@@ -44,11 +44,6 @@ def bridge(loading: float) -> Shape:
     return lambda u: loading * (2.0 + loading) * u / (2.0 + loading * (1.0 - u * u)) ** 2
 
 
-def single_sided(u: np.ndarray | float) -> np.ndarray | float:
-    """S(u) of a plate before one electrode: the textbook's case."""
-    return 1.0 / (1.0 - u) ** 2
-
-
 def null_capacitance(loop: Loop) -> float:
     """C0 in F, of either side with the plate in the middle."""
     return 0.5 * loop.capacitance_gain * loop.stop_rad

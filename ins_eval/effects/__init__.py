@@ -16,8 +16,17 @@ The names, units and parameters: docs/effects.md.
 
 from __future__ import annotations
 
-from ins_eval.effects.apply import chamber_error, turned_start, without_effects
+from ins_eval.effects.apply import chamber_error, effects_left, turned_start, without_effects
 from ins_eval.effects.effect import Effect, Parameter
 from ins_eval.effects.vocabulary import VOCABULARY, checked
 
-__all__ = ["VOCABULARY", "Effect", "Parameter", "chamber_error", "checked", "turned_start", "without_effects"]
+__all__ = [
+    "VOCABULARY",
+    "Effect",
+    "Parameter",
+    "chamber_error",
+    "checked",
+    "effects_left",
+    "turned_start",
+    "without_effects",
+]

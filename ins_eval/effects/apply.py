@@ -63,6 +63,11 @@ def without_effects(
     return changed, velocity
 
 
+def effects_left(belief: Belief) -> tuple[EffectBelief, ...]:
+    """The effects that `without_effects` has not taken off yet."""
+    return tuple(one for one in belief.effects if VOCABULARY[one.name].enters != "start")
+
+
 def turned_start(start: Start, belief: Belief) -> Start:
     """The start with the effects of alignment in a belief taken off: C_true = exp(phi x) C_believed, phi in n."""
     phi = np.zeros(3)

@@ -22,9 +22,7 @@ PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 
 
 @styled
-def allan_deviation(
-    *, channels: Sequence[Mapping[str, Any]], rest_s: float, title: str = "Allan deviation at rest"
-) -> Figure:
+def allan_deviation(*, channels: Sequence[Mapping[str, Any]], rest_s: float) -> Figure:
     """Six panels, gyros left and accelerometers right, in the field's units.
 
     Each of `channels` has ``name``, ``unit``, ``tau_s``, ``deviation``, ``fit`` (the deviation of the fit at tau_s, or
@@ -34,7 +32,7 @@ def allan_deviation(
         f"How far means over the averaging time differ from one to the next, in {rest_s:.0f} s at rest. Points: "
         "measured. Black: the fit of all noise terms; dashed: the terms that are seen. Values with [95 % interval]."
     )
-    figure, grid = sheet(8.4, title, note, rows=3, columns=2, sharex=True)
+    figure, grid = sheet(8.4, "Allan deviation at rest", note, rows=3, columns=2, sharex=True)
     panels = [grid[axis, sensor] for sensor in range(2) for axis in range(3)]
     for ax, channel in zip(panels, channels, strict=False):
         if not channel["deviation"].max() > 0.0:  # an ideal sensor has nothing to show on a logarithmic scale
@@ -66,9 +64,7 @@ def allan_deviation(
 
 
 @styled
-def temperature_laws(
-    *, channels: Sequence[Mapping[str, Any]], title: str = "Channels at rest against temperature"
-) -> Figure:
+def temperature_laws(*, channels: Sequence[Mapping[str, Any]]) -> Figure:
     """Six panels, gyros left and accelerometers right, in the field's units.
 
     Each of `channels` has ``name``, ``unit``, ``temperature_c`` and ``change`` of each mean, ``line_c`` and ``line``,
@@ -78,7 +74,7 @@ def temperature_laws(
         "Points: means over ten seconds at rest, less their mean. Black: the straight line, its slope with [95 % "
         "interval]. What time did meanwhile is in it."
     )
-    figure, grid = sheet(8.4, title, note, rows=3, columns=2, sharex=True)
+    figure, grid = sheet(8.4, "Channels at rest against temperature", note, rows=3, columns=2, sharex=True)
     panels = [grid[axis, sensor] for sensor in range(2) for axis in range(3)]
     for ax, channel in zip(panels, channels, strict=False):
         ax.plot(channel["temperature_c"], channel["change"], "o", color=SEEN, markersize=3.0, label="mean over 10 s")

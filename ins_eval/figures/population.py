@@ -23,7 +23,7 @@ from ins_eval.figures.style import (
     styled,
 )
 from ins_eval.units import NMI
-from ins_eval.vocabulary import PAPER_ARM, definition_name, measure_name, source_name
+from ins_eval.vocabulary import FIRST, PAPER_ARM, SECOND, definition_name, measure_name, source_name
 
 Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
 
@@ -65,13 +65,7 @@ def cep_over_time(
 
 
 @styled
-def missions_by_temperature(
-    *,
-    warmer_c: np.ndarray,
-    ratios: Mapping[str, np.ndarray],
-    turns: np.ndarray,
-    title: str = "Each mission: does a compensation help there?",
-) -> Figure:
+def missions_by_temperature(*, warmer_c: np.ndarray, ratios: Mapping[str, np.ndarray], turns: np.ndarray) -> Figure:
     """Ratio to simple compensation of the velocity RMS of each mission, one panel a compensation (-> (n,) ratios).
 
     Against `warmer_c` (n,), how much warmer the IMU was than in the oven run; marked by the number of `turns` (n,).
@@ -80,7 +74,9 @@ def missions_by_temperature(
         f"Horizontal velocity RMS of each of {warmer_c.size} missions over that of the same mission with simple "
         "compensation. Below 1 is better; the shaded side is worse. Line: geometric mean of neighbouring missions."
     )
-    figure, panels = sheet(3.9, title, note, columns=len(ratios), sharey=True, squeeze=False)
+    figure, panels = sheet(
+        3.9, "Each mission: does a compensation help there?", note, columns=len(ratios), sharey=True, squeeze=False
+    )
     kinds = {"at most 2 turns": turns < 3, "3 to 5 turns": (turns >= 3) & (turns < 6), "6 turns or more": turns >= 6}
     for ax, (name, values) in zip(panels[0], ratios.items(), strict=True):
         shown = np.clip(values, *RATIO_RANGE)
@@ -109,21 +105,20 @@ def missions_by_temperature(
 def improvement_per_instrument(
     *,
     ratios: Mapping[str, np.ndarray],
-    pair: tuple[str, str] = ("hysteresis_refined", "simple"),
     fraction_improved: Mapping[str, Statistic] | None = None,
-    paper: Mapping[str, float] | None = None,
-    title: str = "Improvement of each instrument on its one flight",
 ) -> Figure:
-    """Distribution over instruments of `pair[0]`/`pair[1]`, one panel a measure (-> (n,) ratios).
+    """Distribution over instruments of refined hysteresis over simple, one panel a measure (-> (n,) ratios).
 
-    Left of 1 the instrument became better. `paper` measure -> the ratio published for one flight.
+    Left of 1 the instrument became better.
     """
     size = len(next(iter(ratios.values())))
     note = (
-        f"Ratio {label(pair[0])} / {label(pair[1])} of each of {size} paired instruments: cumulative share of "
+        f"Ratio {label(SECOND)} / {label(FIRST)} of each of {size} paired instruments: cumulative share of "
         "instruments at or below a ratio. Below 1 is better; the shaded side is worse."
     )
-    figure, panels = sheet(3.9, title, note, columns=len(ratios), sharey=True, squeeze=False)
+    figure, panels = sheet(
+        3.9, "Improvement of each instrument on its one flight", note, columns=len(ratios), sharey=True, squeeze=False
+    )
     for ax, (measure, values) in zip(panels[0], ratios.items(), strict=True):
         values = np.sort(np.asarray(values, dtype=float))
         share = np.arange(1, values.size + 1) / values.size
@@ -131,7 +126,7 @@ def improvement_per_instrument(
             np.clip(values, *RATIO_RANGE),
             share,
             where="post",
-            color=colour(pair[0]),
+            color=colour(SECOND),
             linewidth=1.4,
             label="instruments",
         )
@@ -147,8 +142,6 @@ def improvement_per_instrument(
         )
         ax.axvspan(1.0, RATIO_RANGE[1], color="#f5f5f5", linewidth=0, zorder=0.2)
         ax.axvline(1.0, color=QUIET, linewidth=0.8)
-        if paper and measure in paper:
-            ax.axvline(paper[measure], color=ACCENT, linestyle="--", linewidth=1.2, label="published flight")
         better = float(np.mean(values < 1.0))
         interval = (fraction_improved or {}).get(measure)
         text = f"{100 * better:.0f} % improved"
@@ -172,7 +165,6 @@ def error_budget(
     budget: Mapping[str, Mapping[str, Mapping[str, Statistic]]],
     measures: Sequence[str] = ("velocity_rms_horizontal", "cep_rate_final"),
     size: int | None = None,
-    title: str = "Error budget: each source alone",
 ) -> Figure:
     """Bars of `budget[source][compensation][measure]` with 95 % intervals; entries that are no mapping are skipped."""
     sources = [source for source, arms in budget.items() if isinstance(arms, Mapping)]
@@ -183,7 +175,9 @@ def error_budget(
         "Sources add in quadrature in the velocity RMS, not in the CEP rate."
     )
     height = 1.7 + 0.17 * len(sources) * (len(arms) + 1)
-    figure, panels = sheet(height, title, note, columns=len(measures), sharey=True, squeeze=False)
+    figure, panels = sheet(
+        height, "Error budget: each source alone", note, columns=len(measures), sharey=True, squeeze=False
+    )
     thickness = 0.8 / max(len(arms), 1)
     for ax, measure in zip(panels[0], measures, strict=True):
         for k, name in enumerate(arms):
@@ -212,7 +206,6 @@ def velocity_rms_by_compensation(
     paper_mps: Mapping[str, Mapping[str, float]] | None = None,
     size: int | None = None,
     components: Sequence[str] = ("east", "north"),
-    title: str = "Velocity RMS of every compensation",
 ) -> Figure:
     """Velocity RMS `rms_mps[name][component]` with 95 % intervals, beside the published `paper_mps[arm][component]`."""
     names = in_order(rms_mps)
@@ -220,7 +213,14 @@ def velocity_rms_by_compensation(
     note = f"RMS{over} of the RMS over each flight, outage epochs excluded. Lines: 95 % bootstrap interval."
     if paper_mps:
         note += " Diamonds: Paper A, Table 7 (one flight)."
-    figure, panels = sheet(1.7 + 0.3 * len(names), title, note, columns=len(components), sharey=True, squeeze=False)
+    figure, panels = sheet(
+        1.7 + 0.3 * len(names),
+        "Velocity RMS of every compensation",
+        note,
+        columns=len(components),
+        sharey=True,
+        squeeze=False,
+    )
     printed = {PAPER_ARM.get(arm, arm): values for arm, values in (paper_mps or {}).items()}
     for ax, component in zip(panels[0], components, strict=True):
         right = 0.0
@@ -262,8 +262,6 @@ def single_flight_rates(
     *,
     rates_nmi_per_h: Mapping[str, Mapping[str, np.ndarray]],
     paper_nmi_per_h: Mapping[str, float] | None = None,
-    window: str = "",
-    title: str = "Where the published flight lies among ours",
 ) -> Figure:
     """Distribution over instruments of the single-flight radial error rate, definition -> name -> (n,), in nmi/h.
 
@@ -272,9 +270,16 @@ def single_flight_rates(
     size = len(next(iter(next(iter(rates_nmi_per_h.values())).values())))
     note = (
         f"Cumulative share of {size} single flights with a radial error rate at or below the abscissa, one panel a "
-        f"definition. {window} Dashed: the numbers Paper A prints as CEP for its one flight, definition not given."
+        f"definition. Dashed: the numbers Paper A prints as CEP for its one flight, definition not given."
     )
-    figure, panels = sheet(3.7, title, note, columns=len(rates_nmi_per_h), sharey=True, squeeze=False)
+    figure, panels = sheet(
+        3.7,
+        "Where the published flight lies among ours",
+        note,
+        columns=len(rates_nmi_per_h),
+        sharey=True,
+        squeeze=False,
+    )
     right = max(float(np.percentile(v, 99)) for arms in rates_nmi_per_h.values() for v in arms.values())
     for ax, (definition, arms) in zip(panels[0], rates_nmi_per_h.items(), strict=True):
         for name in in_order(arms):

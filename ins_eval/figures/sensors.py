@@ -19,17 +19,11 @@ MOST_POINTS = 150  # of a cloud, which keeps the file small
 
 @styled
 def sensor_signals(
-    *,
-    time_s: np.ndarray,
-    recorded: np.ndarray,
-    implied: np.ndarray,
-    units: Sequence[str],
-    window_s: float,
-    title: str = "Recorded and implied",
+    *, time_s: np.ndarray, recorded: np.ndarray, implied: np.ndarray, units: Sequence[str], window_s: float
 ) -> Figure:
     """A short stretch of six channels (n, 6) at `time_s` (n,); `units` are those of gyros and accelerometers."""
     note = f"The stretch with the most motion, as means over {window_s:g} s; nothing is corrected."
-    figure, panels = _six(title, note, units)
+    figure, panels = _six("Recorded and implied", note, units)
     for channel, ax in enumerate(panels):
         for values, colour, width, text in (
             (recorded, INK, 1.8, "recorded"),
@@ -44,20 +38,14 @@ def sensor_signals(
 
 @styled
 def sensor_residuals(
-    *,
-    time_s: np.ndarray,
-    before: np.ndarray,
-    after: np.ndarray,
-    units: Sequence[str],
-    window_s: float,
-    title: str = "Recorded minus implied",
+    *, time_s: np.ndarray, before: np.ndarray, after: np.ndarray, units: Sequence[str], window_s: float
 ) -> Figure:
     """Six channels (n, 6) over the whole recording; a gap in `time_s` (n,) is left open."""
     note = (
         f"Means over {window_s:g} s. Before: the plain difference. After: less bias, scale factors and misalignments "
         "as far as they are determined."
     )
-    figure, panels = _six(title, note, units)
+    figure, panels = _six("Recorded minus implied", note, units)
     for channel, ax in enumerate(panels):
         for values, colour, text in ((before, BEFORE, "before"), (after, AFTER, "after")):
             t, v = _open_at_gaps(time_s, values[:, channel], window_s)
@@ -76,7 +64,6 @@ def sensor_scatter(
     fitted: Sequence[tuple[float, float] | None],
     units: Sequence[str],
     window_s: float,
-    title: str = "Difference against input",
 ) -> Figure:
     """The difference (n, 6), less what the other axes explain, against the input (n, 6) of its own axis.
 
@@ -86,7 +73,7 @@ def sensor_scatter(
         f"Means over {window_s:g} s, misalignments taken off; the slope is the scale factor error. No line: not "
         "determined."
     )
-    figure, panels = _six(title, note, units, against="implied")
+    figure, panels = _six("Difference against input", note, units, against="implied")
     every = -(-implied.shape[0] // MOST_POINTS)
     for channel, ax in enumerate(panels):
         x, y = implied[:, channel], difference[:, channel]

@@ -11,8 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from ins_eval.figures.style import (
-    ACCENT,
-    COLOUR,
     INK,
     QUIET,
     colour,
@@ -43,7 +41,6 @@ def flight_path(
     longitude_deg: np.ndarray,
     height_m: np.ndarray,
     outages: Spans = (),
-    title: str = "Flight path",
 ) -> Figure:
     """Path over ground and height against time, all (n,); GPS outages, spans in s, are marked on both."""
     time_s, lat, lon = (np.asarray(a, dtype=float) for a in (time_s, latitude_deg, longitude_deg))
@@ -52,7 +49,7 @@ def flight_path(
     thin = min(extent_north, extent_east) * PATH_STRETCH_LIMIT < max(extent_north, extent_east)
     note = f"True path; {len(outages)} GPS outages marked."
     note += " The two axes have different scales." if thin else " Equal scales north and east."
-    figure, (ground, profile) = sheet(3.6, title, note, columns=2, width_ratios=[3, 2])
+    figure, (ground, profile) = sheet(3.6, "Flight path", note, columns=2, width_ratios=[3, 2])
 
     # A path is not a function of time, so its points are thinned evenly, but for the outages.
     outside = np.ones(time_s.size, dtype=bool)
@@ -95,14 +92,15 @@ def temperature_and_rate(
     reading_c: np.ndarray,
     rate_c_per_min: np.ndarray,
     phases: Sequence[tuple[str, float, float]] = (),
-    title: str = "Temperature of the IMU and its rate",
 ) -> Figure:
     """True temperature (None where unknown), its reading and the filtered rate of the reading, (n,) each.
 
     `phases` holds (name, start in s, end in s), shaded in turn.
     """
     note = "Rate: the causal filtered derivative of the reading that every compensation uses."
-    figure, (upper, lower) = sheet(4.2, title, note, rows=2, sharex=True, height_ratios=[3, 2])
+    figure, (upper, lower) = sheet(
+        4.2, "Temperature of the IMU and its rate", note, rows=2, sharex=True, height_ratios=[3, 2]
+    )
     upper.plot(*decimate(time_s, reading_c, 600), color="#fdb863", linewidth=3.0, label="reading")
     if temperature_c is not None:
         upper.plot(*decimate(time_s, temperature_c, 400), color=INK, linewidth=1.0, label="true temperature")
@@ -231,20 +229,15 @@ def attitude(
     roll_deg: np.ndarray,
     pitch_deg: np.ndarray,
     heading_deg: np.ndarray,
-    documented_heading_deg: float | None = None,
-    title: str = "Attitude during navigation",
 ) -> Figure:
-    """Roll, pitch and heading (n,) in degrees, one panel each, with the documented heading where there is one."""
+    """Roll, pitch and heading (n,) in degrees, one panel each."""
     note = "As navigated from the alignment onward; heading is continuous, not folded at 360°."
-    figure, panels = sheet(4.4, title, note, rows=3, sharex=True)
+    figure, panels = sheet(4.4, "Attitude during navigation", note, rows=3, sharex=True)
     heading_deg = np.rad2deg(np.unwrap(np.deg2rad(np.asarray(heading_deg, dtype=float))))
     for ax, name, angle in zip(panels, ("roll", "pitch", "heading"), (roll_deg, pitch_deg, heading_deg), strict=True):
         ax.plot(*decimate(time_s, angle), color=INK, linewidth=1.0, label="navigated")
         ax.set_ylabel(f"{name} [°]")
         ax.ticklabel_format(useOffset=False)
-    if documented_heading_deg is not None:
-        turns = 360.0 * np.round((heading_deg[0] - documented_heading_deg) / 360.0)
-        panels[2].axhline(documented_heading_deg + turns, color=ACCENT, linestyle="--", label="documented heading")
     panels[2].set_xlabel(TIME_LABEL)
     panels[2].set_xlim(float(time_s[0]), float(time_s[-1]))
     legend_below(figure, *panels)
@@ -252,9 +245,9 @@ def attitude(
 
 
 @styled
-def attitude_error(*, time_s: np.ndarray, errors_deg: Series, title: str = "Attitude error") -> Figure:
+def attitude_error(*, time_s: np.ndarray, errors_deg: Series) -> Figure:
     """Errors (m, 3) in degrees about north, east and down of each compensation, one panel each."""
-    figure, panels = sheet(4.4, title, "INS against the attitude of the reference.", rows=3, sharex=True)
+    figure, panels = sheet(4.4, "Attitude error", "INS against the attitude of the reference.", rows=3, sharex=True)
     for k, (ax, about) in enumerate(zip(panels, ("about north", "about east", "heading"), strict=True)):
         _traces(ax, time_s, {name: values[:, k] for name, values in errors_deg.items()}, None, {})
         ax.set_ylabel(f"{about} [°]")
@@ -270,22 +263,19 @@ def activity(
     force_mps2: np.ndarray,
     rate_deg_per_s: np.ndarray,
     stretch_s: tuple[float, float],
-    force_limit_mps2: float | None = None,
-    rate_limit_deg_per_s: float | None = None,
     navigation_s: tuple[float, float] | None = None,
-    title: str = "Quiet stretch found for the alignment",
 ) -> Figure:
     """How restless a recording is: deviation of specific force and rate from their local means, (n,), against time.
 
-    `stretch_s` is the stretch used for the alignment, the limits are those of the rule that found it.
+    `stretch_s` is the stretch used for the alignment.
     """
     note = f"Alignment uses {stretch_s[0]:.0f} to {stretch_s[1]:.0f} s of the recording (shaded)."
     if navigation_s is not None:
         note += f" Navigation runs from {navigation_s[0]:.0f} to {navigation_s[1]:.0f} s."
-    figure, (upper, lower) = sheet(3.9, title, note, rows=2, sharex=True)
-    for ax, values, limit, unit, name in (
-        (upper, force_mps2, force_limit_mps2, "[m/s²]", "specific force"),
-        (lower, rate_deg_per_s, rate_limit_deg_per_s, "[°/s]", "angular rate"),
+    figure, (upper, lower) = sheet(3.9, "Quiet stretch found for the alignment", note, rows=2, sharex=True)
+    for ax, values, unit, name in (
+        (upper, force_mps2, "[m/s²]", "specific force"),
+        (lower, rate_deg_per_s, "[°/s]", "angular rate"),
     ):
         positive = np.where(np.asarray(values) > 0.0, values, np.nan)
         ax.plot(*decimate(time_s, positive), color=INK, linewidth=0.8, label="activity")
@@ -294,10 +284,6 @@ def activity(
             ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
             ax.yaxis.set_minor_formatter(NullFormatter())
-        if limit is not None:
-            ax.axhline(
-                limit, color=COLOUR["hysteresis_refined"], linestyle="--", linewidth=1.0, label="limit of the rule"
-            )
         ax.axvspan(*stretch_s, color="#d7e8d4", linewidth=0, zorder=0.4, label="aligned here")
         if navigation_s is not None:
             ax.axvline(navigation_s[0], color=QUIET, linewidth=0.8, linestyle=(0, (4, 2)), label="navigation starts")

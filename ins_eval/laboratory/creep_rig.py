@@ -65,11 +65,6 @@ class Relaxation(NamedTuple):
         return self.thermal_um + self.creep_um
 
     @property
-    def camera_um(self) -> np.ndarray:
-        """As the camera of Paper A gives it: negative whether the block shrinks or grows."""
-        return -np.abs(self.elongation_um)
-
-    @property
     def stable_after_min(self) -> float:
         """When the creep has reached `REACHED` of its reading."""
         return float(np.interp(REACHED, self.creep_um / self.creep_um[-1], self.time_min))

@@ -50,11 +50,6 @@ class Opening(NamedTuple):
     rate_ppm: np.ndarray
     reading_ppm: np.ndarray
 
-    @property
-    def magnet_share(self) -> np.ndarray:
-        """Part of the opening that the magnet makes; above 1 where the rest closes the loop."""
-        return self.magnet_ppm / self.total_ppm
-
 
 def loop(
     turns_c: Sequence[float] = FULL_LOOP_C,

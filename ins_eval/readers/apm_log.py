@@ -97,17 +97,8 @@ def _fixes(table: np.ndarray, where: str) -> Fixes:
     valid = (status >= GOOD_FIX) & np.isfinite(table).all(axis=1)
     with np.errstate(invalid="ignore"):  # of a damaged course; such a fix is not valid
         north, east = speed * np.cos(course * DEG), speed * np.sin(course * DEG)
-    return checked(
-        Fixes(
-            time_s=MS * stamps,
-            latitude_rad=latitude * DEG,
-            longitude_rad=longitude * DEG,
-            height_m=height,
-            velocity_n=np.column_stack([north, east, down]),
-            valid=valid,
-        ),
-        where,
-    )
+    velocity_n = np.column_stack([north, east, down])
+    return checked(Fixes(MS * stamps, latitude * DEG, longitude * DEG, height, velocity_n, valid), where)
 
 
 def _attitude(table: np.ndarray, where: str) -> Fixes:
@@ -117,16 +108,7 @@ def _attitude(table: np.ndarray, where: str) -> Fixes:
         raise DataRefused(f"{where}: holds no attitude, expected rows of time, roll, pitch, yaw; export them too")
     later = np.concatenate([[True], rows[1:, 0] > np.maximum.accumulate(rows[:, 0])[:-1]])
     time_ms, roll, pitch, yaw = rows[later].T
-    unknown = np.full(len(time_ms), np.nan)
-    return Fixes(
-        time_s=MS * time_ms,
-        latitude_rad=unknown,
-        longitude_rad=unknown,
-        height_m=unknown,
-        velocity_n=np.full((len(time_ms), 3), np.nan),
-        valid=np.zeros(len(time_ms), dtype=bool),
-        attitude_rad=DEG * np.column_stack([roll, pitch, yaw % 360.0]),
-    )
+    return Fixes.of_attitude(MS * time_ms, DEG * np.column_stack([roll, pitch, yaw % 360.0]), valid=False)
 
 
 def _start(start_s: float, gps: Fixes, offset_s: float, attitude: Fixes) -> tuple[Start, str]:
@@ -137,10 +119,7 @@ def _start(start_s: float, gps: Fixes, offset_s: float, attitude: Fixes) -> tupl
     near = attitude.attitude_rad[np.argmin(np.abs(attitude.time_s - start_s))]
     start = Start(
         time_s=start_s,
-        latitude_rad=float(gps.latitude_rad[k]),
-        longitude_rad=float(gps.longitude_rad[k]),
-        height_m=float(gps.height_m[k]),
-        velocity_n=tuple(gps.velocity_n[k].tolist()),
+        **gps.state(k),
         attitude_rad=tuple(near.tolist()),
         attitude_sigma_rad=ATTITUDE_SIGMA_RAD,
         position_sigma_m=max(POSITION_SIGMA_M, _wander(gps.height_m[settling] - gps.height_m[k])),

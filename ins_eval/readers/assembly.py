@@ -157,10 +157,7 @@ def _from_fix(
         notes.append(f"The start is believed to {sigmas[0]:g} m and {sigmas[1]:g} m/s, since nobody stated its sigmas.")
     start = Start(
         time_s=start_s,
-        latitude_rad=float(fixes.latitude_rad[k]),
-        longitude_rad=float(fixes.longitude_rad[k]),
-        height_m=height_m,
-        velocity_n=tuple(velocity_n.tolist()),
+        **{**fixes.state(k), "height_m": height_m, "velocity_n": tuple(velocity_n.tolist())},
         attitude_rad=None if attitude is None else tuple(attitude.tolist()),
         attitude_sigma_rad=None if attitude is None else tables.attitude_sigma_rad,
         position_sigma_m=sigmas[0],

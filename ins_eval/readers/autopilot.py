@@ -55,16 +55,7 @@ def of_attitude(time_s: np.ndarray, attitude_rad: np.ndarray) -> Fixes | None:
     keep[keep] = later(time_s[keep])
     if not keep.any():
         return None
-    unknown = np.full(int(keep.sum()), np.nan)
-    return Fixes(
-        time_s=time_s[keep],
-        latitude_rad=unknown,
-        longitude_rad=unknown,
-        height_m=unknown,
-        velocity_n=np.column_stack([unknown, unknown, unknown]),
-        valid=np.ones(len(unknown), dtype=bool),
-        attitude_rad=attitude_rad[keep],
-    )
+    return Fixes.of_attitude(time_s[keep], attitude_rad[keep], valid=True)
 
 
 def later(time_s: np.ndarray) -> np.ndarray:

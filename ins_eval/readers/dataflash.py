@@ -153,14 +153,8 @@ def _gps(path: Path, boot: Rows) -> tuple[Fixes | None, str]:
     keep = autopilot.later(stamps)
     position = np.column_stack([DEG * latitude, DEG * longitude, height])
     velocity_n = np.column_stack([speed * np.cos(course * DEG), speed * np.sin(course * DEG), down])
-    fixes = Fixes(
-        US * stamps[keep],
-        position[keep, 0],
-        position[keep, 1],
-        position[keep, 2],
-        velocity_n[keep],
-        ((status >= GOOD_FIX) & groups_found(position, velocity_n, None))[keep],
-    )
+    valid = (status >= GOOD_FIX) & groups_found(position, velocity_n, None)
+    fixes = Fixes.of(US * stamps[keep], position[keep], velocity_n[keep], valid[keep])
     note = (
         f"Found {int(keep.sum())} fixes, {int((~fixes.valid).sum())} of them without a three-dimensional position, "
         "stamped with the autopilot's time; their heights are above mean sea level and taken as ellipsoidal."

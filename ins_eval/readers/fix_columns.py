@@ -69,18 +69,9 @@ def fixes(
     attitude = columns.get("attitude")
     found = groups_found(position, velocity, attitude)
     keep = np.isfinite(time_s) & (keep_empty | found)
-    return checked_groups(
-        Fixes(
-            time_s=time_s[keep],
-            latitude_rad=position[keep, 0],
-            longitude_rad=position[keep, 1],
-            height_m=position[keep, 2],
-            velocity_n=velocity[keep],
-            valid=(found & stated)[keep],
-            attitude_rad=None if attitude is None else attitude[keep],
-        ),
-        f"{source.path}, {where.rpartition(', ')[2]}",
-    )
+    attitude = None if attitude is None else attitude[keep]
+    made = Fixes.of(time_s[keep], position[keep], velocity[keep], (found & stated)[keep], attitude)
+    return checked_groups(made, f"{source.path}, {where.rpartition(', ')[2]}")
 
 
 def groups_found(position: np.ndarray, velocity: np.ndarray, attitude: np.ndarray | None) -> np.ndarray:
@@ -92,19 +83,9 @@ def groups_found(position: np.ndarray, velocity: np.ndarray, attitude: np.ndarra
 def checked_groups(fixes: Fixes, where: str) -> Fixes:
     """The fixes as they are, once what they hold has passed `epochs.checked`; a missing value is not judged."""
 
-    def held(values: np.ndarray) -> np.ndarray:
-        return np.where(np.isnan(values), 0.0, values)
-
-    checked(
-        replace(
-            fixes,
-            latitude_rad=held(fixes.latitude_rad),
-            longitude_rad=held(fixes.longitude_rad),
-            height_m=held(fixes.height_m),
-            velocity_n=held(fixes.velocity_n),
-        ),
-        where,
-    )
+    motion = ("latitude_rad", "longitude_rad", "height_m", "velocity_n")
+    held = {name: np.where(np.isnan(values := getattr(fixes, name)), 0.0, values) for name in motion}
+    checked(replace(fixes, **held), where)
     return fixes
 
 

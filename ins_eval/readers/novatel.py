@@ -175,9 +175,7 @@ def _gps(path: Path, rows: Mapping[str, list[list]], week: float) -> Fixes | Non
         if "BESTVELA" in epochs[time]:
             speed, course, up = epochs[time]["BESTVELA"][2:5]
             velocity_n[k] = speed * np.cos(DEG * course), speed * np.sin(DEG * course), -up
-    latitude, longitude, height = position.T
-    valid = groups_found(position, velocity_n, None)
-    fixes = Fixes(np.array(times), latitude, longitude, height, velocity_n, valid)
+    fixes = Fixes.of(np.array(times), position, velocity_n, groups_found(position, velocity_n, None))
     return checked_groups(fixes, f"{path}, BESTPOSA and BESTVELA")
 
 
@@ -189,13 +187,7 @@ def _solution(path: Path, rows: list[list], week: float) -> Fixes | None:
     keep = later(time_s)
     table = table[keep]
     good = np.array([row[-1].startswith("INS_SOLUTION_GOOD") for row in rows])[keep]
-    fixes = Fixes(
-        time_s=time_s[keep],
-        latitude_rad=DEG * table[:, 2],
-        longitude_rad=DEG * table[:, 3],
-        height_m=table[:, 4],
-        velocity_n=table[:, 5:8] * [1.0, 1.0, -1.0],
-        valid=good & np.isfinite(table).all(axis=1),
-        attitude_rad=DEG * table[:, 8:11],
-    )
+    valid = good & np.isfinite(table).all(axis=1)
+    position, velocity_n = table[:, 2:5] * [DEG, DEG, 1.0], table[:, 5:8] * [1.0, 1.0, -1.0]
+    fixes = Fixes.of(time_s[keep], position, velocity_n, valid, DEG * table[:, 8:11])
     return checked_groups(fixes, f"{path}, INSPVA") if fixes.valid.any() else None

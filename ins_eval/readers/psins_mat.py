@@ -96,18 +96,10 @@ def _reference(path: Path, table: np.ndarray) -> Fixes:
     if not np.isfinite(table).all():
         raise DataRefused(f"{path}, fogavp: holds values that are not finite; remove these rows")
     pitch, roll, yaw = table[:, :3].T
-    return checked(
-        Fixes(
-            time_s=table[:, 9],
-            latitude_rad=table[:, 6],
-            longitude_rad=table[:, 7],
-            height_m=table[:, 8],
-            velocity_n=np.column_stack([table[:, 4], table[:, 3], -table[:, 5]]),
-            valid=np.ones(len(table), dtype=bool),
-            attitude_rad=np.column_stack([roll, pitch, np.mod(-yaw, 2.0 * np.pi)]),
-        ),
-        f"{path}, fogavp",
-    )
+    velocity_n = np.column_stack([table[:, 4], table[:, 3], -table[:, 5]])
+    attitude = np.column_stack([roll, pitch, np.mod(-yaw, 2.0 * np.pi)])
+    valid = np.ones(len(table), dtype=bool)
+    return checked(Fixes.of(table[:, 9], table[:, 6:9], velocity_n, valid, attitude), f"{path}, fogavp")
 
 
 def _from_first_epoch(
@@ -126,10 +118,7 @@ def _from_first_epoch(
     first = int(np.argmin(np.abs(edges_s[:-1] - instants_s[k])))
     start = Start(
         time_s=float(edges_s[first]),
-        latitude_rad=float(reference.latitude_rad[k]),
-        longitude_rad=float(reference.longitude_rad[k]),
-        height_m=float(reference.height_m[k]),
-        velocity_n=tuple(reference.velocity_n[k].tolist()),
+        **reference.state(k),
         attitude_rad=tuple(reference.attitude_rad[k].tolist()),
         attitude_sigma_rad=ATTITUDE_SIGMA_RAD,
         position_sigma_m=POSITION_SIGMA_M,

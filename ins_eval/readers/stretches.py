@@ -74,13 +74,7 @@ def _start(recording: Recording, begin_s: float) -> Start:
         if known.any():
             rows = np.flatnonzero(known)
             k = rows[np.argmin(np.abs(fixes.time_s[rows] - section.time_offset_s - begin_s))]
-            return replace(
-                start,
-                latitude_rad=float(fixes.latitude_rad[k]),
-                longitude_rad=float(fixes.longitude_rad[k]),
-                height_m=float(fixes.height_m[k]),
-                velocity_n=tuple(fixes.velocity_n[k].tolist()),
-            )
+            return replace(start, **fixes.state(int(k)))
     return start
 
 
@@ -91,4 +85,4 @@ def _within(fixes: Fixes | None, begin_s: float, end_s: float) -> Fixes | None:
     rows = (fixes.time_s >= begin_s - 1.0) & (fixes.time_s <= end_s + 1.0)
     if not (rows & (fixes.valid | (fixes.attitude_rad is not None))).any():
         return None
-    return Fixes(**{name: None if values is None else values[rows] for name, values in vars(fixes).items()})
+    return fixes.rows(rows)

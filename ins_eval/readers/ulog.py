@@ -164,14 +164,8 @@ def _gps(path: Path, topics: Topics) -> tuple[Fixes | None, str]:
     velocity_n = np.column_stack([table[f"vel_{axis}_m_s"].astype(float) for axis in "ned"])
     keep = autopilot.later(stamps)
     position = np.column_stack([latitude, longitude, height_m])
-    fixes = Fixes(
-        time_s=stamps[keep],
-        latitude_rad=position[keep, 0],
-        longitude_rad=position[keep, 1],
-        height_m=position[keep, 2],
-        velocity_n=velocity_n[keep],
-        valid=((table["fix_type"] >= GOOD_FIX) & groups_found(position, velocity_n, None))[keep],
-    )
+    valid = (table["fix_type"] >= GOOD_FIX) & groups_found(position, velocity_n, None)
+    fixes = Fixes.of(stamps[keep], position[keep], velocity_n[keep], valid[keep])
     return checked_groups(fixes, f"{path}, {key[0]}"), (
         f"Found {int(keep.sum())} fixes in {key[0]}, {int((~fixes.valid).sum())} of them without a three-dimensional "
         "position; heights are ellipsoidal, stamps those of the autopilot."
@@ -208,9 +202,7 @@ def _solution(path: Path, topics: Topics, attitude: Fixes | None) -> Fixes | Non
     if attitude is not None:
         after = np.clip(np.searchsorted(attitude.time_s, stamps[keep]), 0, len(attitude.time_s) - 1)
         nearest = attitude.attitude_rad[after]
-    latitude, longitude, height = position[keep].T
-    valid = np.ones(int(keep.sum()), dtype=bool)
-    fixes = Fixes(stamps[keep], latitude, longitude, height, velocity_n[keep], valid, nearest)
+    fixes = Fixes.of(stamps[keep], position[keep], velocity_n[keep], np.ones(int(keep.sum()), dtype=bool), nearest)
     return checked_groups(fixes, f"{path}, vehicle_local_position")
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -79,6 +79,22 @@ class Fixes:
     attitude_rad: np.ndarray | None = None  # (m, 3) roll, pitch, heading
     position_sigma_m: np.ndarray | None = None  # (m,) where each fix states its own
     velocity_sigma_mps: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, time_s: np.ndarray, position: np.ndarray, *others: np.ndarray | None) -> Fixes:
+        """From latitude, longitude in rad and height in m (m, 3); `others` in the order of the fields."""
+        return cls(time_s, *position.T, *others)
+
+    @classmethod
+    def of_attitude(cls, time_s: np.ndarray, attitude_rad: np.ndarray, valid: bool) -> Fixes:
+        """An attitude (m, 3) without position and velocity, every row of it `valid` or not."""
+        unknown = np.full((time_s.size, 3), np.nan)
+        return cls.of(time_s, unknown, unknown.copy(), np.full(time_s.size, valid), attitude_rad)
+
+    def state(self, row: int) -> dict[str, Any]:
+        """Position and velocity of one row, as `Start` takes them."""
+        place = {name: float(getattr(self, name)[row]) for name in ("latitude_rad", "longitude_rad", "height_m")}
+        return {**place, "velocity_n": tuple(self.velocity_n[row].tolist())}
 
     def rows(self, chosen: np.ndarray) -> Fixes:
         """Some of the fixes."""

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from ins_eval import figures
 from ins_eval.analysis.compare import RecordingComparison
 from ins_eval.channels import Windows
-from ins_eval.report.comparison import axis_units, units
+from ins_eval.report.comparison import units
 
 SHOWN_EPOCHS = 300  # of the stretch that is drawn closely
 
 
-def comparison_figures(comparison: RecordingComparison, result: Mapping[str, Any]) -> dict[str, Figure]:
-    """Every figure by its name; `result` is the tree of the comparison."""
+def comparison_figures(comparison: RecordingComparison) -> dict[str, Figure]:
+    """Every figure by its name."""
     close, windows, fitted = comparison.close, comparison.windows, comparison.fitted
-    size = np.repeat([unit.size for unit in units(result).values()], 3)
+    size = np.repeat([unit.size for unit in units(comparison).values()], 3)
     shown = _liveliest(close)
-    names = axis_units(result)
+    names = tuple(unit.text for unit in units(comparison).values())
     drawn = {
         "sensor_signals": figures.sensor_signals(
             time_s=close.time_s[shown],

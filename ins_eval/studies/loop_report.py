@@ -13,7 +13,8 @@ from ins_eval.digital_loop import Loop, chamber, load, population, sampled, stab
 from ins_eval.files import write_whole
 from ins_eval.report.results import as_json, made_with, write_results
 from ins_eval.streams import Streams
-from ins_eval.studies.paper_b import figures, loop_diagrams, ours
+from ins_eval.studies.diagrams import diagrams
+from ins_eval.studies.paper_b import figures, ours
 from ins_eval.studies.paper_b.printed import PRINTED
 from ins_eval.studies.paper_b.rows import rows
 from ins_eval.studies.paper_b.words import paper_b_content
@@ -40,11 +41,9 @@ def run(output: Path, size: int, seed: int, workers: int | None, quiet: bool) ->
 
 def _figures(members: Sequence[population.Member], computed: ours.Ours) -> dict[str, Figure]:
     results, unit = computed.results, computed.identified
-    diagrams = ("loop_structure", "bridge_chain", "open_loop_chain", "scan_schedule", "excited_open_loop",
-                "loop_with_current", "loop_with_compensation", "procedure_steps")  # fmt: skip
     loop = load()
     return {
-        **{name: getattr(loop_diagrams, name)() for name in diagrams},
+        **diagrams(Path(figures.__file__).with_name("diagrams.toml")),
         "forward_estimation": figures.forward_estimation(
             n_fpga=unit.n_fpga,
             before=unit.scan_counts[0, 0],

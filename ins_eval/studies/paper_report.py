@@ -24,7 +24,8 @@ from ins_eval.report.manifest import manifest
 from ins_eval.report.recording_figures import metres_per_arcmin
 from ins_eval.report.results import as_json, write_results
 from ins_eval.streams import Streams
-from ins_eval.studies.paper_a import figures, oven_figures, paired, rigs
+from ins_eval.studies.diagrams import diagrams
+from ins_eval.studies.paper_a import figures, oven_figures, paired
 from ins_eval.studies.paper_a.printed import PRINTED
 from ins_eval.studies.paper_a.rows import rows
 from ins_eval.studies.paper_a.single import single_flights, single_runs
@@ -112,6 +113,7 @@ def _laboratory_figures(results: dict[str, Any]) -> dict[str, Figure]:
     }
     of_chamber = results["chamber"]
     return {
+        **diagrams(Path(figures.__file__).with_name("diagrams.toml")),
         "magnet_loops": figures.magnet_loops(
             loops={
                 f"{cold:g} to {hot:g} °C".replace("-", "−"): loop((SOAK_C, cold, hot, cold))[1:]
@@ -119,9 +121,7 @@ def _laboratory_figures(results: dict[str, Any]) -> dict[str, Figure]:
             }
         ),
         "loop_opening": figures.loop_opening(openings={n: opening(u)._asdict() for n, u in units.items()}),
-        "creep_rig": rigs.creep_rig(),
         "creep_elongation": figures.creep_elongation(runs=[block._asdict() for block in CreepRig().first()]),
-        "chamber_rig": rigs.chamber_rig(),
         "scale_factor_by_temperature": figures.scale_factor_by_temperature(units=columns),
         "bias_by_temperature": figures.bias_by_temperature(units=columns),
         "compensated_scale_factor": figures.compensated_scale_factor(units=columns, fitted=fitted),
@@ -131,7 +131,6 @@ def _laboratory_figures(results: dict[str, Any]) -> dict[str, Figure]:
             scaled=of_chamber["table4_scaled"],
             draws=of_chamber["draws"],
         ),
-        "oven_rig": rigs.oven_rig(),
     }
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
 Verdict = Literal[
@@ -63,24 +61,15 @@ class Row:
 
 Number = float | str | None
 Estimate = Mapping[str, Any]
-Groups = Mapping[str, Sequence[Callable[..., Iterable[Row]]]]  # what makes the rows of each group
 
 
-def assembled(
-    groups: Groups, required: Sequence[str], chosen: Mapping[str, str], *computed: Mapping, stated: Sequence[Row] = ()
-) -> list[Row]:
-    """The rows that are `stated` and all that the groups make of what was `computed`, in the order of `required`.
+def assembled(rows: Iterable[Row], required: Sequence[str], chosen: Mapping[str, str]) -> list[Row]:
+    """The rows in the order of `required`, where their ids stand, or what is before the first "/" of them.
 
-    There stand their ids, or what is before the first "/" of them; `chosen` says by the same which numbers of the
-    simulation were chosen with these rows in view.
+    `chosen` says by the same which numbers of the simulation were chosen with these rows in view.
     """
-    found = [
-        _marked(dataclasses.replace(row, group=group), chosen.get(head(row.id), ""))
-        for group, parts in groups.items()
-        for make in parts
-        for row in make(*computed)
-    ]
-    return sorted([*stated, *found], key=lambda row: required.index(head(row.id)))
+    marked = [_marked(row, chosen.get(head(row.id), "")) for row in rows]
+    return sorted(marked, key=lambda row: required.index(head(row.id)))
 
 
 def head(id: str) -> str:
@@ -250,24 +239,6 @@ def given(id: str, title: str, why: str, **numbers: Any) -> Row:
     return row(id, title, NOT_REPRODUCED, GIVEN + why, **numbers)
 
 
-def read_stated(file: Path, printed: Mapping[str, Any]) -> list[Row]:
-    """The rows of a TOML file, by group and id: what a paper states and nothing here computes or tests."""
-    groups = tomllib.loads(file.read_text(encoding="utf-8"))
-    return [
-        dataclasses.replace(_stated(printed, id, **said), group=group)
-        for group, rows in groups.items()
-        for id, said in rows.items()
-    ]
-
-
-def _stated(printed: Mapping[str, Any], id: str, title: str, why: str, at: str = "", unit: str = "") -> Row:
-    """A row whose number, if it has one, stands `at` "table.key" among the printed ones."""
-    if not at:
-        return given(id, title, why)
-    table, key = at.split(".")
-    return given(id, title, why, printed=printed[table][key], unit=unit)
-
-
 def same(printed: float, computed: float, last_digit: float) -> bool:
     """Whether a number rounds to the printed one, whose last digit counts `last_digit`."""
     return abs(printed - computed) <= 0.5 * last_digit * (1.0 + 1e-9)
@@ -288,11 +259,6 @@ def between(estimate: Estimate, digits: int = 3) -> str:
     return f"{number(estimate['value'], digits)} ({number(low, digits)} to {number(high, digits)})"
 
 
-def listed(values: Sequence[float], digits: int = 3) -> str:
-    """Numbers in a sentence, separated by strokes."""
-    return " / ".join(number(v, digits) for v in values)
-
-
 def percent_off(ratio: Mapping | None) -> dict[str, Any] | None:
     """What a ratio ("ratio" or "value", "interval95") of new over old takes off the old, in %, as an estimate."""
     if ratio is None:
@@ -300,11 +266,6 @@ def percent_off(ratio: Mapping | None) -> dict[str, Any] | None:
     low, high = ratio["interval95"]
     value = ratio["ratio"] if "ratio" in ratio else ratio["value"]
     return {"value": 100.0 * (1.0 - value), "interval95": [100.0 * (1.0 - high), 100.0 * (1.0 - low)]}
-
-
-def as_printed(values: Sequence[float]) -> str:
-    """Printed numbers in a sentence, with all their digits."""
-    return " / ".join(f"{v:g}" for v in values)
 
 
 def _split(ours: Any) -> tuple[float | str | None, tuple[float, float] | None]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from math import ceil, log10
+from pathlib import Path
 
 from ins_eval.report.content import Block, Paragraph, Picture, Section, Table, paragraphs, table
 from ins_eval.studies.papers import (
@@ -36,6 +38,11 @@ HEADER = ("statement", "printed", "recomputed", "ours", "verdict")
 PRINTED_DIGITS, RECOMPUTED_DIGITS, OUR_DIGITS = 6, 4, 3
 
 Pictures = Mapping[str, Mapping[str, str]]  # below the rows of an id: the names of its figures, what to see in each
+
+
+def read_pictures(file: Path) -> Pictures:
+    """The figures of a page and what to see in them, by the rows below which they stand."""
+    return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def counted(rows: Sequence[Row], paper: str) -> str:

@@ -120,7 +120,9 @@ def test_evaluate_takes_them(flight: Recording) -> None:
     by_hand = velocity.copy()
     by_hand[:, 1] -= BIAS_UG * UG * interval_s
     expected = evaluate(replace(flight, start=start), by_hand).errors
-    found = evaluate(believing(flight, *effects), velocity).errors
+    with pytest.raises(ValueError, match="take the believed accelerometer.bias off first"):
+        evaluate(believing(flight, *effects), velocity)
+    found = evaluate(*without_effects(believing(flight, *effects), velocity)).errors
     assert np.abs(expected.north_m).max() > 100.0
     np.testing.assert_allclose(found.north_m, expected.north_m, atol=ROUNDING_M)
     np.testing.assert_allclose(found.east_m, expected.east_m, atol=ROUNDING_M)

@@ -139,7 +139,7 @@ def test_the_printed_sign_of_the_rate_closes_the_loop_that_the_magnet_opens(unit
     for name, unit in printed.items():
         other, ours = opening(with_amplitude(unit, AMPLITUDE_PPM)), opening(units[name])
         assert other.rate_ppm == pytest.approx(-ours.rate_ppm, rel=0.02)
-        assert np.all(other.magnet_share > 1.0) and np.all(ours.magnet_share < 1.0)
+        assert np.all(other.magnet_ppm / other.total_ppm > 1.0) and np.all(ours.magnet_ppm / ours.total_ppm < 1.0)
 
 
 def test_a_thermometer_that_is_late_opens_the_loop_by_the_slope(units) -> None:

@@ -344,7 +344,6 @@ def make_figures(s: dict, metrics: dict) -> dict:
         ),
         "improvement_per_instrument": figures.improvement_per_instrument(
             ratios=s["ratios"],
-            paper={"radial_error_rate_final": 1.29 / 1.54},
             fraction_improved={"velocity_rms_horizontal": {"value": 0.66, "interval95": [0.59, 0.72]}},
         ),
         "error_budget": figures.error_budget(budget=metrics["budget"], size=200),
@@ -354,14 +353,13 @@ def make_figures(s: dict, metrics: dict) -> dict:
             paper_mps=metrics["paper"]["table7"],
         ),
         "single_flight_rates": figures.single_flight_rates(
-            rates_nmi_per_h=s["rates"], window="0 to 8400 s.", paper_nmi_per_h=metrics["paper"]["cep"]
+            rates_nmi_per_h=s["rates"], paper_nmi_per_h=metrics["paper"]["cep"]
         ),
         "activity": figures.activity(
             time_s=np.arange(3600.0),
             force_mps2=quiet,
             rate_deg_per_s=10 * quiet,
             stretch_s=(30.0, 630.0),
-            force_limit_mps2=0.03,
             navigation_s=(630.0, 3600.0),
         ),
         "attitude_error": figures.attitude_error(
@@ -372,7 +370,6 @@ def make_figures(s: dict, metrics: dict) -> dict:
             roll_deg=np.full(3000, -0.41),
             pitch_deg=np.full(3000, 1.07),
             heading_deg=218.43 + 1e-5 * np.arange(3000.0),
-            documented_heading_deg=218.6,
         ),
         "sensor_signals": figures.sensor_signals(
             time_s=t_window[:300], recorded=felt[:300] + rest[:300], implied=felt[:300], **sensors

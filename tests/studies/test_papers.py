@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from ins_eval.studies.papers import (
     COMPATIBLE,
     CONTRADICTS,
-    GIVEN,
     NOT_COMPUTED,
     NOT_REPRODUCED,
     REPRODUCED,
@@ -21,7 +18,6 @@ from ins_eval.studies.papers import (
     claimed,
     decided,
     judged,
-    read_stated,
     recalculated,
     row,
     simulated,
@@ -117,30 +113,13 @@ def test_what_is_reproduced_has_to_say_how_it_could_have_failed() -> None:
 
 
 def test_what_was_chosen_in_view_is_at_most_compatible() -> None:
-    def make(_):
-        yield held(1.0, 0.9, 1.1)
-        yield decided("y/1", "t", True, "So.", fails="it were not so")  # of the paper alone: no number of ours
-
-    plain = assembled({"all": (make,)}, ("x", "y"), {}, {})
-    marked = assembled({"all": (make,)}, ("x", "y"), {"x": "a size", "y": "another"}, {})
+    of_paper = decided("y/1", "t", True, "So.", fails="it were not so")  # no number of ours
+    plain = assembled([of_paper, held(1.0, 0.9, 1.1)], ("x", "y"), {})
+    marked = assembled([of_paper, held(1.0, 0.9, 1.1)], ("x", "y"), {"x": "a size", "y": "another"})
+    assert [one.id for one in plain] == ["x", "y/1"]
     assert [one.verdict for one in plain] == [REPRODUCED, REPRODUCED] and not plain[0].chosen
     assert [one.verdict for one in marked] == [COMPATIBLE, REPRODUCED]
     assert [one.chosen for one in marked] == ["a size", ""]
-
-
-def test_what_is_only_stated_is_read_from_a_file(tmp_path: Path) -> None:
-    file = tmp_path / "stated.toml"
-    of_x = '[Claims.x]\ntitle = "t"\nwhy = "a guess."\n'
-    file.write_text(f'{of_x}at = "text.size"\nunit = "m"\n[Claims."y/1"]\ntitle = "u"\nwhy = "so."\n')
-    x, y = read_stated(file, {"text": {"size": 3}})
-    assert (x.id, x.group, x.printed, x.unit, x.verdict) == ("x", "Claims", 3.0, "m", NOT_REPRODUCED)
-    assert x.reason == f"{GIVEN}a guess." and y.id == "y/1" and y.printed is None
-    assert assembled({}, ("y", "x"), {}, stated=[x, y]) == [y, x]
-    with pytest.raises(KeyError):
-        read_stated(file, {"text": {}})
-    file.write_text(f"{of_x}ours = 2.0\n")
-    with pytest.raises(TypeError, match="ours"):
-        read_stated(file, {})
 
 
 def test_the_rule_names_every_verdict() -> None:

@@ -76,7 +76,7 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     recording, gyro, velocity = _compensated(recording, folder)
     imu, belief = recording.imu, recording.belief
     start, sigma_n = recording.start, None
-    stand = beginning(recording, velocity, folder) if finds_north else standstill_to_align_on(recording)
+    stand = beginning(recording, velocity) if finds_north else standstill_to_align_on(recording)
     if isinstance(stand, Initialization):  # what it found of the biases stays in: it is what a diagnosis looks for
         start, sigma_n, stand = stand.start, stand.sigmas[ATTITUDE], None
     elif stand is not None:

@@ -119,13 +119,8 @@ def _start_of_solution(opened: Opened, solution: Fixes) -> Start:
         return opened.description.start.state(one_step_before_s=float(stamp_s[0]))
     placed = np.flatnonzero(np.isfinite(solution.latitude_rad) & np.isfinite(solution.longitude_rad))
     row = int(placed[0]) if placed.size else 0
-    return Start(
-        time_s=float(stamp_s[row]),
-        latitude_rad=float(solution.latitude_rad[row]),
-        longitude_rad=float(solution.longitude_rad[row]),
-        height_m=float(np.nan_to_num(solution.height_m[row])),
-        velocity_n=tuple(np.nan_to_num(solution.velocity_n[row]).tolist()),
-    )
+    known = {"height_m": np.nan_to_num(solution.height_m), "velocity_n": np.nan_to_num(solution.velocity_n)}
+    return Start(float(stamp_s[row]), **replace(solution, **known).state(row))
 
 
 def read_chamber(folder: str | Path, unit: str | None = None) -> ChamberReadings:

@@ -1,8 +1,8 @@
 """Figures 1, 3 and 5-7 of Paper A with its axes: what the laboratory gives.
 
 Fig. 9 and 10 are in `oven_figures`, Fig. 11-13 those of the flight report (`traces`), Fig. 2, 4 and 8 drawings
-(`rigs`). A unit of the chamber is a mapping of columns (n,): `temperature_c`, `rate_c_per_min`, `ramp_c_per_min`,
-`elapsed_s`, `scale`, `bias_ug`.
+(``diagrams.toml``). A unit of the chamber is a mapping of columns (n,): `temperature_c`, `rate_c_per_min`,
+`ramp_c_per_min`, `elapsed_s`, `scale`, `bias_ug`.
 """
 
 from __future__ import annotations
@@ -40,9 +40,7 @@ FALLING, RISING = "#35978f", "#d08a00"
 
 
 @styled
-def magnet_loops(
-    *, loops: Mapping[str, tuple[np.ndarray, np.ndarray]], title: str = "Temperature hysteresis of the magnet"
-) -> Figure:
+def magnet_loops(*, loops: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> Figure:
     """Fig. 1: loops of the relative scale factor; name -> temperature (n,) in degC and change (n,) in ppm.
 
     The first loop is the outermost; along each the order is that of time. What comes before the first turn, the
@@ -53,7 +51,7 @@ def magnet_loops(
         "of Paper A shows another magnet (a ruthenium-iron compound below 5 K, over the field): only the kind of loop "
         "in its inset can be compared."
     )
-    figure, ax = sheet(3.9, title, note)
+    figure, ax = sheet(3.9, "Temperature hysteresis of the magnet", note)
     for k, (name, (temperature_c, change_ppm)) in enumerate(loops.items()):
         tint = LOOPS[k % len(LOOPS)]
         turns = np.flatnonzero(np.diff(np.sign(np.diff(temperature_c)))) + 1
@@ -70,9 +68,7 @@ def magnet_loops(
 
 
 @styled
-def loop_opening(
-    *, openings: Mapping[str, Columns], at_c: float = 22.0, title: str = "What opens the loop of the scale factor"
-) -> Figure:
+def loop_opening(*, openings: Mapping[str, Columns], at_c: float = 22.0) -> Figure:
     """Falling less rising K1 at `at_c`, one panel a unit; unit -> columns (m,), one for each rate of the chamber.
 
     Columns: `ramp_c_per_min`, and in ppm `magnet_ppm`, `rate_ppm`, `reading_ppm`, which add up to `total_ppm`.
@@ -86,7 +82,9 @@ def loop_opening(
         ("rate_ppm", FALLING, "rate terms of eq. (11)"),
         ("reading_ppm", RISING, "late reading of the thermometer"),
     )
-    figure, panels = sheet(3.5, title, note, columns=len(openings), sharey=True, squeeze=False)
+    figure, panels = sheet(
+        3.5, "What opens the loop of the scale factor", note, columns=len(openings), sharey=True, squeeze=False
+    )
     for ax, (name, columns) in zip(panels[0], openings.items(), strict=True):
         at = np.arange(len(columns["ramp_c_per_min"]))
         above, below = np.zeros(at.size), np.zeros(at.size)
@@ -106,9 +104,7 @@ def loop_opening(
 
 
 @styled
-def creep_elongation(
-    *, runs: Sequence[Columns], title: str = "Creep of epoxy resin: temperature and elongation"
-) -> Figure:
+def creep_elongation(*, runs: Sequence[Columns]) -> Figure:
     """Fig. 3a-c: one panel a block of resin, temperature left and elongation right, against time in min.
 
     Each run has `container_c` and the columns (n,) `time_min`, `temperature_c` and `creep_um`, the slow part alone.
@@ -117,7 +113,9 @@ def creep_elongation(
         "Run #1 of each block. Elongation is the creep ΔLv alone, without the thermal step, as in the paper; positive: "
         "longer. The end is the ΔLv that Table 2 prints for run #1, the course to it is the model's."
     )
-    figure, panels = sheet(5.4, title, note, rows=len(runs), sharex=True, squeeze=False)
+    figure, panels = sheet(
+        5.4, "Creep of epoxy resin: temperature and elongation", note, rows=len(runs), sharex=True, squeeze=False
+    )
     rights = []
     for ax, run, letter in zip(panels[:, 0], runs, "abcdef", strict=False):
         right = ax.twinx()
@@ -140,34 +138,29 @@ def creep_elongation(
 
 
 @styled
-def scale_factor_by_temperature(
-    *, units: Mapping[str, Columns], title: str = "Scale factor against temperature"
-) -> Figure:
+def scale_factor_by_temperature(*, units: Mapping[str, Columns]) -> Figure:
     """Fig. 5a-c: K1 of each unit on the falling and the rising branch, one panel a unit; below it how far they part."""
     note = (
         "Four-point K1, means over one degree of the reading; a line for each rate of the chamber. Below: falling less "
         "rising, in ppm of the mean K1. The paper's axis is pulses per g, without a time base."
     )
-    return _by_branch(units, "scale", f"K1 {SCALE_UNIT}", "falling − rising\n[ppm]", True, title, note)
+    return _by_branch(
+        units, "scale", f"K1 {SCALE_UNIT}", "falling − rising\n[ppm]", True, "Scale factor against temperature", note
+    )
 
 
 @styled
-def bias_by_temperature(*, units: Mapping[str, Columns], title: str = "Bias against temperature") -> Figure:
+def bias_by_temperature(*, units: Mapping[str, Columns]) -> Figure:
     """Fig. 7a-c: K0 of each unit on the falling and the rising branch, one panel a unit; below it how far they part."""
     note = (
         "Four-point K0, means over one degree of the reading; a line for each rate of the chamber, each with the bias "
         "of its own switch-on. Below: falling less rising."
     )
-    return _by_branch(units, "bias_ug", "K0 [µg]", "falling − rising\n[µg]", False, title, note)
+    return _by_branch(units, "bias_ug", "K0 [µg]", "falling − rising\n[µg]", False, "Bias against temperature", note)
 
 
 @styled
-def compensated_scale_factor(
-    *,
-    units: Mapping[str, Columns],
-    fitted: Mapping[str, Mapping[str, np.ndarray]],
-    title: str = "Scale factor after hysteresis compensation",
-) -> Figure:
+def compensated_scale_factor(*, units: Mapping[str, Columns], fitted: Mapping[str, Mapping[str, np.ndarray]]) -> Figure:
     """Fig. 6: what the hysteresis model leaves of K1 against time; the unit with the least residual first and large.
 
     `fitted` unit -> "simple" and "hysteresis" -> K1 of the model (n,) at the points of the unit.
@@ -181,7 +174,15 @@ def compensated_scale_factor(
     rms = {name: {m: float(np.std(ppm)) for m, ppm in models.items()} for name, models in left.items()}
     names = sorted(units, key=lambda name: rms[name]["hysteresis"])
     widths = [2.0] + [1.0] * (len(names) - 1)
-    figure, panels = sheet(3.7, title, note, columns=len(names), width_ratios=widths, sharey=True, squeeze=False)
+    figure, panels = sheet(
+        3.7,
+        "Scale factor after hysteresis compensation",
+        note,
+        columns=len(names),
+        width_ratios=widths,
+        sharey=True,
+        squeeze=False,
+    )
     for ax, name in zip(panels[0], names, strict=True):
         time_h, starts_h = _one_after_the_other(units[name])
         for start in starts_h[1:]:
@@ -214,7 +215,6 @@ def temperature_sensitivity(
     printed: Mapping[str, Mapping[str, float]],
     scaled: Mapping[str, Mapping[str, Statistic]] | None = None,
     draws: int | None = None,
-    title: str = "Table 4: temperature sensitivity of the scale factor",
 ) -> Figure:
     """Ours, unit -> compensation -> statistic in ppm/degC, beside the printed value; `scaled`: rescaled coefficients.
 
@@ -228,7 +228,13 @@ def temperature_sensitivity(
     )
     names = [name for name in TABLE4 if any(name in arms for arms in ours.values())]
     figure, panels = sheet(
-        2.0 + 0.36 * len(names), title, note, columns=len(ours), sharex=True, sharey=True, squeeze=False
+        2.0 + 0.36 * len(names),
+        "Table 4: temperature sensitivity of the scale factor",
+        note,
+        columns=len(ours),
+        sharex=True,
+        sharey=True,
+        squeeze=False,
     )
     series = [(ours, "o", 0.0, "printed coefficients")]
     if scaled:

@@ -40,11 +40,14 @@ def oven_velocity_error(
     north_mps: Mapping[str, np.ndarray],
     best: int,
     case: str = "given",
-    title: str = "Velocity error in the oven",
 ) -> Figure:
     """Fig. 9a/b: errors of all runs, name -> (runs, m) at `time_s` (m,); run number `best` is drawn thick."""
     return _oven_runs(
-        time_s, {"east velocity error [m/s]": east_mps, "north velocity error [m/s]": north_mps}, best, case, title
+        time_s,
+        {"east velocity error [m/s]": east_mps, "north velocity error [m/s]": north_mps},
+        best,
+        case,
+        "Velocity error in the oven",
     )
 
 
@@ -56,7 +59,6 @@ def oven_position_error(
     latitude_arcmin: Mapping[str, np.ndarray],
     best: int,
     case: str = "given",
-    title: str = "Position error in the oven",
 ) -> Figure:
     """Fig. 10a/b: errors of all runs, name -> (runs, m) at `time_s` (m,); run number `best` is drawn thick."""
     return _oven_runs(
@@ -64,7 +66,7 @@ def oven_position_error(
         {"longitude error [arc-minute]": longitude_arcmin, "latitude error [arc-minute]": latitude_arcmin},
         best,
         case,
-        title,
+        "Position error in the oven",
     )
 
 
@@ -74,7 +76,6 @@ def oven_runs(
     rms_mps: Mapping[str, Mapping[str, Mapping[str, np.ndarray]]],
     best: Mapping[str, int],
     printed_mps: Mapping[str, Mapping[str, float]] | None = None,
-    title: str = "Ten runs in the oven",
 ) -> Figure:
     """Velocity RMS of each run of one instrument: case -> compensation -> "east"/"north" -> (runs,).
 
@@ -86,7 +87,14 @@ def oven_runs(
     )
     components = ("east", "north")
     figure, panels = sheet(
-        1.5 + 1.75 * len(rms_mps), title, note, rows=len(rms_mps), columns=2, sharex=True, sharey=True, squeeze=False
+        1.5 + 1.75 * len(rms_mps),
+        "Ten runs in the oven",
+        note,
+        rows=len(rms_mps),
+        columns=2,
+        sharex=True,
+        sharey=True,
+        squeeze=False,
     )
     for row, (case, arms) in zip(panels, rms_mps.items(), strict=True):
         for ax, component in zip(row, components, strict=True):
@@ -113,11 +121,7 @@ def oven_runs(
 
 @styled
 def best_of_ten(
-    *,
-    ratios: Mapping[str, np.ndarray],
-    printed: Mapping[str, float] | None = None,
-    case: str = "given",
-    title: str = "What the best of ten runs shows",
+    *, ratios: Mapping[str, np.ndarray], printed: Mapping[str, float] | None = None, case: str = "given"
 ) -> Figure:
     """Ratio hysteresis refined / simple of every run, component -> (instruments, runs); the best: least horizontal.
 
@@ -129,7 +133,9 @@ def best_of_ten(
         f"Cumulative share of {instruments} instruments, {CASES.get(case, case)}. Grey: any one of {runs} runs; red: "
         "of each instrument only the run with the smallest horizontal ratio. Below 1 is better; shaded: worse."
     )
-    figure, panels = sheet(3.6, title, note, columns=len(ratios), sharey=True, squeeze=False)
+    figure, panels = sheet(
+        3.6, "What the best of ten runs shows", note, columns=len(ratios), sharey=True, squeeze=False
+    )
     ticks = (0.2, 0.5, 1.0, 2.0, 5.0)
     for ax, (component, values) in zip(panels[0], ratios.items(), strict=True):
         values = np.asarray(values, dtype=float)
@@ -162,7 +168,6 @@ def refinement(
     rms_mps: Mapping[str, Mapping[str, Mapping[str, Statistic]]],
     unrefined_mps: Mapping[str, Statistic] | None = None,
     size: int | None = None,
-    title: str = "How many oven runs refine the hysteresis model",
 ) -> Figure:
     """Horizontal velocity RMS in further oven runs: case -> "refined" or "free" -> number of runs -> statistic.
 
@@ -170,7 +175,9 @@ def refinement(
     """
     note = "RMS over oven runs that were not used for the refinement"
     note += (f", of {size} instruments" if size else "") + ". Vertical lines: 95 % interval."
-    figure, panels = sheet(3.4, title, note, columns=len(rms_mps), sharey=True, squeeze=False)
+    figure, panels = sheet(
+        3.4, "How many oven runs refine the hysteresis model", note, columns=len(rms_mps), sharey=True, squeeze=False
+    )
     looks = {
         "refined": (colour(PAIR[1]), 0.0, "refined, one constant over all runs"),
         "free": (INK, 0.08, "refined, a constant for each run"),
@@ -193,9 +200,7 @@ def refinement(
 
 
 @styled
-def sensitivity(
-    *, cases: Mapping[str, Mapping[str, Any]], title: str = "Sensitivity to what the paper does not say"
-) -> Figure:
+def sensitivity(*, cases: Mapping[str, Mapping[str, Any]]) -> Figure:
     """One assumption changed at a time: case -> `words`, `against_base` (name -> statistic of a ratio), `ratio`.
 
     Left: how each compensation's error changes against the base; right: hysteresis refined / simple in that case.
@@ -206,7 +211,14 @@ def sensitivity(
         "Right: hysteresis, refined to simple under that assumption; below 1 it helps; band: the base."
     )
     names = sorted(cases, key=lambda name: (name != "base", -_reach(cases[name])))
-    figure, (moved, gain) = sheet(1.9 + 0.28 * len(names), title, note, columns=2, sharey=True, width_ratios=[5, 4])
+    figure, (moved, gain) = sheet(
+        1.9 + 0.28 * len(names),
+        "Sensitivity to what the paper does not say",
+        note,
+        columns=2,
+        sharey=True,
+        width_ratios=[5, 4],
+    )
     for k, arm in enumerate(PAIR):
         rows = [(row, (cases[name].get("against_base") or {}).get(arm)) for row, name in enumerate(names)]
         rows = [(row + 0.15 * (2 * k - 1), entry) for row, entry in rows if entry]

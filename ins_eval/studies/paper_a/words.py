@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from math import hypot
+from pathlib import Path
 
 from ins_eval.figures.style import in_order, in_symbols, label
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
@@ -15,7 +16,7 @@ from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.missions import substitutes
 from ins_eval.report.published import beside_published
 from ins_eval.studies.papers import Row
-from ins_eval.studies.statements import counted, signed, statement_sections
+from ins_eval.studies.statements import counted, read_pictures, signed, statement_sections
 from ins_eval.tables import pick
 from ins_eval.vocabulary import CEP, FIRST, HEADLINE, SECOND, VELOCITY, improvement, measure_name, source_name
 from ins_eval.wording import (
@@ -38,53 +39,7 @@ INTERVALS = {  # of the calibration, by their names in the results
     "predictive": "of a compensated reading in a new run, with all of nature on",
 }
 
-# Below the rows of an id: the names of its figures, and what to see in each.
-PICTURES: Mapping[str, Mapping[str, str]] = {
-    "A-T4": {
-        "temperature_sensitivity": "Table 4 and ours. The printed coefficients do not give the printed uncompensated "
-        "values for any common T0; the open squares have their slopes rescaled so that they do."
-    },
-    "A-T6": {
-        "oven_runs": "All runs of one instrument, with both ways to begin. The paper shows one of its best.",
-        "best_of_ten": "What picking the best of ten does: the gap between the two curves is choice, not skill.",
-    },
-    "A-T7": {
-        "velocity_rms_by_compensation": "Velocity RMS in flight of every compensation, beside the two published ones."
-    },
-    "A-P7": {"refinement": "What further runs of refinement bring, and what a constant of their own changes."},
-    "A-F1": {
-        "magnet_loops": "Loops within loops, each closed; they depend on the way of the temperature, not on its speed.",
-        "loop_opening": "What opens the loop of K1 in the chamber, and the magnet's share in it.",
-    },
-    "A-F2": {"creep_rig": "The rig as it is modelled."},
-    "A-F3": {"creep_elongation": "The warmer the block, the larger and the faster its creep."},
-    "A-F4": {"chamber_rig": "The rig as it is modelled."},
-    "A-F5": {
-        "scale_factor_by_temperature": "The notch lies where a run begins and ends: after the soak at 22 °C the magnet "
-        "is on neither branch yet."
-    },
-    "A-F6": {"compensated_scale_factor": "What is left is mostly the magnet's loop, which the six terms do not have."},
-    "A-F7": {
-        "bias_by_temperature": "The paper prints no coefficient of a bias: slopes here are drawn at random around that "
-        "of a data sheet."
-    },
-    "A-F8": {"oven_rig": "The rig as it is modelled."},
-    "A-F9": {"oven_velocity_error": "As Fig. 9 of the paper, with the runs that it does not show."},
-    "A-F10": {"oven_position_error": "As Fig. 10 of the paper, with the runs that it does not show."},
-    "A-F11": {
-        "flight_path": "As Fig. 11a of the paper. GPS is lost where the aircraft banks too steeply.",
-        "temperature_and_rate": "As Fig. 11b of the paper, with the rate, whose sign decides the branch.",
-    },
-    "A-F12": {
-        "east_velocity_error": "As Fig. 12a of the paper; the small panel has the vertices at the losses of GPS.",
-        "north_velocity_error": "As Fig. 12b of the paper.",
-    },
-    "A-F13": {
-        "latitude_error": "As Fig. 13a of the paper.",
-        "longitude_error": "As Fig. 13b of the paper.",
-        "position_error": "As Fig. 13c of the paper. Waves of 84.4 min are Schuler oscillations.",
-    },
-}
+PICTURES = read_pictures(Path(__file__).with_name("pictures.toml"))
 
 
 def paper_a_content(rows: Sequence[Row], results: Mapping) -> tuple[str, list[Section]]:

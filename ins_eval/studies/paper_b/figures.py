@@ -20,20 +20,14 @@ BINS = 24
 
 @styled
 def forward_estimation(
-    *,
-    n_fpga: np.ndarray,
-    before: np.ndarray,
-    after: np.ndarray,
-    before_gain: float,
-    after_gain: float,
-    title: str = "Estimation of the forward gain (Fig. 11)",
+    *, n_fpga: np.ndarray, before: np.ndarray, after: np.ndarray, before_gain: float, after_gain: float
 ) -> Figure:
     """A scan before and after the drift; `n_fpga`, `before`, `after` (p,) in counts, slopes in counts a count."""
     note = (
         "One repetition of the identified unit. Left the scans, which cannot be told apart; right their difference, "
         f"whose slope of {1e6 * (after_gain / before_gain - 1.0):.1f} ppm of that of the scan is the drift found."
     ).replace("-", "−")
-    figure, (left, right) = sheet(3.2, title, note, columns=2)
+    figure, (left, right) = sheet(3.2, "Estimation of the forward gain (Fig. 11)", note, columns=2)
     left.plot(n_fpga, 1e-6 * before, "o", color=BEFORE, markersize=5, label="before")
     left.plot(n_fpga, 1e-6 * after, ".", color=AFTER, markersize=4, label="−200 ppm put in")
     left.set(xlabel="N_FPGA [count]", ylabel="N_out [10⁶ count]")
@@ -49,18 +43,14 @@ def forward_estimation(
 
 @styled
 def feedback_estimation(
-    *,
-    before: Sequence[float],
-    after: Sequence[float],
-    printed: Mapping[str, Sequence[float]],
-    title: str = "Estimation of the feedback gain (Fig. 12)",
+    *, before: Sequence[float], after: Sequence[float], printed: Mapping[str, Sequence[float]]
 ) -> Figure:
     """N_on − N_off (r,) of each repetition before and after the drift, ours and printed, in counts."""
     note = (
         "Left the identified unit, right Table 4 as printed. By eq. (26) the size must fall where the gain rises by "
         "200 ppm, as ours does; the printed one rises (B9)."
     )
-    figure, panels = sheet(3.2, title, note, columns=2, sharey=True)
+    figure, panels = sheet(3.2, "Estimation of the feedback gain (Fig. 12)", note, columns=2, sharey=True)
     for ax, name, (first, second) in zip(
         panels, ("ours", "printed"), ((before, after), (printed["before"], printed["after"])), strict=True
     ):
@@ -76,18 +66,14 @@ def feedback_estimation(
 
 @styled
 def static_output(
-    *,
-    time_s: np.ndarray,
-    output_ug: Mapping[str, np.ndarray],
-    printed_ug: Mapping[str, float],
-    title: str = "Output at 1 g, with and without compensation (Fig. 13)",
+    *, time_s: np.ndarray, output_ug: Mapping[str, np.ndarray], printed_ug: Mapping[str, float]
 ) -> Figure:
     """N_out(0), N'_out(1), N_out(1) less 1 g (n,): "before", "after", "compensated"; and the printed changes."""
     note = (
         "The identified unit, means of 50 ms. Dashed: the printed changes from N_out(0), of which the paper gives the "
         "sizes, with the signs that the loop demands: 193 µg below, 24 µg above."
     )
-    figure, ax = sheet(3.2, title, note)
+    figure, ax = sheet(3.2, "Output at 1 g, with and without compensation (Fig. 13)", note)
     tints = {
         "before": (BEFORE, "N_out(0)"),
         "after": (AFTER, "N'_out(1), drifted"),
@@ -110,14 +96,13 @@ def estimates_by_repetition(
     printed_ppm: Mapping[str, Sequence[float]],
     population_ppm: Mapping[str, Mapping],
     injected_ppm: Mapping[str, float],
-    title: str = "Tables 3 and 4 row by row",
 ) -> Figure:
     """Drift found in each repetition, printed and of the identified unit, on the central 95 % of ours."""
     note = (
         "Grey: central 95 % of single repetitions of our units, with assumed temperature coefficients and warm-up. The "
         "identified unit was chosen after the tables, so its agreement shows nothing."
     )
-    figure, panels = sheet(3.3, title, note, columns=2)
+    figure, panels = sheet(3.3, "Tables 3 and 4 row by row", note, columns=2)
     for ax, (channel, words) in zip(panels, CHANNELS.items(), strict=True):
         low, high = population_ppm[channel]["interval95"]
         at = np.arange(1, len(printed_ppm[channel]) + 1)
@@ -132,19 +117,14 @@ def estimates_by_repetition(
 
 
 @styled
-def shift_distribution(
-    *,
-    shift_ppm: Mapping[str, np.ndarray],
-    printed_ppm: Mapping[str, float],
-    title: str = "Found less injected drift, over our units",
-) -> Figure:
+def shift_distribution(*, shift_ppm: Mapping[str, np.ndarray], printed_ppm: Mapping[str, float]) -> Figure:
     """Histogram of the mean shift (units,) of each channel, and the printed one."""
     size = len(next(iter(shift_ppm.values())))
     note = (
         f"{size} units, six repetitions each, warmed up by about 2 °C between reference and test, within the paper's "
         "3 °C. The shift comes from temperature coefficients alone and has either sign; the paper's is one draw."
     )
-    figure, panels = sheet(3.2, title, note, columns=2, sharey=True)
+    figure, panels = sheet(3.2, "Found less injected drift, over our units", note, columns=2, sharey=True)
     widest = max(np.abs(np.concatenate(list(shift_ppm.values()))).max(), *(abs(v) for v in printed_ppm.values()))
     edges = np.linspace(-1.05 * widest, 1.05 * widest, BINS + 1)
     for ax, (channel, words) in zip(panels, CHANNELS.items(), strict=True):
@@ -159,11 +139,7 @@ def shift_distribution(
 
 @styled
 def shift_and_size(
-    *,
-    small_ppm: Mapping[str, np.ndarray],
-    large_ppm: Mapping[str, np.ndarray],
-    sizes_ppm: tuple[float, float],
-    title: str = "The shift does not grow with what is injected",
+    *, small_ppm: Mapping[str, np.ndarray], large_ppm: Mapping[str, np.ndarray], sizes_ppm: tuple[float, float]
 ) -> Figure:
     """Shift (n,) of the same tests with the paper's and with a larger drift put in."""
     small, large = sizes_ppm
@@ -171,7 +147,9 @@ def shift_and_size(
         f"Each point is one repetition of one unit, at the same temperatures. On the line the shift is the same; a "
         f"share that is not estimated would lie on a slope of {large / small:g}."
     )
-    figure, panels = sheet(3.4, title, note, columns=2, sharex=True, sharey=True)
+    figure, panels = sheet(
+        3.4, "The shift does not grow with what is injected", note, columns=2, sharex=True, sharey=True
+    )
     widest = 1.1 * max(np.abs(v).max() for v in (*small_ppm.values(), *large_ppm.values()))
     for ax, (channel, words) in zip(panels, CHANNELS.items(), strict=True):
         ax.plot([-widest, widest], [-widest, widest], color=INK, linewidth=1.0, label="the same shift")
@@ -192,14 +170,13 @@ def stability_against_drift(
     phase_margin_deg: Sequence[float],
     crossover_hz: Sequence[float],
     steps: Mapping[str, tuple[np.ndarray, np.ndarray]],
-    title: str = "Stability against drift of the forward gain",
 ) -> Figure:
     """Phase margin and crossover over the drift, and responses name -> (time_s, output in g) to a step of 1 g."""
     note = (
         "200 ppm cannot be seen on this scale: it is the forward gain's halving or doubling that matters. The static "
         "output does not show it at all."
     )
-    figure, (left, right) = sheet(3.4, title, note, columns=2)
+    figure, (left, right) = sheet(3.4, "Stability against drift of the forward gain", note, columns=2)
     percent = 1e-4 * np.asarray(forward_ppm)
     left.plot(percent, phase_margin_deg, color=AFTER, label="phase margin [°]")
     left.plot(percent, crossover_hz, color=BEFORE, label="crossover [Hz]")
@@ -220,14 +197,13 @@ def attraction_by_carrier(
     excited_v: float,
     scatter_ppm: float,
     limit_ppm: float,
-    title: str = "Attraction in the open-loop test with excitation",
 ) -> Figure:
     """What attraction on a held plate adds to the gain (n,) and to its scatter, by the amplitude of the carrier."""
     note = (
         "The plate held at the middle of the bridge, which draws it most; a free plate is not drawn. What "
         "attraction adds is the same in every excitation, and what it adds to the scatter is small against the bias."
     )
-    figure, ax = sheet(3.2, title, note)
+    figure, ax = sheet(3.2, "Attraction in the open-loop test with excitation", note)
     ax.loglog(volts, gain_ppm, color=BEFORE, label="added to the gain")
     ax.loglog(volts, added_scatter_ppm, color=AFTER, label="added to its scatter")
     ax.axhline(scatter_ppm, color=QUIET, linewidth=1.0, linestyle=":", label="scatter by the bias")
@@ -246,14 +222,13 @@ def temperature_calibrated(
     far: Mapping[str, Mapping],
     floor: Mapping[str, float],
     changes_c: tuple[float, float],
-    title: str = "Errors with temperature taken out",
 ) -> Figure:
     """RMS errors by arm, with intervals, after a change in the paper's room and after a large one; and their floor."""
     note = (
         "RMS over our units with 95 % intervals, on a logarithmic scale. Grey strokes: the same errors at constant "
         "temperature. With another unit's coefficients the errors grow, as they must."
     )
-    figure, panels = sheet(3.4, title, note, columns=2, sharey=True)
+    figure, panels = sheet(3.4, "Errors with temperature taken out", note, columns=2, sharey=True)
     tints = {"none": INK, "tests": BEFORE, "tests_and_output": COMPENSATED, "other_unit": AFTER}
     words = ("as measured", "tests put back", "tests and output put back", "with another unit's coefficients")
     errors = {"forward_ppm": "forward gain", "feedback_ppm": "feedback gain", "output_ug": "output"}
@@ -273,17 +248,15 @@ def temperature_calibrated(
 
 
 @styled
-def loop_in_flight(
-    *,
-    stretches: Mapping[str, Mapping[str, np.ndarray]],
-    title: str = "The sampled loop beside its steady state, in the liveliest stretch of a flight",
-) -> Figure:
+def loop_in_flight(*, stretches: Mapping[str, Mapping[str, np.ndarray]]) -> Figure:
     """By name of the flight "time_s", "force_g", "off_ug" and "linear_ug" (n,), of samples of 10 ms."""
     note = (
         "Above the specific force along the axis that changes most, below the loop less its steady state without "
         "noise, in samples of 10 ms: what the transfer function says, and the steps of the converters."
     )
-    figure, panels = sheet(4.8, title, note, rows=2, columns=2)
+    figure, panels = sheet(
+        4.8, "The sampled loop beside its steady state, in the liveliest stretch of a flight", note, rows=2, columns=2
+    )
     panels = np.reshape(panels, (2, 2))
     for (upper, lower), (name, one) in zip(panels.T, stretches.items(), strict=True):
         time_s = one["time_s"] - one["time_s"][0]

@@ -9,6 +9,7 @@ import numpy as np
 from ins_eval.calibration.loop_gains import over_repetitions
 from ins_eval.digital_loop import Loop, in_flight, stability
 from ins_eval.digital_loop.in_flight import LoopResponse
+from ins_eval.metrics import root_mean_square
 from ins_eval.profile import load as load_profile
 from ins_eval.streams import Streams
 from ins_eval.trajectory import Trajectory
@@ -73,15 +74,11 @@ def numbers(found: LoopResponse) -> dict[str, float]:
     velocity = np.cumsum(found.off) * INTERVAL_S
     return {
         "mean_ug": float(found.off.mean() / UG),
-        "rms_ug": _rms(found.off) / UG,
-        "rest_ug": _rms(found.off - found.linear) / UG,
+        "rms_ug": float(root_mean_square(found.off)) / UG,
+        "rest_ug": float(root_mean_square(found.off - found.linear)) / UG,
         "delay_us": 1e6 * delay_s,
         "end_mm_s": float(velocity[-1] / MM_S),
         "largest_mm_s": float(np.abs(velocity).max() / MM_S),
-        "noise_ug": _rms(found.noise) / UG,
+        "noise_ug": float(root_mean_square(found.noise)) / UG,
         "noise_mm_s": float(abs(found.noise.sum()) * INTERVAL_S / MM_S),
     }
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))

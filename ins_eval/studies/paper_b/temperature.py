@@ -20,6 +20,7 @@ from ins_eval.calibration.loop_temperature import TemperatureLine
 from ins_eval.digital_loop import bench, load, population
 from ins_eval.digital_loop.chamber import Calibrated
 from ins_eval.digital_loop.unit import Unit
+from ins_eval.metrics import root_mean_square
 from ins_eval.streams import Streams
 from ins_eval.units import PPM
 
@@ -93,7 +94,8 @@ def floor(streams: Streams, injected_ppm: float) -> dict[str, float]:
     done = bench.procedure(Unit(loop, {}, {}), streams, temperature_c=constant)
     tests = {key: getattr(done, key) for key in population.KEPT}
     code = loop.parameters.feedback.reference_code.value
-    return {name: float(_rms(e)) for name, e in errors(tests, constant, {}, "none", code, injected_ppm).items()}
+    found = errors(tests, constant, {}, "none", code, injected_ppm)
+    return {name: float(root_mean_square(error)) for name, error in found.items()}
 
 
 def _compared(
@@ -120,7 +122,3 @@ def _compared(
 
 def _interval(value: float, resampled: np.ndarray) -> dict[str, Any]:
     return {"value": float(value), "interval95": [float(end) for end in np.quantile(resampled, (0.025, 0.975))]}
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -6,12 +6,18 @@ left out.
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from ins_eval.report.content import Block, Section, paragraphs, table
+from ins_eval.studies.filled import blocks_of, possible
+from ins_eval.studies.paper_b.rows import TREES
 from ins_eval.studies.papers import Row, number
-from ins_eval.studies.statements import Pictures, counted, signed, statement_sections
-from ins_eval.wording import fixed, joined, with_interval
+from ins_eval.studies.statements import counted, read_pictures, signed, statement_sections
+from ins_eval.tables import pick
+from ins_eval.wording import fixed, joined
 
 CHANNELS = ("forward", "feedback")
 OF_TEST = {"scan": "scan", "current": "constant current", "output": "output at 1 g"}
@@ -25,122 +31,34 @@ MARGINS = {  # of the results: words, unit, decimals, factor
 }
 STATES = {"nominal": "as built", "drifted": "−200 ppm", "compensated": "compensated"}
 
-PICTURES: Pictures = {
-    "B-T3": {
-        "estimates_by_repetition": "The six repetitions of Tables 3 and 4 among those of our units, which nothing "
-        "but temperature moves away from what was put in."
-    },
-    "B-F2": {"loop_structure": "The loop as it is modelled."},
-    "B-F3": {"bridge_chain": "The chain as it is modelled."},
-    "B-F4": {"open_loop_chain": "The chain as it is modelled; grey is what the plate on its stop cuts off."},
-    "B-F5": {"scan_schedule": "The scan as it is carried out."},
-    "B-F6": {"excited_open_loop": "The rejected method as it is modelled."},
-    "B-F7": {"loop_with_current": "The loop as it is modelled while the current is on."},
-    "B-F8": {"loop_with_compensation": "Where both corrections act."},
-    "B-F9": {"procedure_steps": "The procedure as it is carried out."},
-    "B-F11": {
-        "forward_estimation": "As Fig. 11 of the paper; the difference has a panel of its own, since 200 ppm cannot be "
-        "seen in the scan."
-    },
-    "B-F12": {"feedback_estimation": "As Fig. 12 of the paper, for all six repetitions, beside the printed counts."},
-    "B-F13": {"static_output": "As Fig. 13 of the paper. Compensation overshoots: what is left has the other sign."},
-    "B-E25": {
-        "loop_in_flight": "The equation is of a loop at rest. In flight the loop is late by a fixed time, which moves "
-        "the velocity while the specific force changes and gives it back after."
-    },
-    "B-C12": {"attraction_by_carrier": "How strong the carrier would have to be for attraction to matter."},
-    "B-C24": {"temperature_calibrated": "What the paper proposes, carried out over our units."},
-    "B-S1": {"stability_against_drift": "What a drift of the forward gain does change, and how large it has to be."},
-    "B10": {
-        "shift_distribution": "The paper's two shifts among those of our units.",
-        "shift_and_size": "A shift that comes with the state of the room stays the same whatever is injected.",
-    },
-}
+PICTURES = read_pictures(Path(__file__).with_name("pictures.toml"))
+WORDS: dict[str, Any] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 
 
 def paper_b_content(rows: Sequence[Row], results: Mapping) -> tuple[str, list[Section]]:
     """The answer (first line the count, then what matters most, last what it means) and the sections of the page."""
-    answer = (counted(rows, "Paper B"), *(tell(results) for tell in (_shift, _output, _unseen, _stable, _meaning)))
-    sections = [
-        *statement_sections(rows, PICTURES),
-        *(Section(heading, tell(results)) for heading, tell in OURS.items()),
-    ]
+    tree = {**dict.fromkeys(TREES), **results, **_derived(results)}
+    answer = (counted(rows, "Paper B"), *(possible(line, tree) for line in WORDS["answer"].values()))
+    sections = statement_sections(rows, PICTURES)
+    for heading, tell in OURS.items():
+        sections.append(Section(heading, tell(results) if tell else blocks_of(WORDS[heading], tree)))
     return "\n".join(filter(None, answer)), [section for section in sections if section.blocks]
 
 
-# -------------------------------------------------------------------------------------------------------- the answer
-
-
-def _shift(results: Mapping) -> str:
-    population = results.get("population")
-    if not population:
-        return ""
-    growth = next(iter(population["shift_grows_ppm"].items()))
-    ours = joined([f"{words} {with_interval(population[f'{c}_shift_ppm'], 0)} ppm" for c, words in _names()])
-    changes = joined([with_interval(growth[1][channel]) for channel in CHANNELS])
-    return (
-        "The paper's residuals of 9.74 and 9.08 % are no share of a drift (of the feedback gain 109 % were found) but "
-        "a shift of +19.5 and +18.2 ppm, for which a warm-up within the paper's 3 °C suffices: over "
-        f"{population['units']} units of ours, warmed up by "
-        f"{fixed(population['warm_up_c']['value'], 1)} °C, the shift is {ours} (median, central 95 %), of either "
-        f"sign, and with {growth[0]} ppm injected it changes by {changes} ppm (means, 95 % interval)."
-    )
-
-
-def _names() -> list[tuple[str, str]]:
-    return [(channel, f"of the {channel} gain") for channel in CHANNELS]
-
-
-def _output(results: Mapping) -> str:
-    unit, population = results.get("unit"), results.get("population")
-    if not (unit and population):
-        return ""
-    outputs = unit["outputs_ug"]
-    return (
-        f"Of 193 µg the paper keeps 24; the unit identified from its tables has {fixed(outputs['uncompensated'], 0)} "
-        f"and keeps +{fixed(outputs['compensated'], 0)} µg, over-compensated by the same closure as the printed "
-        f"numbers (−193 + 218 = +25). Our units have {with_interval(population['uncompensated_ug'], 0)} and keep "
-        f"{with_interval(population['compensated_ug'], 0)} µg (sizes in single repetitions: median, central 95 %)."
-    )
-
-
-def _unseen(results: Mapping) -> str:
-    seen = results.get("observability")
-    if not seen:
-        return ""
-    magnet = next(row for row in seen if row["part"] == "magnet")
-    return (
-        f"A drift of the magnet is not seen by either test: {number(200.0)} ppm of it change the output by "
-        f"{fixed(abs(magnet['output_ug']), 0)} µg and the test with the constant current by "
-        f"{number(abs(magnet['current_test_ppm']), 1)} ppm."
-    )
-
-
-def _stable(results: Mapping) -> str:
-    margins = results.get("stability")
-    if not margins:
-        return ""
-    change = margins["drifted"]["phase_margin_deg"] - margins["nominal"]["phase_margin_deg"]
-    return (
-        f"For the stability of the loop 200 ppm of the forward gain do not matter: the phase margin changes by "
-        f"{number(abs(change), 1)}° of {fixed(margins['nominal']['phase_margin_deg'], 0)}°, and the output of "
-        "a static test does not change at all."
-    )
-
-
-def _meaning(results: Mapping) -> str:
-    if not (results.get("year") and results.get("population")):
-        return ""
-    year = results["year"]
-    return (
-        "What it means: the test with the constant current is worth building in, if it is made at the temperature of "
-        f"its reference or put back to it (a year's drift at 1 g then falls from {fixed(year['before_ug'], 0)} to "
-        f"{fixed(year['after_ug'], 0)} µg, magnet and current source being left); elsewhere the room decides. "
-        "The scan of the forward gain may be left out."
-    )
-
-
-# ------------------------------------------------------------------------------------------- what our results add
+def _derived(results: Mapping) -> dict[str, Any]:
+    """What the texts say of the results that does not stand in them."""
+    population, margins = results.get("population") or {}, results.get("stability")
+    larger_ppm, growth = next(iter((population.get("shift_grows_ppm") or {}).items()), (None, None))
+    magnet = next((row for row in results.get("observability") or () if row["part"] == "magnet"), None)
+    carrier = pick(results, "attraction", "drift_ppm")
+    return {
+        **{"larger_ppm": larger_ppm, "growth": growth},
+        "over": f"{population['units']} units" if "units" in population else "All units",
+        "magnet": magnet and {key: abs(magnet[key]) for key in ("output_ug", "current_test_ppm")},
+        "margin_change": margins
+        and abs(margins["drifted"]["phase_margin_deg"] - margins["nominal"]["phase_margin_deg"]),
+        "carrier_drift_ppm": None if carrier is None else abs(carrier),
+    }
 
 
 def _sight(results: Mapping) -> list[Block]:
@@ -169,150 +87,6 @@ def _sight(results: Mapping) -> list[Block]:
 
 def _size(value: float) -> str:
     return fixed(value, 0) if abs(value) >= 10.0 else (fixed(value, 1) if abs(value) >= 0.05 else "0")
-
-
-def _population(results: Mapping) -> list[Block]:
-    found = results.get("population") or {}
-    words = {
-        "shift_ppm": ("found less injected drift [ppm]", 1),
-        "error_ppm": ("found drift less what the gain did change by [ppm]", 1),
-        "residual_percent": ("the same as the paper counts it, size over 200 ppm [%]", 1),
-        "scatter_ppm": ("scatter of the six repetitions [ppm]", 1),
-        "baseline_scatter_ppm": ("scatter of the reference [ppm]", 1),
-    }
-    rows = [
-        (text, *(with_interval(found.get(f"{channel}_{key}"), digits) for channel in CHANNELS))
-        for key, (text, digits) in words.items()
-        if f"forward_{key}" in found
-    ]
-    if "mean_forward_shift_ppm" in found:
-        cells = (with_interval(found[f"mean_{channel}_shift_ppm"], 1) for channel in CHANNELS)
-        rows.append(("mean shift over the units, 95 % interval [ppm]", *cells))
-    for size, growth in (found.get("shift_grows_ppm") or {}).items():
-        cells = (with_interval(growth[channel]) for channel in CHANNELS)
-        rows.append((f"change of the shift with {size} ppm injected, mean and 95 % interval [ppm]", *cells))
-    over = f"{found['units']} units" if "units" in found else "All units"
-    note = f"{over}, six repetitions; median and central 95 % of units where nothing else is said."
-    blocks = table("Estimates of both gains over our units", ("quantity", *CHANNELS), rows, note)
-    outputs = {
-        "uncompensated_ug": ("change of the output, uncompensated, size [µg]", 0),
-        "compensated_ug": ("compensated, size [µg]", 0),
-        "output_residual_percent": ("compensated over uncompensated [%]", 0),
-        "closure_ug": ("compensated less (uncompensated + feedback estimate), of units [µg]", 1),
-    }
-    rows = [(text, with_interval(found[key], digits)) for key, (text, digits) in outputs.items() if key in found]
-    note = "Median and central 95 % of single repetitions. Paper B: 193 and 24 µg, 12.44 %; its closure is −1.2 µg."
-    return [*blocks, *table("Output at 1 g over our units", ("quantity", "ours"), rows, note)]
-
-
-ARMS = {
-    "none": "as measured",
-    "tests": "tests put back",
-    "tests_and_output": "tests and output put back",
-    "other_unit": "with another unit's coefficients",
-}
-ERRORS = {"forward_ppm": "forward [ppm]", "feedback_ppm": "feedback [ppm]", "output_ug": "output [µg]"}
-
-
-def _temperature(results: Mapping) -> list[Block]:
-    found = results.get("temperature")
-    if not found:
-        return []
-    of = {"room": "In a room", "far": f"After a change of {found['large_change_c']:g} °C"}
-    floor = ("no change of temperature", *(fixed(found["floor"][error], 1) for error in ERRORS))
-    rows = {
-        k: [*((words, *(with_interval(found[k][arm][e], 1) for e in ERRORS)) for arm, words in ARMS.items()), floor]
-        for k in of
-    }
-    low, high = found["chamber_c"]
-    per_c = [fixed(found["ppm_per_c"][key], 1) for key in ("gain", "current_step", "output")]
-    left = [with_interval(found["far"]["tests_and_output"][f"{error}_ratio"], 4) for error in ERRORS]
-    text = (
-        f"Each unit's own tests at {found['temperatures']} temperatures from {low:g} to {high:g} °C give a coefficient "
-        "of each reading; later readings are put back to the temperature of the reference by what the unit's "
-        f"thermometer says. After a change of {found['large_change_c']:g} °C the errors are then {joined(left)} of "
-        "what they were (forward, feedback, output). To put back the tests alone does not help the output: as "
-        "measured, the current test also takes out what temperature did to k_VI k_DA, and the magnet is in neither. A "
-        f"degree between thermometer and parts brings back {joined(per_c)} ppm (RMS over units)."
-    )
-    note = (
-        "RMS over units of estimate less injected drift, and of N_out(1) − N_out(0), with 95 % intervals over units; "
-        "the same tests in every line. Room: six repetitions. Our parts have constant coefficients and one temperature."
-    )
-    tables = [
-        block
-        for k, words in of.items()
-        for block in table(f"{words}: errors", ("", *ERRORS.values()), rows[k], note if k == "far" else "")
-    ]
-    return [*paragraphs(text), *tables]
-
-
-def _attraction(results: Mapping) -> list[Block]:
-    found = results.get("attraction")
-    if not found:
-        return []
-    rows = [
-        (
-            name,
-            fixed(found["stiffness_ppm"][name], 1),
-            with_interval(found["gain_ppm"].get(name, {"value": 0.0}), 1),
-            fixed(found["added_scatter_ppm"][name], 2),
-            fixed(found["scatter_ppm"][name], 1),
-        )
-        for name in found["stiffness_ppm"]
-    ]
-    text = (
-        "The carrier lies across both capacitors in series, and the plate is their middle. If nothing loads the plate, "
-        "both carry the same charge and draw alike wherever it is. A capacitance to the middle of the bridge makes the "
-        "nearer side draw more, F = C0 V²/(4d) s(2 + s)u/(2 + s(1 − u²))², s over C0: a negative stiffness. Plates of "
-        f"{fixed(found['area_mm2'], 0)} mm² held at the middle are pulled in by a carrier of "
-        f"{fixed(found['pull_in_v'], 1)} V from there, and by {fixed(found['excited_v'], 1)} V from the largest "
-        f"excitation; ours has {fixed(found['carrier_v'], 2)} V. A drift of 200 ppm of it changes the excited gain by "
-        f"{fixed(abs(found['drift_ppm']), 2)} ppm. At 0 g a plate on its stop would be held there across less than "
-        f"{fixed(found['latching_um'], 2)} µm, {fixed(found['scanned_um'], 2)} at the top of the scan."
-    )
-    header = ("load on the plate", "softer by [ppm of D]", "gain larger by [ppm]", "adds to scatter [ppm]",
-              "scatter [ppm]")  # fmt: skip
-    note = "Twelve excitations by eq. (23) with the same noise; mean and its 95 % interval. The scatter is the bias's."
-    return [*paragraphs(text), *table("The rejected test with attraction", header, rows, note)]
-
-
-FLOWN = {
-    "rms_ug": ("loop less steady state, RMS of 10 ms [µg]", 2),
-    "rest_ug": ("of this not in its transfer function, RMS [µg]", 2),
-    "mean_ug": ("mean over the stretch [µg]", 3),
-    "delay_us": ("fitted delay [µs]", 1),
-    "largest_mm_s": ("largest error of velocity on the way [mm/s]", 3),
-    "end_mm_s": ("error of velocity at the end [mm/s]", 4),
-    "noise_ug": ("noise of the loop, RMS of 10 ms [µg]", 2),
-    "noise_mm_s": ("error of velocity at the end by noise [mm/s]", 4),
-}
-
-
-def _in_flight(results: Mapping) -> list[Block]:
-    found = results.get("in_flight")
-    if not found:
-        return []
-    flights = {"flight": "climb, cruise, landing", "wing rock": "with wing rock"}
-    rows = [(words, *(with_interval(found[f][key], digits) for f in flights)) for key, (words, digits) in FLOWN.items()]
-    calm, rock = (found[name] for name in flights)
-    text = (
-        "Flights are simulated with the steady state of the loop. Sample by sample, over the "
-        f"{found['duration_s']:g} s in which the specific force changes most, the steady state stands for the loop to "
-        f"{fixed(calm['rms_ug']['value'], 1)} µg RMS and {fixed(calm['largest_mm_s']['value'], 2)} mm/s, with wing "
-        f"rock to {fixed(rock['rms_ug']['value'], 1)} µg and {fixed(rock['largest_mm_s']['value'], 2)} mm/s. By its "
-        f"transfer function the loop is {fixed(found['delay_us'], 1)} µs late; the velocity is off by that times the "
-        "change of specific force, which does not add up. At the frequency of the wing rock its gain is larger by "
-        f"{fixed(rock['rock_ppm'], 0)} ppm."
-    )
-    note = "; ".join(
-        f"{words}: from {fixed(found[f]['from_s'], 1)} s, {found[f]['axis']} axis, which changes by "
-        f"{fixed(found[f]['change_g'], 2)} g"
-        for f, words in flights.items()
-    )
-    note += ". Means over four realisations of the loop's noise and their 95 % intervals; noise is taken out by the "
-    note += "same loop at constant specific force with the same random numbers."
-    return [*paragraphs(text), *table("The loop beside its steady state", ("quantity", *flights.values()), rows, note)]
 
 
 def _identified(results: Mapping) -> list[Block]:
@@ -355,12 +129,12 @@ def _parameters(results: Mapping) -> list[Block]:
     return table("Values of our loop, by the paper's symbols", ("symbol", "value"), rows, note, "ll")
 
 
-OURS: Mapping[str, Callable[[Mapping], list[Block]]] = {
+OURS: Mapping[str, Callable[[Mapping], list[Block]] | None] = {  # None: all of it stands in words.toml
     "Ours: what each test sees": _sight,
-    "Ours: many units through the procedure": _population,
-    "Ours: temperature taken out": _temperature,
-    "Ours: electrostatic attraction": _attraction,
-    "Ours: the loop in flight": _in_flight,
+    "Ours: many units through the procedure": None,
+    "Ours: temperature taken out": None,
+    "Ours: electrostatic attraction": None,
+    "Ours: the loop in flight": None,
     "Ours: the identified unit": _identified,
     "Ours: stability": _stability,
     "Ours: values of the loop": _parameters,

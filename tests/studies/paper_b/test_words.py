@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ import pytest
 from ins_eval.figures import style
 from ins_eval.report import text
 from ins_eval.report.content import Picture, Section, Table
-from ins_eval.studies.paper_b import figures, loop_diagrams
+from ins_eval.studies.diagrams import diagrams
+from ins_eval.studies.paper_b import figures
 from ins_eval.studies.paper_b.rows import rows
 from ins_eval.studies.paper_b.words import PICTURES, paper_b_content
 
@@ -73,7 +75,7 @@ def test_what_the_results_lack_is_left_out(results: dict) -> None:
 @pytest.mark.parametrize("id", sorted(DIAGRAMS))
 def test_diagrams(id: str) -> None:
     (name,) = PICTURES[id]
-    drawing = style.svg(getattr(loop_diagrams, name)())
+    drawing = style.svg(diagrams(Path(figures.__file__).with_name("diagrams.toml"))[name])
     assert f"(Fig. {id.removeprefix('B-F')})" in drawing
     assert len(drawing) < LARGEST_SVG_BYTES
 

@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from ins_eval.published_flight import CHOSEN_WITH_TABLE_7
 from ins_eval.studies.paper_a import ours as own
 from ins_eval.studies.paper_a.printed import PRINTED
-from ins_eval.studies.paper_a.rows import (
-    claims_navigation,
-    claims_sensors,
-    inconsistencies_laboratory,
-    inconsistencies_navigation,
-)
-from ins_eval.studies.paper_a.rows.equations import equation_rows
-from ins_eval.studies.paper_a.rows.figures import figure_rows
-from ins_eval.studies.paper_a.rows.procedures import procedure_rows
-from ins_eval.studies.paper_a.rows.tables import table_rows
-from ins_eval.studies.papers import VERDICT_RULE, VERDICTS, Groups, Row, assembled, read_stated
+from ins_eval.studies.paper_a.rows import claims, equations, figures, inconsistencies, procedures, tables
+from ins_eval.studies.paper_a.rows.audited import audited
+from ins_eval.studies.papers import VERDICT_RULE, VERDICTS, Row, assembled
+from ins_eval.studies.row_tables import rows_of
 
 # Every id is a row itself or what stands before the first "/" of one.
 REQUIRED = (
@@ -47,16 +39,18 @@ CHOSEN = {
     "A30": BESIDE,
 }
 
-GROUPS: Groups = {
-    "Tables": (table_rows,),
-    "Equations": (equation_rows,),
-    "Procedures": (procedure_rows,),
-    "Figures": (figure_rows,),
-    "Text claims": (claims_sensors.sensor_rows, claims_navigation.navigation_rows),
-    "Inconsistencies": (inconsistencies_laboratory.laboratory_rows, inconsistencies_navigation.navigation_rows),
+GROUPS = {  # where the values of its rows are computed; the statements stand in a TOML file of the same name
+    "Tables": tables,
+    "Equations": equations,
+    "Procedures": procedures,
+    "Figures": figures,
+    "Text claims": claims,
+    "Inconsistencies": inconsistencies,
 }
-
-STATED = read_stated(Path(__file__).parents[1] / "stated.toml", PRINTED)
+TREES = (  # of results, and of `ours`
+    *("chamber", "oven", "flight", "sensitivity"),
+    *("thermal", "scale", "bias", "high_order", "creep", "model", "oven_position"),
+)
 
 
 def rows(results: Mapping) -> list[Row]:
@@ -66,7 +60,8 @@ def rows(results: Mapping) -> list[Row]:
     not computed in this run, and its rows say so. With the seed the small computations of `ours` are done here.
     """
     ours = own.compute(results["seed"]) if "seed" in results else {}
-    return assembled(GROUPS, REQUIRED, CHOSEN, results, ours, stated=STATED)
+    computed = {**dict.fromkeys(TREES), **results, **ours, "paper": PRINTED, "audit": audited()}
+    return assembled(rows_of(GROUPS, computed, results, ours), REQUIRED, CHOSEN)
 
 
 __all__ = ["CHOSEN", "GROUPS", "REQUIRED", "VERDICTS", "VERDICT_RULE", "Row", "rows"]

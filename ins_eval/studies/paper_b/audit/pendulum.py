@@ -14,11 +14,6 @@ def poles(j: float, c: float, d: float) -> np.ndarray:
     return np.array([-c + root, -c - root]) / (2.0 * j)
 
 
-def overdamped(j: float, c: float, d: float) -> bool:
-    """Whether the poles are real and distinct, C^2 > 4 D J: else |s2| - |s1| = 0, by which eqs (1), (2) divide."""
-    return c * c > 4.0 * d * j
-
-
 def divisor(j: float, c: float, d: float) -> float:
     """|s2| - |s1| of eqs (1), (2)."""
     slow, fast = np.abs(poles(j, c, d))

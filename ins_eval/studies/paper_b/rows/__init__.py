@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from ins_eval.studies.paper_b.printed import PRINTED
-from ins_eval.studies.paper_b.rows.claims import claim_rows
-from ins_eval.studies.paper_b.rows.equations import equation_rows
-from ins_eval.studies.paper_b.rows.figures import figure_rows
-from ins_eval.studies.paper_b.rows.inconsistencies import inconsistency_rows
-from ins_eval.studies.paper_b.rows.modules import module_rows, study_rows
-from ins_eval.studies.paper_b.rows.procedures import procedure_rows
-from ins_eval.studies.paper_b.rows.tables import table_rows
-from ins_eval.studies.papers import Groups, Row, assembled, read_stated
+from ins_eval.studies.paper_b.rows import (
+    claims,
+    equations,
+    figures,
+    inconsistencies,
+    modules,
+    procedures,
+    studies,
+    tables,
+)
+from ins_eval.studies.paper_b.rows.audited import audited
+from ins_eval.studies.papers import Row, assembled
+from ins_eval.studies.row_tables import rows_of
 
 # Every id is a row itself or what stands before the first "/" of one.
 REQUIRED = (
@@ -34,27 +38,30 @@ WARM_UP = (
 # Numbers of the simulation that were chosen with the printed ones in view, by what stands before the first "/".
 CHOSEN = dict.fromkeys(("B-T3", "B-T4", "B-P3", "B-P4", "B-P5", "B-C1", "B-C3", "B13", "B14"), WARM_UP)
 
-GROUPS: Groups = {
-    "Tables": (table_rows,),
-    "Modules": (module_rows,),
-    "Equations": (equation_rows,),
-    "Procedure": (procedure_rows,),
-    "Figures": (figure_rows,),
-    "Stability, long term, sources": (study_rows,),
-    "Text claims": (claim_rows,),
-    "Inconsistencies": (inconsistency_rows,),
+GROUPS = {  # where the values of its rows are computed; the statements stand in a TOML file of the same name
+    "Tables": tables,
+    "Modules": modules,
+    "Equations": equations,
+    "Procedure": procedures,
+    "Figures": figures,
+    "Stability, long term, sources": studies,
+    "Text claims": claims,
+    "Inconsistencies": inconsistencies,
 }
-
-STATED = read_stated(Path(__file__).parents[1] / "stated.toml", PRINTED)
+TREES = (  # of results
+    *("loop", "exact", "quiet", "attraction", "temperature", "in_flight", "stability", "observability", "year"),
+    *("population", "scaling", "unit"),
+)
 
 
 def rows(results: Mapping) -> list[Row]:
     """Every row, in the order of `REQUIRED`.
 
-    `results` is a nested mapping with any of the keys loop, exact, quiet, stability, observability, year, population,
-    scaling and unit; what is missing was not computed in this run, and its rows say so.
+    `results` is a nested mapping with any of the keys `TREES`; what is missing was not computed in this run, and its
+    rows say so.
     """
-    return assembled(GROUPS, REQUIRED, CHOSEN, results, stated=STATED)
+    computed = {**dict.fromkeys(TREES), **results, "paper": PRINTED, "audit": audited()}
+    return assembled(rows_of(GROUPS, computed, results), REQUIRED, CHOSEN)
 
 
 __all__ = ["CHOSEN", "GROUPS", "REQUIRED", "rows"]
