@@ -14,16 +14,18 @@ from ins_eval.errors import DataRefused
 from ins_eval.limits import BY_UNIT, OTHER, within
 from ins_eval.recording import Fixes, Imu, Recording, consistency
 from ins_eval.recording.consistency.limits import ROUND_OFF, changes
-from ins_eval.recording.stillness import still_stretches
-from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
+from ins_eval.recording.consistency.rest import (
+    EARTH_RATE_FACTOR,
+    GRAVITY_TOLERANCE,
+    at_rest,
+    mix_up,
+    turns_as_the_earth,
+)
+from ins_eval.units import DEG, DEG_PER_H
 
-SHORTEST_REST_S = 10.0
 LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing
-GRAVITY_TOLERANCE = 0.03  # of gravity: far above any accelerometer error, far below any mix-up of units
-EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degrees for radians is a factor 57
 BIAS_SIGMAS = 5.0  # of the believed gyro bias
 LARGEST_BIAS_RADPS = 20.0 * DEG  # of any gyro in use: the tolerance of the coarsest data sheet (MPU-6050)
-EARTH_DIRECTION = 0.1  # part along gravity, from sin(latitude): Earth rate in another unit
 LARGEST_TILT_DEG = 45.0  # between gravity as measured and as the start has it
 LARGEST_RATE_RADPS = BY_UNIT["radps"][1]
 LARGEST_SPECIFIC_FORCE_MPS2 = BY_UNIT["mps2"][1]
@@ -185,7 +187,7 @@ def _check_fixes(fixes: Fixes, where: str) -> None:
 def _check_rest(recording: Recording, where: str) -> None:
     """At rest the accelerometers show gravity upwards and the gyros about Earth rate."""
     start = recording.start
-    imu, duration_s = _at_rest(recording)
+    imu, duration_s = at_rest(recording)
     force_b = imu.accelerometer.sum(axis=0) / duration_s
     size = float(np.linalg.norm(force_b))
     if imu.accelerometer_form == "increment":
@@ -193,24 +195,13 @@ def _check_rest(recording: Recording, where: str) -> None:
         if abs(size / expected - 1.0) > GRAVITY_TOLERANCE:
             raise DataRefused(
                 f"{where}: the mean specific force at rest is {size:.4g} m/s^2, {size / expected:.3g} times gravity, "
-                f"expected {expected:.5g}{_mix_up(size / expected, duration_s / len(imu.time_s), 'accelerometer')}; "
+                f"expected {expected:.5g}{_guess(size / expected, duration_s / len(imu.time_s), 'accelerometer')}; "
                 "convert the accelerometer to m/s over the sample"
             )
     if size > 0.0:
         _check_direction(force_b / size, start.attitude_rad, where)
 
     _check_rate_at_rest(recording, imu.gyro.sum(axis=0) / duration_s, force_b, where)
-
-
-def _at_rest(recording: Recording) -> tuple[Imu, float]:
-    """The samples of the longest quiet stretch, and its length: a parked unit may be handled before and between."""
-    imu = recording.imu
-    quiet = still_stretches(imu, SHORTEST_REST_S)
-    if not quiet:
-        return imu, float(imu.time_s[-1] - recording.start.time_s)
-    longest = max(quiet, key=lambda stretch: stretch.duration_s)
-    rows = slice(*np.searchsorted(imu.time_s, [longest.start_s + 1e-6, longest.end_s + 1e-6]))
-    return imu.rows(rows), float(recording.interval_s[rows].sum())
 
 
 def _check_rate_at_rest(recording: Recording, mean_b: np.ndarray, force_b: np.ndarray, where: str) -> None:
@@ -223,14 +214,11 @@ def _check_rate_at_rest(recording: Recording, mean_b: np.ndarray, force_b: np.nd
     duration_s = recording.imu.time_s[-1] - recording.start.time_s
     taken_off = np.zeros(3) if gyro.bias_radps is None else np.asarray(gyro.bias_radps)
     rate, left = float(np.linalg.norm(mean_b)), float(np.linalg.norm(mean_b - taken_off))
-    guess = _mix_up(left / EARTH_RATE, duration_s / len(recording.imu.time_s), "gyro")
+    guess = _guess(left / EARTH_RATE, duration_s / len(recording.imu.time_s), "gyro")
     if gyro.bias_sigma_deg_per_h is not None:  # a unit too coarse for Earth rate
         most = max(EARTH_RATE_FACTOR * EARTH_RATE, BIAS_SIGMAS * DEG_PER_H * gyro.bias_sigma_deg_per_h)
     else:
-        size = float(np.linalg.norm(force_b))
-        along = float(mean_b @ force_b) / (rate * size) if rate * size > 0.0 else 0.0
-        turns_as_the_earth = abs(along - np.sin(recording.start.latitude_rad)) < EARTH_DIRECTION
-        named = guess and turns_as_the_earth and gyro.bias_radps is None
+        named = guess and gyro.bias_radps is None and turns_as_the_earth(recording, mean_b, force_b)
         most = EARTH_RATE_FACTOR * EARTH_RATE if named else LARGEST_BIAS_RADPS
     if rate > EARTH_RATE / EARTH_RATE_FACTOR and left < most:
         return
@@ -257,29 +245,9 @@ def _check_direction(up_b: np.ndarray, attitude_rad: tuple[float, float, float] 
     )
 
 
-def _mix_up(factor: float, step_s: float, sensor: str) -> str:
-    """Name the mix-up of units that makes `factor`, or nothing."""
-    known = {
-        "accelerometer": {
-            1.0 / STANDARD_GRAVITY: "g given for m/s^2",
-            STANDARD_GRAVITY: "multiplied by g twice",
-            1.0 / step_s: "rates given for increments",
-            1.0 / step_s / STANDARD_GRAVITY: "rates in g given for increments in m/s",
-            step_s: "increments divided or multiplied by the interval twice",
-        },
-        "gyro": {
-            1.0 / DEG: "degrees given for radians",
-            DEG: "radians converted from degrees twice",
-            1.0 / ARCSEC: "arc seconds given for radians",
-            1.0 / step_s: "rates given for increments",
-            1.0 / step_s / DEG: "rates in degrees given for increments in radians",
-        },
-    }[sensor]
-    if factor <= 0.0:
-        return ""
-    tolerance = GRAVITY_TOLERANCE if sensor == "accelerometer" else 0.35  # a gyro shows its bias beside Earth rate
-    near = min(known, key=lambda mix_up: abs(np.log(factor / mix_up)))
-    return f" ({known[near]}?)" if abs(np.log(factor / near)) < tolerance else ""
+def _guess(factor: float, step_s: float, sensor: str) -> str:
+    found = mix_up(factor, step_s, sensor)
+    return "" if found is None else f" ({found[1]}?)"
 
 
 def _suspicions(recording: Recording, step_s: float) -> list[str]:

@@ -1,0 +1,113 @@
+"""Units and signs of a parked unit, judged by what a standstill must show: gravity, and the rate of the Earth.
+
+At rest  |f| = g  and  w . f = |f| W sin(latitude),  W the Earth's rate. A unit that is mixed up multiplies one of them
+by a known factor. A gyro with the wrong sign shows its part of w . f with the wrong sign; as it was read it has a bias
+that is twice this part, by chance. The size of a bias has the scale-free prior p(b) ~ 1 / |b|, so that the odds of the
+sign are those of two sizes, |b as read| / |b with the sign changed|.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ins_eval.earth import EARTH_RATE, gravity
+from ins_eval.recording import Imu, Recording
+from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, CHANGED, MATRICES, SIGN, SOURCE, Finding
+from ins_eval.recording.stillness import still_stretches
+from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
+
+SHORTEST_REST_S = 10.0
+GRAVITY_TOLERANCE = 0.03  # of gravity: far above any accelerometer error, far below any mix-up of units
+GYRO_TOLERANCE = 0.35  # of the logarithm of a factor: a gyro shows its bias beside Earth rate
+EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degrees for radians is a factor 57
+EARTH_DIRECTION = 0.1  # part along gravity, from sin(latitude): Earth rate in another unit
+LEAST_BIAS = 1e-3  # of Earth rate: no smaller bias counts, for the mean is not known better
+PARKED = ("oven", "static")
+
+
+def mix_up(factor: float, step_s: float, sensor: str) -> tuple[float, str] | None:
+    """The mix-up of units that makes `factor`, exact and in words, if one does."""
+    known = {
+        "accelerometer": {
+            1.0 / STANDARD_GRAVITY: "g given for m/s^2",
+            STANDARD_GRAVITY: "multiplied by g twice",
+            1.0 / step_s: "rates given for increments",
+            1.0 / step_s / STANDARD_GRAVITY: "rates in g given for increments in m/s",
+            step_s: "increments divided or multiplied by the interval twice",
+        },
+        "gyro": {
+            1.0 / DEG: "degrees given for radians",
+            DEG: "radians converted from degrees twice",
+            1.0 / ARCSEC: "arc seconds given for radians",
+            1.0 / step_s: "rates given for increments",
+            1.0 / step_s / DEG: "rates in degrees given for increments in radians",
+        },
+    }[sensor]
+    if factor <= 0.0:
+        return None
+    tolerance = GRAVITY_TOLERANCE if sensor == "accelerometer" else GYRO_TOLERANCE
+    near = min(known, key=lambda one: abs(np.log(factor / one)))
+    return (near, known[near]) if abs(np.log(factor / near)) < tolerance else None
+
+
+def at_rest(recording: Recording) -> tuple[Imu, float]:
+    """The samples of the longest quiet stretch, and its length: a parked unit may be handled before and between."""
+    imu = recording.imu
+    quiet = still_stretches(imu, SHORTEST_REST_S)
+    if not quiet:
+        return imu, float(imu.time_s[-1] - recording.start.time_s)
+    longest = max(quiet, key=lambda stretch: stretch.duration_s)
+    rows = slice(*np.searchsorted(imu.time_s, [longest.start_s + 1e-6, longest.end_s + 1e-6]))
+    return imu.rows(rows), float(recording.interval_s[rows].sum())
+
+
+def turns_as_the_earth(recording: Recording, rate_b: np.ndarray, force_b: np.ndarray) -> bool:
+    """Whether the mean rate (3,) points as the Earth's does: a bias seldom has just its part along gravity."""
+    size = float(np.linalg.norm(rate_b) * np.linalg.norm(force_b))
+    along = float(rate_b @ force_b) / size if size > 0.0 else 0.0
+    return bool(abs(along - np.sin(recording.start.latitude_rad)) < EARTH_DIRECTION)
+
+
+def check_rest(recording: Recording) -> Iterator[Finding]:
+    """Another unit of a triad of a parked unit, or another sign of one gyro."""
+    if recording.kind not in PARKED or recording.imu.accelerometer_form != "increment":
+        return
+    imu, duration_s = at_rest(recording)
+    force_b, rate_b = imu.accelerometer.sum(axis=0) / duration_s, imu.gyro.sum(axis=0) / duration_s
+    step_s = duration_s / len(imu.time_s)
+    size = float(np.linalg.norm(force_b)) / float(gravity(recording.start.latitude_rad, recording.start.height_m))
+    unit = mix_up(size, step_s, "accelerometer") if abs(size - 1.0) > GRAVITY_TOLERANCE else None
+    if unit is not None:
+        yield Finding("accelerometer.unit", f"at rest the specific force is {size:.3g} times gravity: {unit[1]}",
+                      "convert the accelerometer to m/s over the sample", factor=1.0 / unit[0])  # fmt: skip
+    bias = recording.belief.gyro.bias_radps
+    rate_b = rate_b - (np.zeros(3) if bias is None else np.asarray(bias))
+    rate = float(np.linalg.norm(rate_b)) / EARTH_RATE
+    unit = mix_up(rate, step_s, "gyro")
+    if unit is not None and not 1.0 / EARTH_RATE_FACTOR < rate < EARTH_RATE_FACTOR:
+        if turns_as_the_earth(recording, rate_b, force_b):
+            yield Finding("gyro.unit", f"at rest the gyros show {rate:.3g} times Earth rate: {unit[1]}",
+                          "convert the gyro to rad over the sample", factor=1.0 / unit[0])  # fmt: skip
+    elif size > 0.0 and rate > 0.0 and abs(np.log(rate)) < GYRO_TOLERANCE:  # a unit that feels the Earth
+        yield from _sign(recording, rate_b, force_b / np.linalg.norm(force_b))
+
+
+def _sign(recording: Recording, rate_b: np.ndarray, up_b: np.ndarray) -> Iterator[Finding]:
+    """The gyro of which another sign leaves far less bias along gravity than is there as it was read."""
+    expected = EARTH_RATE * np.sin(recording.start.latitude_rad)
+    least = LEAST_BIAS * EARTH_RATE
+    single = [k for k in range(len(MATRICES)) if (SOURCE[k] == range(3)).all() and CHANGED[k] <= 1]
+    biases = {k: max(abs(float(rate_b * SIGN[k] @ up_b) - expected), least) for k in single}
+    best = min(biases, key=biases.__getitem__)
+    log_odds = np.log(biases[0] / biases[best]) + AXIS_PRIOR * CHANGED[best]
+    if best == 0 or log_odds <= 0.0:
+        return
+    axis = "xyz"[int(np.argmin(SIGN[best]))]
+    seen = (
+        f"at rest gyro {axis} has a bias of {biases[0] / DEG_PER_H:.4g} deg/h along gravity, and of "
+        f"{biases[best] / DEG_PER_H:.2g} deg/h if its sign is changed"
+    )
+    orders = ((np.eye(3), MATRICES[best]),)
+    yield Finding("axes", seen, f"change the sign of gyro {axis}", float(log_odds), orders=orders)
