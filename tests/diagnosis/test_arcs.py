@@ -16,6 +16,8 @@ from benchmark.runners.imported import recorded
 from benchmark.worlds.real import SOURCES
 from ins_eval.diagnosis.answer.judge import Diagnosis, judge
 from ins_eval.diagnosis.estimate import case as cases
+from ins_eval.diagnosis.estimate.evidence import log_evidence, sensitivity
+from ins_eval.diagnosis.estimate.study import fit_noise
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.units import DEG_PER_H, UG
@@ -26,6 +28,8 @@ MEANS_S = 20.0
 FROM_S, TO_S = 400.0, 520.0  # of a climb
 DRIFT_PPM = 0.05  # of a clock: 6 microseconds in all
 SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wander
+STAMPS_S, FIX_M, FIX_MPS = 0.05, 0.5, 0.05  # one sigma of stamps and of fixes
+AGREES, SLOPE_STEP = 0.35, 1e-3  # at one speed stamps and white noise look alike, and a part is counted twice
 AUTOPILOT_LATE_S = (0.21, 0.29)  # of positions, by the authors' filter; of velocities, by their increments
 
 
@@ -93,6 +97,34 @@ def test_arcs_begin_where_samples_end_also_by_another_clock(ideal_recording) -> 
         assert arc.time_s in other.believed.time_s
 
 
+def test_stamps_that_jitter_and_motion_between_samples_are_noise_of_their_own(ideal_recording) -> None:
+    """Fixes at stamps that are off by chance scatter with speed; slopes of the evidence are those of differences."""
+    recording = climb(ideal_recording)
+    rng = np.random.default_rng(4)
+    fixes = recording.gps
+    late_s = np.clip(STAMPS_S * rng.standard_normal(fixes.time_s.size), -3.0 * STAMPS_S, 3.0 * STAMPS_S)
+    white = [FIX_MPS * rng.standard_normal(fixes.velocity_n.shape), *(FIX_M * rng.standard_normal((2, late_s.size)))]
+    received = replace(
+        fixes,
+        time_s=fixes.time_s + late_s,
+        velocity_n=fixes.velocity_n + white[0],
+        latitude_rad=fixes.latitude_rad + white[1] / 6.37e6,
+        longitude_rad=fixes.longitude_rad + white[2] / 6.37e6,
+    )
+    case = cases.prepare(replace(recording, gps=received))
+    (fitted,) = fit_noise([case], [], [None])
+    allowed = case.noise.levels(fitted.noise_point).white[np.isfinite(case.seen.residual[:, 0])]
+    speed = np.median(np.abs(fixes.velocity_n[:, :2]), axis=0)
+    np.testing.assert_allclose(np.median(allowed[:, :2], axis=0), np.hypot(FIX_M, STAMPS_S * speed), rtol=AGREES)
+    ready = case.ready([])
+    _, slope_of = ready.slope(fitted.noise_point, sensitivity)
+    for name in ("jitter", "sampling"):
+        step = SLOPE_STEP * np.eye(slope_of.size)[case.noise.free.index(name)]
+        sides = [log_evidence(ready(fitted.noise_point + sign * step)) for sign in (1.0, -1.0)]
+        difference = (sides[0] - sides[1]) / (2.0 * SLOPE_STEP)
+        assert slope_of[case.noise.free.index(name)] == pytest.approx(difference, rel=1e-3, abs=1e-3)
+
+
 @pytest.fixture(scope="module")
 def warm_up(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Path]:
     folder = tmp_path_factory.mktemp("warm_up") / "recording"
@@ -119,11 +151,17 @@ def test_a_temperature_of_another_time_is_no_cause(warm_up) -> None:
     assert not [name for name, _ in values(judged(elsewhere, folder)) if "temperature" in name]
 
 
+def late_in_flight(found: Diagnosis) -> float:
+    """How late the fixes are from the start of the motion on: an offset, and a step of the other clock before it."""
+    of = values(found)
+    return of.get(("gps.time_offset", None), 0.0) - of.get(("recording.clock_step", None), 0.0)
+
+
 @pytest.mark.slow
 def test_the_clock_of_an_autopilot_is_late_and_an_applied_delay_comes_on_top(tmp_path: Path) -> None:
     recording = imported("plane", tmp_path / "plane")
     applied = 0.15
     later = replace(recording, gps=replace(recording.gps, time_s=recording.gps.time_s + applied))
-    own, both = (values(judged(one, tmp_path / "plane"))["gps.time_offset", None] for one in (recording, later))
+    own, both = (late_in_flight(judged(one, tmp_path / "plane")) for one in (recording, later))
     assert AUTOPILOT_LATE_S[0] < own < AUTOPILOT_LATE_S[1]
     assert AUTOPILOT_LATE_S[0] < both - applied < AUTOPILOT_LATE_S[1]

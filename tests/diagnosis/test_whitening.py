@@ -151,7 +151,7 @@ def test_slopes_are_those_of_the_dense_covariance(problem, part) -> None:
         return _sum_of((assembled, levels._replace(**{part: getattr(levels, part) + change})))
 
     difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
-    assert getattr(found, part) @ direction == pytest.approx(difference, rel=QUOTIENT)
+    assert np.vdot(getattr(found, part), direction) == pytest.approx(difference, rel=QUOTIENT)
 
 
 def _two_sizes(a: np.ndarray, b: np.ndarray) -> Gained:

@@ -32,10 +32,12 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.slope import Slopes
     from ins_eval.diagnosis.model.columns import Assembled
     from ins_eval.diagnosis.model.error_model import ErrorModel
+    from ins_eval.diagnosis.model.null import Believed
     from ins_eval.recording.belief import Belief
 
 # of the believed sigma: what measures is not judged by errors far below its own statement
 LEAST_OF_BELIEVED = {"gps": 0.3, "reference": 0.02, "standstill": 0.05}
+WALKING = ("reference", "standstill")  # smoother than the INS, so that its random walk shows between rows
 VELOCITIES, HEADING = range(3, 6), 8
 FEWEST = 20  # measurements that tell a level
 AGITATION_ROWS, AGITATED = 9, 3.0
@@ -43,6 +45,8 @@ SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise of one sigma
 NORMAL_MAD = 0.6745
 WANDER_TIME_S = 1800.0
 COARSE_WANDER_TIME_S = 200.0  # of gyros that flicker within a minute: the plateau of their Allan deviation
+SAMPLING = 0.3  # of a second difference: between the twelfth that a trapezoid misses and all that decimating does
+JITTER_S = 0.01  # of stamps that a log gives when a message has arrived
 WIDEST = 3.0  # prior sigmas that a level may move
 OUTLIER = 4.5  # sigmas from its neighbours of a measurement that is not believed
 NEIGHBOUR_VARIANCE = 0.3  # of the median of four
@@ -82,14 +86,18 @@ SLOW = {
 class NoiseModel:
     """What is known of the noise before the evidence is looked at.
 
-    `white` (nodes, 9) one sigma of each measurement, `down` (9,) the slow error of what measures relative to north, and
-    `steps` (epochs, 3, 3) what the thermometer adds to velocity.
+    `white` (nodes, 9) one sigma of each measurement, `down` (9,) the slow error of what measures relative to north,
+    `steps` (epochs, 3, 3) what the thermometer adds to velocity, and `bent` (epochs, 2) the squares of the second
+    differences of the increments of velocity and angle, summed over an epoch: where motion bends within a sample, what
+    was sampled is not what was integrated. `later` (nodes, 9) is what a stamp that is a second late changes.
     """
 
     priors: dict[str, Prior]
     white: np.ndarray
     down: np.ndarray
     steps: np.ndarray
+    bent: np.ndarray
+    later: np.ndarray
     interval_s: np.ndarray
 
     @property
@@ -105,13 +113,14 @@ class NoiseModel:
         """The same as the filter takes it."""
         v = self.values(noise_point)
         dt = self.interval_s
+        force, rate = (v.get("sampling", 0.0) ** 2 * one for one in self.bent.T)
         wander_time_s = v.get("wander_time", WANDER_TIME_S)
         sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
         sigma[HEADING] = v.get("slow_heading", sigma[HEADING])
         return NoiseLevels(
-            white=self.white,
-            force=np.eye(3) * (v["velocity_random_walk"] ** 2 * dt)[:, None, None] + self.steps,
-            rate=v["angle_random_walk"] ** 2 * dt,
+            white=np.hypot(self.white, v["jitter"] * self.later) if "jitter" in v else self.white,
+            force=np.eye(3) * (v["velocity_random_walk"] ** 2 * dt + force)[:, None, None] + self.steps,
+            rate=v["angle_random_walk"] ** 2 * dt + rate,
             slow_sigma=sigma,
             slow_time_s=np.repeat([v[f"slow_{of}_time"] for of in ("position", "velocity", "attitude")], 3),
             wander_sigma=np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3),
@@ -138,13 +147,20 @@ class NoiseModel:
         if "slow_heading" in v:
             parts["slow_attitude"] = slow[6:HEADING].sum()
             parts["slow_heading"] = by.slow_sigma[HEADING]
+        if "jitter" in v:
+            white = np.hypot(self.white, v["jitter"] * self.later)
+            parts["jitter"] = v["jitter"] * (by.white * self.later**2 / white).sum()
+        if "sampling" in v:
+            parts["sampling"] = 2.0 * v["sampling"] * (by.force @ self.bent[:, 0] + by.rate @ self.bent[:, 1])
         if "gyro_wander_time" in v:
             parts["wander_time"] = by.wander_time_s[:3].sum()
             parts["gyro_wander_time"] = by.wander_time_s[3:].sum()
         return np.array([parts[name] * v[name] * self.priors[name].spread for name in self.free])
 
 
-def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_density: np.ndarray) -> NoiseModel:
+def noise_model(
+    belief: Belief, model: ErrorModel, seen: Observations, step_density: np.ndarray, bent: np.ndarray
+) -> NoiseModel:
     """Priors from the belief, white noise from the measurements themselves."""
     level, ratio = white(seen)
     typical = np.array([np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 1.0 for column in
@@ -162,6 +178,7 @@ def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_dens
     )  # (epochs, axis, n): unit vectors of the accelerometers, shortened where the body turned
     steps = np.einsum("ka,kai,kaj->kij", step_density * model.interval_s[:, None], axes, axes)
     parked = seen.measured_by[HEADING] == "standstill"  # who enters a vehicle tilts it far more than he turns it
+    jerky = bool(model.arc.any()) and not parked
     return NoiseModel(
         priors={
             "slow_position": Prior(slow.position * typical[0], slow.spread),
@@ -177,12 +194,24 @@ def noise_model(belief: Belief, model: ErrorModel, seen: Observations, step_dens
             "wander_time": Prior(WANDER_TIME_S, 1.0),
             **({"slow_heading": Prior(0.5 * typical[HEADING], 1.2)} if parked else {}),
             **({"gyro_wander_time": Prior(COARSE_WANDER_TIME_S, 1.5)} if model.arc.any() else {}),
+            **({"sampling": Prior(SAMPLING, 1.2), "jitter": Prior(JITTER_S, 1.2)} if jerky else {}),
         },
         white=level,
         down=np.array([1.0, 1.0, ratio[0], 1.0, 1.0, ratio[1], 1.0, 1.0, 1.0]),
         steps=steps,
+        bent=bent,
+        later=np.where(np.isfinite(seen.residual), seen.of_delay, 0.0),
         interval_s=model.interval_s,
     )
+
+
+def bent(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
+    """Squares (epochs, 2) of the second differences of increments of velocity and angle, mean of axes, summed."""
+    epoch = np.clip(np.searchsorted(nodes_s, navigated.time_s[1:-1] - 1e-6) - 1, 0, nodes_s.size - 2)
+    out = np.zeros((nodes_s.size - 1, 2))
+    for k, increments in enumerate((navigated.velocity, navigated.gyro)):
+        np.add.at(out[:, k], epoch, np.square(np.diff(increments, 2, axis=0)).mean(axis=1))
+    return out
 
 
 def white(seen: Observations) -> tuple[np.ndarray, tuple[float, float]]:
@@ -197,7 +226,7 @@ def white(seen: Observations) -> tuple[np.ndarray, tuple[float, float]]:
         inside = seen.arc[here[2:]] == seen.arc[here[:-2]]  # a new arc is a jump
         if inside.sum() <= FEWEST:
             continue
-        level_of = _level if by == "gps" else _level_less_walk
+        level_of = _level_less_walk if by in WALKING else _level
         factor[channel] = max(LEAST_OF_BELIEVED.get(by, 1.0), level_of(np.diff(y, 2)[inside]))
         level[:, channel] *= factor[channel]
         if by == "standstill" and channel in VELOCITIES:

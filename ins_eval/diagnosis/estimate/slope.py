@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 class Slopes(NamedTuple):
     """dL by what the filter allows for: `force`, `rate` (epochs,) by a covariance c I; the rest as in `NoiseLevels`."""
 
+    white: np.ndarray
     force: np.ndarray
     rate: np.ndarray
     slow_sigma: np.ndarray
@@ -58,7 +59,7 @@ def slopes(
     kept[measured] = out[:, :1]
     whitened = Whitened(total[1:, 1:], total[1:, 0], float(total[0, 0]), log_determinant, rows, kept)
     height, by_sums = sensitivity(whitened)
-    found = Slopes(*(np.zeros(n) for n in (nodes - 1, nodes - 1, 9, 9, 6, 6)))
+    found = Slopes(*(np.zeros(n) for n in ((nodes, 9), nodes - 1, nodes - 1, 9, 9, 6, 6)))
     _back(state.motion, measured, columns.design, noise, recorded, out, 2.0 * out @ by_sums, found)
     return height, found
 
@@ -108,6 +109,7 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
                     x += spread[i, j] * gain[j]
                 spread_gain[i] = x
                 by_s += gain[i] * x - gain_adjoint[i] * gain[i] / s
+            found.white[k, channel] = 2.0 * noise.white[k, channel] * by_s
             for i in range(24):
                 push[i] = gain_adjoint[i] / s - 2.0 * spread_gain[i] + by_s * h[i]
             for i in range(24):

@@ -45,6 +45,8 @@ COMPOSED = {
 COARSEST_PPM = 1e4
 # nor do zero offsets of consumer MEMS exceed 0.25 g and 20 deg/s (data sheets of ADXL345 and MPU-6050)
 LARGEST_OF = {"ppm": 1e5, "urad": 1e5, "ug/g^2": 1e5, "ug/g^3": 1e5, "ug": 2.5e5, "deg/h": 7.2e4}
+CLOCKS = ("time_offset", "clock_step")
+LARGEST_DELAY_S = 1.0  # a receiver is late by less than the second between its fixes; what jumps farther is no delay
 LARGEST = 400.0  # usual sizes that no instrument of its grade exceeds: consumer sheets over those of navigation grade
 PROPORTIONAL = ("ppm", "urad")
 SHORT = 5.0  # times of the filter: in less, its rate is hardly another thing than the temperature
@@ -66,6 +68,8 @@ class Candidate:
     def largest(self) -> float:
         """The coefficient that no such sensor exceeds, inf where there is none; beyond it something else is wrong."""
         effect = VOCABULARY[self.name]
+        if effect.name.endswith(CLOCKS):
+            return LARGEST_DELAY_S / self.nominal
         if effect.enters not in SENSORS:
             return np.inf
         of_grade = np.inf if effect.multipliers == ("1",) else LARGEST  # an offset has any size where nobody stated it
