@@ -38,6 +38,7 @@ LEAST_VELOCITY_SIGMA_MPS = 1e-3  # of a start that is said to be exact
 LEAST_POSITION_SIGMA_M = 0.01
 PLACE_SIGMA_M = 3.0  # of a unit that is carried from one stand to the next
 MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
+REFERENCE_ARM_M = 0.3  # between the points at which two boxes navigate, beyond what is stated
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +146,7 @@ def _around(
     model, seen = arcs.observed(navigated)
     seen, outliers = noise.without_outliers(seen)
     slow = SlowFactor()
+    bent = noise.bent(navigated, model.nodes_s)
     uncertain = [*uncertain, *places(navigated, model, slow)]
     navigated, believed = (one.without_increments(recording) for one in (navigated, believed))
     given = temperature(believed.recording)
@@ -160,7 +162,9 @@ def _around(
         nuisances=tuple(uncertain),
         taken=np.zeros(len(uncertain)),
         candidates=(*candidates(navigated, model, given, slow), *composed_candidates(navigated, model, given, slow)),
-        noise=noise.noise_model(believed.recording.belief, model, seen, step_noise(navigated, given, model.middle_s)),
+        noise=noise.noise_model(
+            believed.recording.belief, model, seen, step_noise(navigated, given, model.middle_s), bent
+        ),
         outliers=outliers,
         epochs_s=model.interval_s,
         member=partial(member, navigated, model, given, slow),
@@ -196,6 +200,8 @@ def nuisances(believed: Believed) -> list[Column]:
         for k, axis in enumerate("NED"):  # of its datum, and of where in its box it navigates
             size = belief.reference.position_sigma_m or REFERENCE_POSITION_M
             out.append(Column(f"position offset of the reference {axis}", (Measured(f"channel_{k}", size),)))
+        for axis in "xyz":
+            out.append(Column(f"lever arm of the reference {axis}", (Measured(f"arm_{axis}", REFERENCE_ARM_M),)))
     if reference is not None and reference.attitude_rad is not None:
         for axis in "xyz":
             term = Measured(f"mount_{axis}", MOUNTING_SIGMA_RAD)
