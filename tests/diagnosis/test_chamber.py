@@ -14,7 +14,10 @@ from ins_eval.diagnosis.estimate.chamber import prepare_chamber
 from ins_eval.diagnosis.estimate.refine import again, refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise
 from ins_eval.diagnosis.model.columns import assemble
+from ins_eval.diagnosis.policy import Policy
+from ins_eval.diagnosis.unnamed.disturbance import restless
 from ins_eval.errors import DataRefused
+from ins_eval.random_processes import gauss_markov
 from ins_eval.recording import ChamberReadings
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EffectBelief, ScaleBelief
 from ins_eval.thermal import filtered_rate, lagged
@@ -25,6 +28,7 @@ GAMMA, MU, EPSILON, K0_UG, OMEGA = 320000.0, -30.0, 60.0, 800.0, 50.0  # pulse/(
 NOISE = 1.0  # pulse/s
 REFERENCE_C = 22.0
 VALUE, ROUNDING_UG = 0.03, 1e-3  # relative, of what noise leaves of the rate term; and of arithmetic
+WANDER_UG, WANDER_S = 300.0, 1800.0
 LAG_S, LAG, OWN_COLUMN = 130.0, 0.1, 0.01  # a lag, and relative, of what noise leaves of it and of its column
 
 
@@ -74,6 +78,26 @@ def test_a_true_belief_is_left_alone(belief) -> None:
     diagnosis = judge([prepare_chamber(measured(EPSILON), belief, "chamber")])
     assert diagnosis.verdict == NO_MISMATCH
     assert diagnosis.mismatches == ()
+
+
+def test_a_slow_error_beyond_its_grade_is_no_noise(belief) -> None:
+    """An accelerometer that wanders a hundred times as far as its readings scatter is located, not passed over."""
+    readings = measured(EPSILON)
+    rng = np.random.default_rng(8)
+    wander = np.concatenate([gauss_markov(readings.time_s[readings.run == k], WANDER_UG * UG, WANDER_S, rng)
+                             for k in range(4)])  # fmt: skip
+    restive = replace(readings, output=readings.output + GAMMA * wander / STANDARD_GRAVITY)
+    policy = Policy()
+    for made, beyond in ((restive, True), (readings, False)):
+        case = prepare_chamber(made, belief, "chamber")
+        (fitted,) = fit_noise([case], [], [None])
+        found = restless(case, 0, fitted, policy)
+        assert (found is not None) == beyond
+        if found is not None:
+            assert found.interval.channel.name == "accelerometer.y"
+            assert found.wander.sensor == "accelerometer"
+            assert found.wander.bound < found.wander.sigma < WANDER_UG * UG * 2.0
+            assert policy.sure(found)
 
 
 def test_a_rate_term_that_was_left_out_is_named(belief) -> None:

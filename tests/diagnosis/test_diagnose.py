@@ -31,7 +31,7 @@ from ins_eval.diagnosis.estimate.study import Hypothesis
 from ins_eval.diagnosis.model.columns import Column
 from ins_eval.diagnosis.model.library import Candidate
 from ins_eval.diagnosis.policy import Policy
-from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
+from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance, Wander
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.errors import UsageError
@@ -45,7 +45,7 @@ OF_MISMATCH = {"recording", "channel", "interval_s", "where", "significance_sigm
 OF_EFFECT = {"name", "axis", "parameters", "probability", "log_evidence_gain", "false_alarm_probability"}
 OF_RIVAL = {"from", "name", "axis", "probability", "log_evidence_below_best", "told_apart_by_prior_only", "experiment",
             "expected_log_bayes_factor"}  # fmt: skip
-OF_UNEXPLAINED = {"significance_sigma", "channel", "interval_s"}
+OF_UNEXPLAINED = {"significance_sigma", "channel", "interval_s", "wander"}
 OF_FIT = {"held_out", "velocity_rms_mps", "radial_error_rate_nmi_per_h"}
 VERDICTS = {"no mismatch", "explained", "not identifiable", "partly explained", "unexplained"}
 CHANNELS = {f"{sensor}.{axis}" for sensor in ("accelerometer", "gyro") for axis in "xyz"} | {
@@ -233,6 +233,7 @@ SHAPE = hypothesis("composed", "z", "ug per unit of fan_hz", driver="fan_hz",
                    form="accelerometer bias = value * lag(fan_hz, 600)")  # fmt: skip
 LAG = hypothesis("temperature.lag", None, "s", lag_s=60.0)
 LEFT = Mismatch(0, "gyro.x", "x", 5600.0, 6800.0, "climb", 5.123456)
+RESTLESS = Wander("gyro", 4e-8, 2e-8)
 
 
 def diagnosis(verdict: str, effects=(), rivals=(), mismatches=(), unnamed=None) -> Diagnosis:
@@ -274,7 +275,7 @@ OF_VERDICT = {
         diagnosis(PARTLY, NAMED, RIVALS, [LEFT, LEFT], UnnamedDisturbance(LEFT, 9.0, 5.123456)),
         withdrawn=(Withdrawn(FoundEffect(DRIFT, 1.0, 2.0, 0.2, 1.0, 0.5), "its probability is below a half"),),
     ),
-    UNEXPLAINED: diagnosis(UNEXPLAINED, (), (), [LEFT], UnnamedDisturbance(LEFT, 9.0, 5.123456)),
+    UNEXPLAINED: diagnosis(UNEXPLAINED, (), (), [LEFT], UnnamedDisturbance(LEFT, 9.0, 5.123456, wander=RESTLESS)),
 }
 
 
@@ -325,7 +326,8 @@ def test_what_an_answer_says_of_rivals_and_of_what_is_left() -> None:
     assert (drift["experiment"], drift["expected_log_bayes_factor"]) == (RIVALS[0].experiment, 21.0)
     assert (drift["log_evidence_below_best"], drift["told_apart_by_prior_only"]) == (2.9, False)
     assert (shape["driver"], shape["told_apart_by_prior_only"], shape["experiment"]) == ("fan_hz", True, None)
-    assert found["unexplained"] == {"significance_sigma": 5.12, "channel": "gyro.x", "interval_s": [5600.0, 6800.0]}
+    left = {"significance_sigma": 5.12, "channel": "gyro.x", "interval_s": [5600.0, 6800.0], "wander": None}
+    assert found["unexplained"] == left
     assert found["mismatch"][0]["recording"] == "first"
 
 

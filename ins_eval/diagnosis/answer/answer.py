@@ -12,11 +12,12 @@ import numpy as np
 
 from ins_eval.diagnosis.answer.verdict import Q95
 from ins_eval.metrics import radial_error_rates
+from ins_eval.units import DEG_PER_H, UG
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect, Rival, Withdrawn
     from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.unnamed.mismatch import Mismatch
+    from ins_eval.diagnosis.unnamed.mismatch import Mismatch, Wander
 
 FORMAT = "ins-diagnosis/1"
 WORDS = ("other_axis", "driver", "form", "sensor", "unit_found", "frame_found")  # parameters that are no numbers
@@ -35,6 +36,7 @@ def answer(found: Diagnosis) -> dict[str, Any]:
             "significance_sigma": round(left.significance_sigma, 2),
             "channel": left.mismatch.channel if left.mismatch else None,
             "interval_s": _interval(left.mismatch) if left.mismatch else None,
+            "wander": _wander(left.wander) if left.wander else None,
         },
         "fit": _fit(found),
         "withdrawn": [_withdrawn(one) for one in found.withdrawn],
@@ -43,6 +45,11 @@ def answer(found: Diagnosis) -> dict[str, Any]:
 
 def _interval(one: Mismatch) -> list[float]:
     return [round(one.begin_s, 3), round(one.end_s, 3)]
+
+
+def _wander(one: Wander) -> dict[str, Any]:
+    si, unit = (DEG_PER_H, "deg/h") if one.sensor == "gyro" else (UG, "ug")
+    return {"sensor": one.sensor, "sigma": one.sigma / si, "bound": one.bound / si, "unit": unit}
 
 
 def _mismatch(found: Diagnosis, one: Mismatch) -> dict[str, Any]:

@@ -61,7 +61,8 @@ def decide(findings: Findings, policy: Policy) -> Decision:
     if surest is None:
         sigma = max((one.sigma for one in suspects), default=0.0)
         return Decision(NO_MISMATCH, UnnamedDisturbance(None, 0.0, sigma))
-    return Decision(UNEXPLAINED, UnnamedDisturbance(place[0], surest.gain, surest.sigma), place)
+    unnamed = UnnamedDisturbance(place[0], surest.gain, surest.sigma, wander=surest.wander)
+    return Decision(UNEXPLAINED, unnamed, place)
 
 
 def is_heard(findings: Findings, policy: Policy) -> bool:

@@ -26,7 +26,7 @@ from ins_eval.diagnosis.estimate.search import one_more
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
-from ins_eval.diagnosis.unnamed.disturbance import Suspect, intervals, one_sensor, with_quiet_sensors
+from ins_eval.diagnosis.unnamed.disturbance import Suspect, intervals, one_sensor, restless, with_quiet_sensors
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance, located
 from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
 from ins_eval.diagnosis.unnamed.where import where
@@ -153,6 +153,9 @@ def _suspects(findings: Findings, rng: np.random.Generator, policy: Policy) -> t
     found = list(findings.alone)
     for r, case in enumerate(findings.cases):
         found += intervals(case, r, findings.null[r], rng, policy)
+    if policy.surest(found) is None:  # what is located as an interval explains more than that a sensor wanders
+        for r, case in enumerate(findings.cases):
+            found += [one for one in (restless(case, r, findings.null[r], policy),) if one is not None]
     return tuple(found)
 
 

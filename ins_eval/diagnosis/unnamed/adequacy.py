@@ -16,7 +16,7 @@ import numpy as np
 
 from ins_eval.diagnosis.estimate.evidence import Reduced, reduce
 from ins_eval.diagnosis.unnamed import locate
-from ins_eval.diagnosis.unnamed.disturbance import of_windows, within_statement
+from ins_eval.diagnosis.unnamed.disturbance import of_windows, restless, within_statement
 from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance, located
 from ins_eval.diagnosis.unnamed.open_form import open_forms, over_temperature
 
@@ -59,6 +59,10 @@ def left_unexplained(
         ]
         left = reduce(whitened, nuisances + len(columns))
         beside.append(_unnamed(_Windows(r, linearisation, over, edges_s, left), least, rng, policy))
+        one = restless(case, r, linearisation.fitted[r], policy, columns) if beside[-1].mismatch is None else None
+        if one is not None:
+            place = located(case, r, one.interval, one.sigma)
+            beside.append(UnnamedDisturbance(place, one.gain, one.sigma, one.interval, one.wander))
     return tuple(max(ones, key=lambda one: one.gain) for ones in (instead, beside))
 
 

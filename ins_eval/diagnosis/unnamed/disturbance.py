@@ -15,6 +15,7 @@ import numpy as np
 
 from ins_eval.diagnosis.estimate.evidence import free, log_evidence_of, mixture, reduce
 from ins_eval.diagnosis.unnamed import locate
+from ins_eval.diagnosis.unnamed.mismatch import Wander
 from ins_eval.diagnosis.unnamed.open_form import open_forms, roots
 from ins_eval.effects.parts import SENSORS
 
@@ -29,13 +30,15 @@ if TYPE_CHECKING:
 LOUD, QUIET = -1.0, -2.0  # prior sigmas of a level that something else may feign, and of one that it does not
 OF_SENSORS = ("accelerometer_wander", "gyro_wander")
 OF_RECEIVERS = ("slow_position", "slow_velocity", "slow_attitude", "slow_heading")
+OF_BENCH = ("slow_position",)  # the slow error of an accelerometer in a chamber
 
 
 @dataclass(frozen=True, eq=False)
 class Suspect:
     """An interval of recording `recording` after its refit; `gain` in nats less the log of what was looked at.
 
-    `follows` is the motion that the disturbance follows, where it is known to follow one.
+    `follows` is the motion that the disturbance follows, where it is known to follow one, `wander` what the sensor does
+    where it wanders beyond its grade.
     """
 
     recording: int
@@ -45,6 +48,7 @@ class Suspect:
     sigma: float
     fitted: Fitted
     follows: str = ""
+    wander: Wander | None = None
 
 
 def of_windows(
@@ -128,6 +132,42 @@ def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | No
     interval = next(iter(locate.scan(left, [over[best.channel]], edges_s)), interval)
     sigma = float(np.sqrt(2.0 * max(gained, 0.0)))
     return Suspect(r, interval, gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted)
+
+
+def restless(
+    case: Case, r: int, fitted: Fitted, policy: Policy, chosen: Sequence[Column] = ()
+) -> Suspect | None:
+    """The sensor that wanders beyond what its grade does, where it does so most; None where all keep within bounds.
+
+    A wander that is free takes up whatever is slow, also what has a name. More than `Policy.wander` prior sigmas of it
+    are a finding where they are more probable than a wander at that bound by `Policy.near` nats. `chosen` are effects
+    with which the noise was fitted.
+    """
+    levels = OF_BENCH if case.believed is None else OF_SENSORS
+    free = np.array(case.noise.free)
+    beyond = np.isin(free, levels) & (fitted.noise_point > policy.wander)
+    if not beyond.any():
+        return None
+    gains = {}
+    for name in free[beyond]:
+        bounded = np.where(free == name, policy.wander, fitted.noise_point)
+        there = case.ready(chosen)(bounded)
+        known = slice(0, len(there.projection))
+        gains[name] = fitted.log_evidence - (log_evidence_of(there, known) - 0.5 * float(bounded @ bounded))
+    name = max(gains, key=gains.__getitem__)
+    if gains[name] < policy.near:
+        return None
+    quiet = with_quiet_sensors(case, fitted.noise_point)
+    over, edges_s, whitened = of_windows(case, quiet, chosen, sensors=case.believed is not None)
+    found = locate.scan(reduce(whitened, len(case.nuisances) + len(chosen)), over, edges_s)
+    sensor = "gyro" if name == "gyro_wander" else "accelerometer"
+    interval = next((one for one in found if one.channel.name.startswith(sensor)), None)
+    if interval is None:
+        return None
+    at_bound = np.where(beyond, policy.wander, fitted.noise_point)
+    sigmas = (case.noise.values(point)[name] for point in (fitted.noise_point, at_bound))
+    sigma = float(np.sqrt(2.0 * gains[name]))
+    return Suspect(r, interval, gains[name], 0.0, sigma, fitted, wander=Wander(sensor, *map(float, sigmas)))
 
 
 def with_quiet_sensors(case: Case, noise_point: np.ndarray) -> np.ndarray:

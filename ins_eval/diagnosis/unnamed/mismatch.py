@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ins_eval.diagnosis.unnamed.where import where
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.unnamed.locate import Interval
+
+
+class Wander(NamedTuple):
+    """How far a `sensor` wanders, one `sigma`, and the most that counts as noise of its grade: m/s^2 or rad/s."""
+
+    sensor: str
+    sigma: float
+    bound: float
 
 
 @dataclass(frozen=True)
@@ -30,13 +38,15 @@ class Mismatch:
 class UnnamedDisturbance:
     """The channel that gains most from a disturbance without a name, beside an explanation or instead of it.
 
-    `interval` is where it was found, where one was looked for.
+    `interval` is where it was found, where one was looked for, `wander` what the sensor does where it wanders beyond
+    its grade.
     """
 
     mismatch: Mismatch | None
     gain: float
     significance_sigma: float
     interval: Interval | None = None
+    wander: Wander | None = None
 
 
 def located(case: Case, r: int, interval: Interval, sigma: float, follows: str = "") -> Mismatch:
