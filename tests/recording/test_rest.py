@@ -15,7 +15,7 @@ from ins_eval.units import DEG, DEG_PER_H
 LATITUDE_RAD = np.radians(35.0)
 GRAVITY, EARTH_RATE = 9.7973, 7.292115e-5  # m/s^2 at 35 degrees and height 0, WGS-84, to a part in 10 000; rad/s
 STEP_S, SAMPLES = 0.01, 6000
-UP, NORTH = np.array([0.05, -0.03, -1.0]), np.array([0.8, 0.6, 0.0])  # in body axes, not quite level, heading 37 degrees
+UP, NORTH = np.array([0.05, -0.03, -1.0]), np.array([0.8, 0.6, 0.0])  # in body axes: nearly level, heading 37 deg
 SMALL, POOR = 0.02 * DEG_PER_H, 100.0 * DEG_PER_H
 
 
