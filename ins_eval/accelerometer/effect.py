@@ -92,4 +92,5 @@ class SharedCourse(AccelerometerEffect):
 
     def contribution(self, unit: Any, run: ThermalRun, streams: Streams) -> Contribution:
         normal = streams.rng().standard_normal() if self.redrawn else 0.0
-        return Contribution(**{self.quantity: self.courses(run) @ self.sizes(unit, run, normal)})
+        error = self.courses(run) @ self.sizes(unit, run, normal)
+        return Contribution(**{self.quantity: error if error.size > 1 else float(error[0])})

@@ -28,8 +28,8 @@ class FourPoint:
     """Scale factor and bias at each instant of the temperature programme, all (n,).
 
     `temperature_c` is the mean reading of the positions and `rate_c_per_min` its filtered rate; `scale` is K1
-    in pulse/(g s), `bias_ug` is K0 in micro-g; `ramp_c_per_min` is the commanded rate (its magnitude) and
-    `elapsed_s` the time since the start of the run.
+    in pulse/(g s), `bias_ug` is K0 in micro-g, both (n, m) of m units in one programme; `ramp_c_per_min` is the
+    commanded rate (its magnitude) and `elapsed_s` the time since the start of the run.
     """
 
     temperature_c: np.ndarray
