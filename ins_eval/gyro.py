@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ins_eval.random_processes import gauss_markov
+from ins_eval.many_streams import ManyStreams, normal_sums, normals
+from ins_eval.random_processes import gauss_markov, gauss_markov_of
 from ins_eval.streams import Streams
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, PPM
 
@@ -76,4 +77,43 @@ class GyroPopulation:
         if self.angle_random_walk_deg_per_sqrt_h:
             noise = streams.at("angle_random_walk").rng().standard_normal(true_increments.shape)
             out += DEG_PER_SQRT_H * self.angle_random_walk_deg_per_sqrt_h * np.sqrt(dt)[:, None] * noise
+        return out
+
+    def rate_errors(
+        self,
+        step_s: float,
+        every: int,
+        rate_b: np.ndarray,
+        turning_b: np.ndarray,
+        streams: ManyStreams,
+        temperature_c: np.ndarray,
+    ) -> np.ndarray:
+        """By how much m triads err in one run, each the mean over a step of `every` samples: (3, n, m) in rad/s.
+
+        The same errors of the same streams as those of `increments`, the first step beginning with the run. `rate_b`
+        and `turning_b` (n, 3) are means of the true rate and of its size, `temperature_c` (n,) of the IMU.
+        """
+        count = len(rate_b)
+        out = np.empty((3, count, len(streams.words)))
+        scale, asymmetry, bias, per_c = (
+            normals(streams.at(name).begin(), 3) for name in ("scale", "asymmetry", "bias", "thermal")
+        )
+        warmer_c = (temperature_c - REFERENCE_C)[:, None]
+        slow_s = np.arange(0.0, count * step_s + 10.0, 10.0)
+        middle = step_s * (np.arange(count) + 0.5)
+        left = np.searchsorted(slow_s, middle, side="right") - 1
+        share = ((middle - slow_s[left]) / 10.0)[:, None]
+        for axis in range(3):
+            out[axis] = DEG_PER_H * (self.bias_deg_per_h * bias[axis] + self.thermal_deg_per_h_per_c * warmer_c * per_c[axis])
+            out[axis] += PPM * self.scale_ppm * rate_b[:, [axis]] * scale[axis]
+            out[axis] += PPM * self.asymmetry_ppm * turning_b[:, [axis]] * asymmetry[axis]
+            if self.instability_deg_per_h:
+                normal = normals(streams.at("instability", axis).begin(), slow_s.size)
+                sigma = DEG_PER_H * self.instability_deg_per_h
+                wander = gauss_markov_of(normal, slow_s, sigma, self.instability_time_s)
+                out[axis] += (1.0 - share) * wander[left] + share * wander[left + 1]
+        if self.angle_random_walk_deg_per_sqrt_h:
+            noise = normal_sums(streams.at("angle_random_walk").begin(), count, every, 3)
+            density = DEG_PER_SQRT_H * self.angle_random_walk_deg_per_sqrt_h
+            out += density * np.sqrt(step_s / every) / step_s * noise.transpose(1, 0, 2)
         return out
