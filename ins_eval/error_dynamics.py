@@ -155,18 +155,15 @@ def _matrices(true, force_n, gains, step_s):
 @numba.njit(cache=True, nogil=True)
 def advance(x, u, transition, drive, scratch):
     """Take the errors x (10, m) through one step with the drives u (7, m), in place; `scratch` is like x."""
-    count = x.shape[1]
     for row in range(STATES):
-        for j in range(count):
-            scratch[row, j] = 0.0
-        for column in range(STATES):
-            weight = transition[row, column]
-            if weight != 0.0:
-                for j in range(count):
-                    scratch[row, j] += weight * x[column, j]
-        for column in range(DRIVES):
-            weight = drive[row, column]
-            if weight != 0.0:
-                for j in range(count):
-                    scratch[row, j] += weight * u[column, j]
+        a, b = transition[row], drive[row]
+        for j in range(x.shape[1]):  # one sum, so that the processor takes several errors at once
+            scratch[row, j] = (
+                a[0] * x[0, j] + a[2] * x[2, j] + a[3] * x[3, j] + a[4] * x[4, j] + a[5] * x[5, j]
+                + a[6] * x[6, j] + a[7] * x[7, j] + a[8] * x[8, j] + a[9] * x[9, j]
+                + b[0] * u[0, j] + b[1] * u[1, j] + b[2] * u[2, j]
+                + b[3] * u[3, j] + b[4] * u[4, j] + b[5] * u[5, j] + b[6] * u[6, j]
+            )  # fmt: skip
+    for j in range(x.shape[1]):
+        scratch[1, j] += x[1, j]  # a longitude acts on nothing but itself
     x[:] = scratch

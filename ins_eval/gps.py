@@ -58,7 +58,8 @@ def errors_of(gps: Gps, time_s: np.ndarray, streams: ManyStreams) -> tuple[np.nd
         ("gps.velocity", gps.velocity_sigma_mps, gps.velocity_memory_mps),
     ):
         node = streams.at(name)
-        error = sigma * normal_sums(node.begin(), time_s.size, 1, 3)
+        error = normal_sums(node.begin(), time_s.size, 1, 3)
+        error *= sigma
         if memory:
             for axis in range(3):
                 normal = normals(node.at("memory", axis).begin(), time_s.size)

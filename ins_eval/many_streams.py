@@ -10,7 +10,7 @@ for generating random variables, J. Stat. Software 5 (2000) 8.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numba
@@ -42,13 +42,24 @@ class ManyStreams:
 
     def at(self, *names: str | int) -> ManyStreams:
         """The nodes below these that `names` lead to, of each the same."""
-        below = np.array(Streams(0).at(*names).path, dtype=_U32)
-        return ManyStreams(self.entropy, np.hstack((self.words, np.tile(below, (len(self.words), 1)))))
+        below = Streams(0).at(*names).path
+        words = np.empty((len(self.words), self.words.shape[1] + len(below)), _U32)
+        words[:, : self.words.shape[1]], words[:, self.words.shape[1] :] = self.words, below
+        return ManyStreams(self.entropy, words)
 
     def begin(self) -> np.ndarray:
         """Each at the start of its stream: (n, 4) of uint64, for `normals`."""
         seed = [self.entropy >> 32 * k & 0xFFFFFFFF for k in range(max(POOL, -(-self.entropy.bit_length() // 32)))]
         return _seeded(np.array(seed, dtype=_U32), self.words)
+
+    def generators(self) -> Iterator[np.random.Generator]:
+        """What `Streams.rng` of each would give: one generator that is set to the start of each stream in turn."""
+        of_numpy = np.random.PCG64(0)
+        generator = np.random.Generator(of_numpy)
+        for s1, s0, i1, i0 in self.begin().tolist():
+            state = {"state": s1 << 64 | s0, "inc": i1 << 64 | i0}
+            of_numpy.state = {"bit_generator": "PCG64", "state": state, "has_uint32": 0, "uinteger": 0}
+            yield generator
 
 
 @intrinsic
@@ -166,23 +177,24 @@ def normal_sums(streams, count, every, width):
     `streams` (n, 4) go on: the next call takes the next numbers.
     """
     n = streams.shape[0]
-    out = np.zeros((count, width, n))
+    out = np.empty((count, width, n))
     high, low = streams[:, 0].copy(), streams[:, 1].copy()
     i1, i0 = streams[:, 2].copy(), streams[:, 3].copy()
     for k in range(count):
-        for _ in range(every):
+        for row in range(every):
             for j in range(width):
                 for s in range(n):  # innermost, so that the processor works on several streams at once
                     high[s], low[s] = _stepped(high[s], low[s], i1[s], i0[s])
                     raw = _output(high[s], low[s])
                     layer = raw & _U64(0xFF)
                     magnitude = (raw >> _U64(9)) & _U64(0x000FFFFFFFFFFFFF)
+                    before = out[k, j, s] if row else 0.0
                     if magnitude < _KI[layer]:
                         x = np.float64(np.int64(magnitude)) * _WI[layer]
-                        out[k, j, s] += -x if raw & _U64(0x100) else x
+                        out[k, j, s] = before + (-x if raw & _U64(0x100) else x)
                     else:
                         x, high[s], low[s] = _outside(raw, high[s], low[s], i1[s], i0[s])
-                        out[k, j, s] += x
+                        out[k, j, s] = before + x
     streams[:, 0], streams[:, 1] = high, low
     return out
 

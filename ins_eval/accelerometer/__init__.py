@@ -32,7 +32,7 @@ real one redraws. Every effect has random streams of its own: switching one off 
 
 from ins_eval.accelerometer.absent import Absent
 from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution
-from ins_eval.accelerometer.many import ManyAccelerometers
+from ins_eval.accelerometer.many import ManyAccelerometers, draw
 from ins_eval.accelerometer.model import EFFECTS, Accelerometer, Population, SlowErrors
 from ins_eval.accelerometer.run import ThermalRun
 
@@ -46,4 +46,5 @@ __all__ = [
     "Population",
     "SlowErrors",
     "ThermalRun",
+    "draw",
 ]

@@ -6,20 +6,22 @@ rounds off is carried into the next, and is left out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numba
 import numpy as np
 
 from ins_eval.accelerometer.absent import Absent
 from ins_eval.accelerometer.effect import AccelerometerEffect, SharedCourse
 from ins_eval.accelerometer.in_run import InRun
-from ins_eval.accelerometer.model import Accelerometer, SlowErrors
+from ins_eval.accelerometer.model import Population, SlowErrors, overridden
 from ins_eval.accelerometer.noise import Noise
 from ins_eval.accelerometer.nonlinearity import Nonlinearity
 from ins_eval.accelerometer.quantisation import Quantisation
 from ins_eval.accelerometer.run import ThermalRun
+from ins_eval.accelerometer.scale_polynomial import ScalePolynomial
 from ins_eval.accelerometer.thermal_lag import ThermalLag
 from ins_eval.many_streams import ManyStreams, normal_sums, normals
 from ins_eval.output_equation import SENSOR_AXES, Coefficients, force_error_ug
@@ -34,15 +36,12 @@ class ManyAccelerometers:
 
     axis: Literal["x", "y", "z"]
     effects: tuple[AccelerometerEffect, ...]
-    units: Mapping[str, Any]
-    gamma: np.ndarray
+    units: Mapping[str, np.ndarray]
 
-    @classmethod
-    def of(cls, units: Sequence[Accelerometer]) -> ManyAccelerometers:
-        """Together, accelerometers of one axis that were drawn from one population."""
-        effects = units[0].effects
-        of_effects = {e.name: np.array([unit.units[e.name] for unit in units], dtype=float) for e in effects}
-        return cls(units[0].axis, effects, of_effects, np.array([unit.gamma for unit in units]))
+    @property
+    def gamma(self) -> np.ndarray:
+        """Scale factors at the reference temperature, (m,) in pulse/(g s)."""
+        return self.units[ScalePolynomial.name][:, -1]
 
     def slow(self, run: ThermalRun, streams: ManyStreams) -> SlowErrors:
         """Scale factor and bias over one run, (n, m) each: see `Accelerometer.slow`."""
@@ -53,11 +52,11 @@ class ManyAccelerometers:
         courses: dict[str, list[np.ndarray]] = {"scale_ppm": [], "bias_ug": []}
         sizes: dict[str, list[np.ndarray]] = {"scale_ppm": [], "bias_ug": []}
         constant = {"scale_ppm": np.zeros(count), "bias_ug": np.zeros(count)}
-        wander_ug: np.ndarray | float = 0.0
+        wander_ug = np.zeros((1, count))
         for effect in self.effects:
             if isinstance(effect, SharedCourse):
                 normal = normals(node.at(effect.name).begin(), 1)[0] if effect.redrawn else 0.0
-                size = effect.sizes(self.units[effect.name], run, normal).T
+                size = effect.sizes(self.units.get(effect.name), run, normal).T
                 course = effect.courses(run)
                 if len(course) == 1:
                     constant[effect.quantity] += course[0] @ size
@@ -67,10 +66,12 @@ class ManyAccelerometers:
             elif isinstance(effect, InRun):
                 wander_ug = effect.wander_ug(normals(node.at(effect.name).begin(), run.time_s.size), run)
         scale_ppm, bias_ug = (
-            (np.hstack(courses[q]) @ np.vstack(sizes[q]) if courses[q] else np.zeros((run.time_s.size, 1))) + constant[q]
+            np.hstack(courses[q]) @ np.vstack(sizes[q]) if courses[q] else np.zeros((run.time_s.size, count))
             for q in ("scale_ppm", "bias_ug")
         )
-        return SlowErrors(self.gamma * (1.0 + PPM * scale_ppm), bias_ug + wander_ug)
+        _add(scale_ppm, PPM * self.gamma, self.gamma * (1.0 + PPM * constant["scale_ppm"]), np.zeros((1, count)))
+        _add(bias_ug, np.ones(count), constant["bias_ug"], wander_ug)
+        return SlowErrors(scale_ppm, bias_ug)
 
     def counts(
         self,
@@ -83,12 +84,56 @@ class ManyAccelerometers:
         """Pulses (n, m), not rounded, over intervals of `every` samples: see `Accelerometer.counts`."""
         node = streams.at(f"accelerometer.{self.axis}")
         force_g = np.asarray(specific_force_g, dtype=float)[..., SENSOR_AXES[self.axis]].reshape(-1, 1, 3)
-        error_ug = slow.bias_ug
+        noise_ug = further_ug = np.zeros((1, self.gamma.size))
         for effect in self.effects:
             if isinstance(effect, Noise):
-                table = node.at(effect.name, "samples").begin()
-                mean = normal_sums(table, interval_s.size, every, 1)[:, 0] / every
-                error_ug = error_ug + effect.of(mean, interval_s[:, None] / every)
+                noise_ug = normal_sums(node.at(effect.name, "samples").begin(), interval_s.size, every, 1)[:, 0]
+                noise_ug *= effect.of(1.0 / every, interval_s / every)[:, None]
             elif isinstance(effect, Nonlinearity):
-                error_ug = error_ug + force_error_ug(Coefficients(*self.units[effect.name].T), force_g)
-        return slow.scale * (1e-6 * error_ug + force_g[..., 0]) * interval_s[:, None]
+                further_ug = force_error_ug(Coefficients(*self.units[effect.name].T), force_g)
+        return _pulses(slow.scale, slow.bias_ug, noise_ug, further_ug, force_g[:, 0, 0], interval_s)
+
+
+def draw(population: Population, streams: ManyStreams) -> tuple[ManyAccelerometers, ...]:
+    """The accelerometers x, y, z of many instruments, whose nodes are `streams`: those of `Population.draw`."""
+    count = len(streams.words)
+    dealt = {
+        effect.name: [effect.for_axes(rng) for rng in streams.at("accelerometer", effect.name).generators()]
+        if overridden(effect, "for_axes")
+        else [(effect, effect, effect)] * count
+        for effect in population.effects
+    }
+    axes: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
+    found = []
+    for number, axis in enumerate(axes):
+        units: list[dict[str, Any]] = [{} for _ in range(count)]
+        for effect in population.effects:
+            if overridden(effect, "draw"):
+                rngs = streams.at(f"accelerometer.{axis}", effect.name, "unit").generators()
+                for unit, of_axes, rng in zip(units, dealt[effect.name], rngs, strict=True):
+                    unit[effect.name] = of_axes[number].draw(rng, unit)
+        of_effects = {name: np.array([unit[name] for unit in units], dtype=float) for name in units[0]}
+        found.append(ManyAccelerometers(axis, population.effects, of_effects))
+    return tuple(found)
+
+
+@numba.njit(cache=True, nogil=True)
+def _add(values, factor, constant, wander):
+    """values (n, m) * factor (m,) + constant (m,) + wander (n, m) or (1, m), in place."""
+    for k in range(values.shape[0]):
+        w = wander[k % wander.shape[0]]
+        for j in range(values.shape[1]):
+            values[k, j] = values[k, j] * factor[j] + constant[j] + w[j]
+
+
+@numba.njit(cache=True, nogil=True)
+def _pulses(scale, bias_ug, noise_ug, further_ug, force_g, interval_s):
+    """Eq. (1) times the interval, (n, m); noise and further errors (n, m) or (1, m), force (n,) or (1,)."""
+    out = np.empty(scale.shape)
+    for k in range(scale.shape[0]):
+        noise, further = noise_ug[k % noise_ug.shape[0]], further_ug[k % further_ug.shape[0]]
+        force, interval = force_g[k % force_g.shape[0]], interval_s[k]
+        for j in range(scale.shape[1]):
+            error = bias_ug[k, j] + noise[j] + further[j]
+            out[k, j] = scale[k, j] * (1e-6 * error + force) * interval
+    return out

@@ -99,7 +99,7 @@ class Accelerometer:
 
     def _acting(self, place: str) -> list[AccelerometerEffect]:
         """The effects that do something there; for one that does not a generator costs more than most effects."""
-        return [effect for effect in self.effects if _overridden(effect, place)]
+        return [effect for effect in self.effects if overridden(effect, place)]
 
     def output(self, specific_force_g: np.ndarray, scale: np.ndarray, bias_ug: np.ndarray) -> np.ndarray:
         """Eq. (1) and (12) in pulse/s.
@@ -197,7 +197,7 @@ class Population:
         """The accelerometers x, y, z of one instrument, whose node in the random streams is `streams`."""
         by_effect = [
             effect.for_axes(streams.at("accelerometer", effect.name).rng())
-            if _overridden(effect, "for_axes")
+            if overridden(effect, "for_axes")
             else (effect, effect, effect)
             for effect in self.effects
         ]
@@ -211,7 +211,8 @@ class Population:
                 raise UsageError(f"no accelerometer effect '{name}'{did_you_mean(name, known)}")
 
 
-def _overridden(effect: AccelerometerEffect, place: str) -> bool:
+def overridden(effect: AccelerometerEffect, place: str) -> bool:
+    """Whether an effect does something at one of the places of `AccelerometerEffect`."""
     return getattr(type(effect), place) is not getattr(AccelerometerEffect, place)
 
 
@@ -224,7 +225,7 @@ def _draw_unit(
 ) -> Accelerometer:
     units: dict[str, Any] = {}
     for effect in effects:
-        if _overridden(effect, "draw"):
+        if overridden(effect, "draw"):
             units[effect.name] = effect.draw(streams.at(f"accelerometer.{axis}", effect.name, "unit").rng(), units)
         else:
             units[effect.name] = None

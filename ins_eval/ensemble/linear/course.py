@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
 from ins_eval.accelerometer import ManyAccelerometers, ThermalRun
@@ -66,12 +67,18 @@ class Course:
         """Mean outputs (n, m) of m accelerometers over the steps, pulse/s."""
         count = self.steps.time_s.size
         before = 0.5 * (self.every - 1.0) / self.every  # weight of the point of the run at which a step begins
-        slow = SlowErrors(
-            *(before * v[:count] + (1.0 - before) * v[1 : count + 1] if before else v[1 : count + 1]
-              for v in of.slow(run, streams))
-        )  # fmt: skip
+        slow = SlowErrors(*(_between(values, before)[:count] for values in of.slow(run, streams)))
         interval_s = np.full(count, self.steps.step_s)
         return of.counts(interval_s, self.steps.force_b / STANDARD_GRAVITY, slow, streams, self.every) / STEP_S
+
+
+@numba.njit(cache=True, nogil=True)
+def _between(values, before):
+    """Values (n, m) at points between those at n + 1, from the weight of the one before: in place."""
+    for k in range(values.shape[0] - 1):
+        for j in range(values.shape[1]):
+            values[k, j] = before * values[k, j] + (1.0 - before) * values[k + 1, j]
+    return values[:-1]
 
 
 def epochs_of(mission: Mission, last_s: float) -> Epochs:

@@ -21,7 +21,7 @@ from ins_eval.recording.belief import NAVIGATION_GRADE
 from ins_eval.strapdown import SAMPLES_PER_STEP
 from ins_eval.units import HOUR, NMI
 
-CHUNK = 300  # steps whose errors are worked out together, so that they stay in the cache
+CHUNK = 500  # steps whose errors are worked out together, so that they stay in the cache
 BARO_S = 10.0  # between the points of the wandering of the barometer, `imu.Mission`
 SQUARES, RADIUS_TIME, RATE_SQUARE, RADIUS_SQUARE, LAST = slice(0, 3), 3, 4, 5, slice(6, 8)
 SUMS = 8

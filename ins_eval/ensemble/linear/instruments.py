@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ins_eval.accelerometer import ManyAccelerometers, ThermalRun
+from ins_eval.accelerometer import ThermalRun, draw
 from ins_eval.compensation import CompensationModel, Samples
 from ins_eval.compensation.refined import OvenRun, Refined
 from ins_eval.compensation.registry import REFINED, load_model
@@ -26,12 +26,9 @@ class Instruments:
     def __init__(self, world: World, indexes: Sequence[int]):
         self.world = world
         self.streams = ManyStreams.of([world.streams(index) for index in indexes])
-        drawn = [world.instrument(index) for index in indexes]
-        self.gradient = drawn[0].gradient
-        self.gyros = drawn[0].gyros
-        self.accelerometers = tuple(
-            ManyAccelerometers.of([instrument.accelerometers[axis] for instrument in drawn]) for axis in range(3)
-        )
+        self.gyros = world.population.gyros
+        self.accelerometers = draw(world.population.accelerometers, self.streams.at("accelerometers"))
+        self.gradient = world.instrument(indexes[0]).gradient if world.population.gradient else (0.0, 0.0, 0.0)
 
     def run(self, mission: Mission, axis: int) -> ThermalRun:
         """What the accelerometers of one axis live through on a mission."""
