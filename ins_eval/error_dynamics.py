@@ -12,7 +12,7 @@ frame by central differences of the navigation equations themselves. A step of l
 of which the error is of third order in T over the time in which force and attitude change. Drives u: velocity C df dt
 and angle C dw dt in the navigation frame, and w.
 
-Sources: Titterton and Weston, 2nd ed., section 12.3; Groves, 2nd ed., section 14.2 (phi angles, local navigation frame).
+Sources: Titterton and Weston, 2nd ed., section 12.3; Groves, 2nd ed., section 14.2 (phi angles, local frame).
 """
 
 from __future__ import annotations

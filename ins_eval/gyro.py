@@ -122,7 +122,7 @@ class GyroPopulation:
 
 @numba.njit(cache=True, nogil=True)
 def _added(courses, sizes, wander, steps, noise):
-    """s w + a |w| + b + c (T - T0) + m + n of m triads over n steps, (3, n, m); `wander` has a point every 1/`steps`."""
+    """s w + a |w| + b + c (T - T0) + m + n of m triads, (3, n, m); of `wander` a point every 1 / `steps` steps."""
     rate_b, turning_b, warmer_c = courses
     scale, asymmetry, bias, per_c = sizes
     out = np.empty((3, rate_b.shape[0], wander.shape[2]))
@@ -130,7 +130,8 @@ def _added(courses, sizes, wander, steps, noise):
         for k in range(out.shape[1]):
             left = int((k + 0.5) * steps)
             share = (k + 0.5) * steps - left
-            rate, turning, warmer, row = rate_b[k, axis], turning_b[k, axis], warmer_c[k], noise[k % noise.shape[0], axis]
+            rate, turning, warmer = rate_b[k, axis], turning_b[k, axis], warmer_c[k]
+            row = noise[k % noise.shape[0], axis]
             for j in range(out.shape[2]):
                 slow = (1.0 - share) * wander[axis, left, j] + share * wander[axis, left + 1, j]
                 given = rate * scale[axis, j] + turning * asymmetry[axis, j] + bias[axis, j] + warmer * per_c[axis, j]

@@ -1,8 +1,8 @@
 """Standard normal numbers of many random streams at once: the numbers that `Streams.rng` of each would give.
 
-A `Generator` costs 10 us to make, and an instrument has hundreds of streams; here a stream is four integers in a row of
-a table. The algorithms are those of NumPy, whose numbers are met bit by bit: the entropy of `numpy.random.SeedSequence`,
-the generator PCG64 (XSL RR 128/64) and the ziggurat of `Generator.standard_normal`.
+A `Generator` costs 10 us to make, and an instrument has hundreds of streams; here a stream is four integers in a row
+of a table. The algorithms are those of NumPy, whose numbers are met bit by bit: the entropy of `SeedSequence`, the
+generator PCG64 (XSL RR 128/64) and the ziggurat of `Generator.standard_normal`.
 
 Sources: M. E. O'Neill, PCG, Harvey Mudd College HMC-CS-2014-0905; G. Marsaglia and W. W. Tsang, The ziggurat method
 for generating random variables, J. Stat. Software 5 (2000) 8.
@@ -57,8 +57,12 @@ class ManyStreams:
         of_numpy = np.random.PCG64(0)
         generator = np.random.Generator(of_numpy)
         for s1, s0, i1, i0 in self.begin().tolist():
-            state = {"state": s1 << 64 | s0, "inc": i1 << 64 | i0}
-            of_numpy.state = {"bit_generator": "PCG64", "state": state, "has_uint32": 0, "uinteger": 0}
+            of_numpy.state = {
+                "bit_generator": "PCG64",
+                "state": {"state": s1 << 64 | s0, "inc": i1 << 64 | i0},
+                "has_uint32": 0,
+                "uinteger": 0,
+            }
             yield generator
 
 
@@ -144,7 +148,7 @@ def _uniform(high, low):
 
 @numba.njit(cache=True)
 def _outside(raw, high, low, i1, i0):
-    """The number that begins with `raw`, which lies outside its layer's core in one case of 80, and the state after it."""
+    """The number that begins with `raw`, which lies outside the core of its layer, and the state after it."""
     while True:
         layer = raw & _U64(0xFF)
         magnitude = (raw >> _U64(9)) & _U64(0x000FFFFFFFFFFFFF)

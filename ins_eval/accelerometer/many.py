@@ -13,21 +13,16 @@ from typing import Any, Literal
 import numba
 import numpy as np
 
-from ins_eval.accelerometer.absent import Absent
 from ins_eval.accelerometer.effect import AccelerometerEffect, SharedCourse
 from ins_eval.accelerometer.in_run import InRun
 from ins_eval.accelerometer.model import Population, SlowErrors, overridden
 from ins_eval.accelerometer.noise import Noise
 from ins_eval.accelerometer.nonlinearity import Nonlinearity
-from ins_eval.accelerometer.quantisation import Quantisation
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.accelerometer.scale_polynomial import ScalePolynomial
-from ins_eval.accelerometer.thermal_lag import ThermalLag
 from ins_eval.many_streams import ManyStreams, normal_sums, normals
 from ins_eval.output_equation import SENSOR_AXES, Coefficients, force_error_ug
 from ins_eval.units import PPM
-
-KNOWN = (Absent, ThermalLag, SharedCourse, InRun, Nonlinearity, Noise, Quantisation)  # effects that are made here
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,13 +79,14 @@ class ManyAccelerometers:
         """Pulses (n, m), not rounded, over intervals of `every` samples: see `Accelerometer.counts`."""
         node = streams.at(f"accelerometer.{self.axis}")
         force_g = np.asarray(specific_force_g, dtype=float)[..., SENSOR_AXES[self.axis]].reshape(-1, 1, 3)
-        noise_ug = further_ug = np.zeros((1, self.gamma.size))
+        noise_ug = np.zeros((1, self.gamma.size))
+        further_ug: np.ndarray = noise_ug
         for effect in self.effects:
             if isinstance(effect, Noise):
                 noise_ug = normal_sums(node.at(effect.name, "samples").begin(), interval_s.size, every, 1)[:, 0]
                 noise_ug *= effect.of(1.0 / every, interval_s / every)[:, None]
             elif isinstance(effect, Nonlinearity):
-                further_ug = force_error_ug(Coefficients(*self.units[effect.name].T), force_g)
+                further_ug = np.asarray(force_error_ug(Coefficients(*self.units[effect.name].T), force_g))
         return _pulses(slow.scale, slow.bias_ug, noise_ug, further_ug, force_g[:, 0, 0], interval_s)
 
 

@@ -22,6 +22,6 @@ class Noise(AccelerometerEffect):
     def noise_ug(self, interval_s: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         return self.of(rng.standard_normal(np.size(interval_s)), interval_s)
 
-    def of(self, normal: np.ndarray, interval_s: np.ndarray | float) -> np.ndarray:
+    def of(self, normal: np.ndarray | float, interval_s: np.ndarray | float) -> np.ndarray:
         """The noise in ug that standard normal numbers stand for, each the mean over an interval."""
         return self.density_ug_per_sqrt_hz / np.sqrt(interval_s) * normal

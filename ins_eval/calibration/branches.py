@@ -74,7 +74,7 @@ def branches(
     With `run` (n,), which numbers the run of each reading, every run has a constant of its own that is not the
     curve's; the curve then has zero mean over the readings.
 
-    Parameters: temperature (n,) in degC, its rate (n,) in degC/min, `values` (n,) in any unit, finite; (n, m) of m units.
+    Parameters: temperature (n,) in degC, its rate (n,) in degC/min, `values` (n,) or (n, m), finite.
     Source: the "simple piecewise function" for the bias of Paper A, section 3.1, which it leaves unspecified;
     knots and blending are ours.
     """

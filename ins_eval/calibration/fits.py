@@ -69,7 +69,7 @@ def polynomial(
     With all six: K1 = alpha r^2 + beta dT^2 + eta r dT + epsilon r + mu dT + gamma. One direction of the ramp
     determines three of them, both directions at one magnitude five, two or more magnitudes all six.
 
-    Parameters: temperature (n,) in degC, its rate (n,) in degC/min, `values` (n,) in any unit, (n, m) of m units.
+    Parameters: temperature (n,) in degC, its rate (n,) in degC/min, `values` (n,) or (n, m) in any unit.
     Raises: DataRefused where the readings leave a combination of terms open; it says which.
     Source: Paper A, eq. (11) and the fit below step 6.
     """

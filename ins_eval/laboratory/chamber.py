@@ -19,8 +19,6 @@ from ins_eval.accelerometer import Accelerometer, ManyAccelerometers, SlowErrors
 from ins_eval.errors import UsageError
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.recording import ChamberReadings
-from ins_eval.many_streams import ManyStreams
-from ins_eval.streams import Streams
 from ins_eval.thermal import Thermometer, lagged
 from ins_eval.units import HOUR, MINUTE
 
@@ -120,11 +118,11 @@ class Chamber:
         return _schedule(self).air_c
 
     def measure(
-        self, accelerometer: Accelerometer | ManyAccelerometers, streams: Streams | ManyStreams, unit_id: str = ""
+        self, accelerometer: Accelerometer | ManyAccelerometers, streams: Any, unit_id: str = ""
     ) -> ChamberReadings:
         """Readings of one accelerometer over all ramps and positions, from the end of each soak on.
 
-        `streams` is the node of the instrument; each run is a fresh switch-on with draws of its own. The columns
+        `streams` is the node of the instrument, or the nodes of many; each run is a fresh switch-on with draws of its own. The columns
         other than `output` are shared between units and read-only. Of m accelerometers at once `output` is (n, m).
         """
         schedule = _schedule(self)

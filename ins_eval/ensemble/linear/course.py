@@ -1,4 +1,4 @@
-"""What all instruments share that fly one mission: true steps, epochs of the receiver, temperatures as they are read."""
+"""What all instruments share on one mission: true steps, epochs of the receiver, temperatures as they are read."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Epochs:
     metres     (e, 2) along north and east for a radian of latitude and longitude
     valid      whether the receiver has a fix
     late       whether r/t counts in a rate: 1 or 0
-    track_s    (k,) instants of the track; each is the sum of ``weight`` times the errors at ``epoch``: bridged over gaps
-    begin      (e + 1,) where the entries of an epoch begin in `track` and `weight`
+    track_s    (k,) instants of the track, each a weighted sum of the errors at epochs, since it is bridged over gaps
+    begin      (e + 1,) where the entries of an epoch begin in `track`, the number of an instant, and `weight`
     """
 
     time_s: np.ndarray
@@ -53,9 +53,7 @@ class Course:
         self.mission = mission
         self.every = round(mission.rate_hz * STEP_S)  # samples in a step
         self.steps: Steps = steps_of(mission.trajectory, mission.increments, self.every)
-        rate = filtered_rate(
-            mission.increments.time_s, mission.reading_c, NAVIGATION_GRADE.accelerometer.rate_filter_s
-        )
+        rate = filtered_rate(mission.increments.time_s, mission.reading_c, NAVIGATION_GRADE.accelerometer.rate_filter_s)
         self.reading_c, self.rate_c_per_min = (self.mean(column) for column in (mission.reading_c, rate))
 
     def mean(self, samples: np.ndarray) -> np.ndarray:
@@ -88,9 +86,7 @@ def epochs_of(mission: Mission, last_s: float) -> Epochs:
     truth = mission.trajectory.truth(time_s[time_s <= last_s + 1e-6])
     time_s, valid = truth.time_s, np.abs(truth.attitude_rad[:, 0]) <= gps.lost_beyond_roll_deg * DEG
     meridian, transverse = radii(truth.latitude_rad)
-    metres = np.column_stack(
-        [meridian + truth.height_m, (transverse + truth.height_m) * np.cos(truth.latitude_rad)]
-    )
+    metres = np.column_stack([meridian + truth.height_m, (transverse + truth.height_m) * np.cos(truth.latitude_rad)])
     late = valid & (time_s >= HOUR * RATE_WINDOW_FROM_H)
     at = np.searchsorted(time_s, np.arange(0.0, time_s[-1] + 0.5, TRACK_PERIOD_S) - 1e-6)
     entries = sorted((e, k, weight) for k, one in enumerate(at) for e, weight in _bridged(truth, valid, int(one)))
@@ -105,6 +101,17 @@ def epochs_of(mission: Mission, last_s: float) -> Epochs:
         np.array([k for _, k, _ in entries]),
         np.array([weight for _, _, weight in entries]),
     )
+
+
+def unfit_profile(mission: Mission) -> str | None:
+    """Why errors cannot go along a mission in steps of a second, or None."""
+    profile = mission.profile
+    for name, value_s in (("start.stand_s", profile.start.stand_s), ("gps.period_s", profile.gps.period_s)):
+        if value_s % STEP_S:
+            return f"{name} = {value_s:g} is not in whole seconds"
+    if mission.rate_hz % 1.0:
+        return f"a rate of {mission.rate_hz:g} Hz has no whole number of samples in a second"
+    return None
 
 
 def _bridged(truth, valid: np.ndarray, at: int) -> list[tuple[int, float]]:

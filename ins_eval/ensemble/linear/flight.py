@@ -13,7 +13,7 @@ from ins_eval.compensation import CompensationModel
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.ensemble.linear.course import STEP_S, Course, Epochs, epochs_of
 from ins_eval.ensemble.linear.instruments import Instruments
-from ins_eval.error_dynamics import ATTITUDE, DRIVES, STATES, VELOCITY, advance
+from ins_eval.error_dynamics import ATTITUDE, DRIVES, STATES, advance
 from ins_eval.many_streams import ManyStreams, normals
 from ins_eval.navigation import alignment_noise
 from ins_eval.random_processes import gauss_markov_of
@@ -30,7 +30,7 @@ Measures = dict[str, dict[str, np.ndarray]]
 
 
 def fly(instruments: Instruments, course: Course, triads: Mapping[str, Sequence[CompensationModel]]) -> Measures:
-    """Of each compensation what each flight contributes to the measures, as `ensemble.flight.contributions`: (m, ...)."""
+    """Of each compensation what each flight contributes, as `ensemble.flight.contributions` has it: (m, ...)."""
     node = instruments.streams.at("flight")
     flight = _Flight(instruments, course, list(triads.values()), node)
     x = flight.aligned() if instruments.world.alignment == "found" else np.zeros((STATES, *flight.shape))
@@ -89,9 +89,8 @@ class _Flight:
         every = round(UPDATE_S / STEP_S)
         still = np.zeros((self.begin, self.shape[1]))
         velocity = np.empty((self.updates, 2, *self.shape))
-        _stand(
-            x, force_error, rate_error, still, steps.mat_nb, steps.transition, steps.drive, steps.step_s, every, velocity
-        )
+        of_steps = (steps.mat_nb, steps.transition, steps.drive, steps.step_s)
+        _stand(x, force_error, rate_error, still, of_steps, every, velocity)
         noise = alignment_noise(NAVIGATION_GRADE)
         transition, gains, _ = filter_gains(latitude, height, UPDATE_S, noise, self.updates)
         estimate = np.zeros((8, *self.shape))
@@ -114,7 +113,8 @@ class _Flight:
         sums = np.zeros((SUMS, *self.shape))
         track = np.zeros((epochs.track_s.size, 2, *self.shape))
         of_step = np.full(steps.time_s.size + 1, -1)  # the epoch at which a step ends, the first being the start
-        of_step[np.rint((epochs.time_s - mission.trajectory.start_s) / STEP_S).astype(int)] = np.arange(epochs.time_s.size)
+        ends = np.rint((epochs.time_s - mission.trajectory.start_s) / STEP_S).astype(int)
+        of_step[ends] = np.arange(epochs.time_s.size)
         columns = (epochs.time_s, epochs.metres, epochs.valid, epochs.late, epochs.begin, epochs.track, epochs.weight)
         if of_step[self.begin] >= 0:
             _reduce(x, of_step[self.begin], columns, receiver, sums, track)
@@ -170,8 +170,9 @@ def _fed(u, k, force_error, rate_error, aid_error, mat_nb, step_s):
 
 
 @numba.njit(cache=True, nogil=True)
-def _stand(x, force_error, rate_error, aid_error, mat_nb, transition, drive, step_s, every, velocity):
+def _stand(x, force_error, rate_error, aid_error, steps, every, velocity):
     """Take the states through the stand and keep north and east velocity after every `every` steps."""
+    mat_nb, transition, drive, step_s = steps
     u, scratch = np.empty((DRIVES, *x.shape[1:])), np.empty((STATES, x.shape[1] * x.shape[2]))
     for k in range(transition.shape[0]):
         _fed(u, k, force_error, rate_error, aid_error, mat_nb, step_s)
