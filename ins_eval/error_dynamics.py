@@ -152,7 +152,7 @@ def _matrices(true, force_n, gains, step_s):
     return transition, drive
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, fastmath={"contract"})
 def advance(x, u, transition, drive, scratch):
     """Take the errors x (10, m) through one step with the drives u (7, m), in place; `scratch` is like x."""
     for row in range(STATES):

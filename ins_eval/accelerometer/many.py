@@ -13,16 +13,21 @@ from typing import Any, Literal
 import numba
 import numpy as np
 
+from ins_eval.accelerometer.absent import Absent
 from ins_eval.accelerometer.effect import AccelerometerEffect, SharedCourse
 from ins_eval.accelerometer.in_run import InRun
 from ins_eval.accelerometer.model import Population, SlowErrors, overridden
 from ins_eval.accelerometer.noise import Noise
 from ins_eval.accelerometer.nonlinearity import Nonlinearity
+from ins_eval.accelerometer.quantisation import Quantisation
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.accelerometer.scale_polynomial import ScalePolynomial
+from ins_eval.accelerometer.thermal_lag import ThermalLag
 from ins_eval.many_streams import ManyStreams, normal_sums, normals
 from ins_eval.output_equation import SENSOR_AXES, Coefficients, force_error_ug
 from ins_eval.units import PPM
+
+KNOWN = (Absent, ThermalLag, SharedCourse, InRun, Nonlinearity, Noise, Quantisation)  # effects that are made here
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +65,16 @@ class ManyAccelerometers:
                     sizes[effect.quantity].append(size)
             elif isinstance(effect, InRun):
                 wander_ug = effect.wander_ug(normals(node.at(effect.name).begin(), run.time_s.size), run)
-        scale_ppm, bias_ug = (
-            np.hstack(courses[q]) @ np.vstack(sizes[q]) if courses[q] else np.zeros((run.time_s.size, count))
+        of_scale, of_bias = (
+            (np.hstack(courses[q]), np.vstack(sizes[q]))
+            if courses[q]
+            else (np.zeros((run.time_s.size, 0)), np.zeros((0, count)))
             for q in ("scale_ppm", "bias_ug")
         )
-        _add(scale_ppm, PPM * self.gamma, self.gamma * (1.0 + PPM * constant["scale_ppm"]), np.zeros((1, count)))
-        _add(bias_ug, np.ones(count), constant["bias_ug"], wander_ug)
-        return SlowErrors(scale_ppm, bias_ug)
+        scale = _sum(
+            *of_scale, PPM * self.gamma, self.gamma * (1.0 + PPM * constant["scale_ppm"]), np.zeros((1, count))
+        )
+        return SlowErrors(scale, _sum(*of_bias, np.ones(count), constant["bias_ug"], wander_ug))
 
     def counts(
         self,
@@ -92,6 +100,9 @@ class ManyAccelerometers:
 
 def draw(population: Population, streams: ManyStreams) -> tuple[ManyAccelerometers, ...]:
     """The accelerometers x, y, z of many instruments, whose nodes are `streams`: those of `Population.draw`."""
+    for effect in population.effects:
+        if not isinstance(effect, KNOWN):
+            raise ValueError(f"effect '{effect.name}' is made for one accelerometer at a time only")
     count = len(streams.words)
     dealt = {
         effect.name: [effect.for_axes(rng) for rng in streams.at("accelerometer", effect.name).generators()]
@@ -114,12 +125,20 @@ def draw(population: Population, streams: ManyStreams) -> tuple[ManyAcceleromete
 
 
 @numba.njit(cache=True, nogil=True)
-def _add(values, factor, constant, wander):
-    """values (n, m) * factor (m,) + constant (m,) + wander (n, m) or (1, m), in place."""
-    for k in range(values.shape[0]):
-        w = wander[k % wander.shape[0]]
-        for j in range(values.shape[1]):
-            values[k, j] = values[k, j] * factor[j] + constant[j] + w[j]
+def _sum(courses, sizes, factor, constant, wander):
+    """courses (n, k) times sizes (k, m), times factor (m,), + constant (m,) + wander (n, m) or (1, m)."""
+    out = np.empty((courses.shape[0], factor.size))
+    for row in range(out.shape[0]):
+        w = wander[row % wander.shape[0]]
+        for j in range(out.shape[1]):
+            out[row, j] = 0.0
+        for k in range(courses.shape[1]):
+            course = courses[row, k]
+            for j in range(out.shape[1]):
+                out[row, j] += course * sizes[k, j]
+        for j in range(out.shape[1]):
+            out[row, j] = out[row, j] * factor[j] + constant[j] + w[j]
+    return out
 
 
 @numba.njit(cache=True, nogil=True)

@@ -24,7 +24,7 @@ class Polynomial:
 
     `values` (p,) and `covariance` (p, p) stand in the order of `terms`. A fit leaves the covariance None: it takes
     more than the fit itself and is computed where it is asked for (`uncertainty`). `residual_rms` is in the unit of
-    the curve. Of m units that share the temperatures, `values` is (p, m) and the curve (n, m).
+    the curve. Of m units that share the temperatures, `values` is (p, m), the curve (n, m), and `residual_rms` NaN.
     """
 
     terms: tuple[str, ...]
@@ -84,7 +84,7 @@ def polynomial(
         raise DataRefused(_inseparable(terms, open_rows))
     inverse = (right.T / singular) / length[:, None]
     solution = inverse @ (left.T @ (q.T @ values))
-    rms = float(np.sqrt(np.mean((values - design @ solution) ** 2)))
+    rms = float(np.sqrt(np.mean((values - design @ solution) ** 2))) if np.ndim(values) == 1 else float("nan")
     return Polynomial(terms, solution, None, rms, reference_c)
 
 

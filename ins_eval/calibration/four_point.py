@@ -141,7 +141,7 @@ def _points_of_ramp(ramp: float, runs: list[Run], rate_filter_s: float) -> tuple
 
     def mean_of(position: int) -> tuple[np.ndarray, float]:
         chosen = positions[position]
-        return np.mean([run.output for run in chosen], axis=0), float(np.mean([run.input_g for run in chosen]))
+        return sum(run.output for run in chosen) / len(chosen), float(np.mean([run.input_g for run in chosen]))
 
     (up, force_up), (down, force_down), (level, force_level) = mean_of(1), mean_of(-1), mean_of(0)
     scale = (up - down) / (force_up - force_down)

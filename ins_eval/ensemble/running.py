@@ -44,7 +44,7 @@ def run(
 ) -> dict[str, list[dict[str, dict[str, np.ndarray]]]]:
     """Compute what is missing of several ensembles and return all their members, in order of their numbers.
 
-    Parameters: ``plans[label]`` is a plan and its size in instruments, of which a member holds `Plan.together`; `folder`
+    Parameters: ``plans[label]`` is a plan and its size in instruments, `Plan.together` of them a member; `folder`
     keeps the members; `workers` processes (None: all cores); a bar with the time to go is shown unless `quiet`.
     Raises: StorageError for a full disk or a folder that cannot be written.
     """

@@ -122,8 +122,9 @@ class Chamber:
     ) -> ChamberReadings:
         """Readings of one accelerometer over all ramps and positions, from the end of each soak on.
 
-        `streams` is the node of the instrument, or the nodes of many; each run is a fresh switch-on with draws of its own. The columns
-        other than `output` are shared between units and read-only. Of m accelerometers at once `output` is (n, m).
+        `streams` is the node of the instrument; each run is a fresh switch-on with draws of its own. The columns
+        other than `output` are shared between units and read-only. Of m accelerometers at once, with `ManyStreams`,
+        `output` is (n, m).
         """
         schedule = _schedule(self)
         output = []

@@ -25,6 +25,7 @@ CHUNK = 500  # steps whose errors are worked out together, so that they stay in 
 BARO_S = 10.0  # between the points of the wandering of the barometer, `imu.Mission`
 SQUARES, RADIUS_TIME, RATE_SQUARE, RADIUS_SQUARE, LAST = slice(0, 3), 3, 4, 5, slice(6, 8)
 SUMS = 8
+SQUARE_NMI = 1.0 / NMI**2  # of a square metre
 
 Measures = dict[str, dict[str, np.ndarray]]
 
@@ -152,21 +153,21 @@ class _Flight:
         return (1.0 - share) * wander[left] + share * wander[left + 1]
 
 
-@numba.njit(cache=True, inline="always")
+@numba.njit(cache=True, nogil=True)
 def _fed(u, k, force_error, rate_error, aid_error, mat_nb, step_s):
     """Fill the drives `u` (7, arms, m) of step k."""
-    arms, _, _, m = force_error.shape
     for row in range(3):
         a, b, c = step_s * mat_nb[k, row, 0], step_s * mat_nb[k, row, 1], step_s * mat_nb[k, row, 2]
-        for arm in range(arms):
-            for i in range(m):
-                u[row, arm, i] = (
-                    a * force_error[arm, 0, k, i] + b * force_error[arm, 1, k, i] + c * force_error[arm, 2, k, i]
-                )
-                u[3 + row, arm, i] = a * rate_error[0, k, i] + b * rate_error[1, k, i] + c * rate_error[2, k, i]
-    for arm in range(arms):
-        for i in range(m):
-            u[6, arm, i] = aid_error[k, i]
+        x, y, z = rate_error[0, k], rate_error[1, k], rate_error[2, k]
+        for i in range(x.size):
+            u[3 + row, 0, i] = a * x[i] + b * y[i] + c * z[i]
+        for arm in range(u.shape[1]):
+            u[3 + row, arm] = u[3 + row, 0]
+            x, y, z = force_error[arm, 0, k], force_error[arm, 1, k], force_error[arm, 2, k]
+            for i in range(x.size):
+                u[row, arm, i] = a * x[i] + b * y[i] + c * z[i]
+    for arm in range(u.shape[1]):
+        u[6, arm] = aid_error[k]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -199,24 +200,27 @@ def _reduce(x, e, columns, receiver, sums, track):
     time_s, metres, valid, late, begin, track_of, weight = columns
     position, velocity = receiver
     time_h = time_s[e] / 3600.0
+    per_square_hour = 1.0 / (time_h * time_h) if late[e] else 0.0
+    north, east = np.empty(x.shape[2]), np.empty(x.shape[2])
     for arm in range(x.shape[1]):
         for i in range(x.shape[2]):
-            north = metres[e, 0] * x[0, arm, i] - position[e, 0, i]
-            east = metres[e, 1] * x[1, arm, i] - position[e, 1, i]
-            for q in range(begin[e], begin[e + 1]):
-                track[track_of[q], 0, arm, i] += weight[q] * north
-                track[track_of[q], 1, arm, i] += weight[q] * east
-            if valid[e]:
-                for axis in range(3):
-                    sums[axis, arm, i] += (x[3 + axis, arm, i] - velocity[e, axis, i]) ** 2
-                if time_h > 0.0:
-                    square = (north * north + east * east) / (1852.0 * 1852.0)
-                    sums[3, arm, i] += np.sqrt(square) * time_h
-                    sums[5, arm, i] += square
-                    if late[e]:
-                        sums[4, arm, i] += square / (time_h * time_h)
-                    sums[6, arm, i] = north
-                    sums[7, arm, i] = east
+            north[i] = metres[e, 0] * x[0, arm, i] - position[e, 0, i]
+            east[i] = metres[e, 1] * x[1, arm, i] - position[e, 1, i]
+        for q in range(begin[e], begin[e + 1]):
+            track[track_of[q], 0, arm] += weight[q] * north
+            track[track_of[q], 1, arm] += weight[q] * east
+        if not valid[e]:
+            continue
+        for axis in range(3):
+            for i in range(x.shape[2]):
+                sums[axis, arm, i] += (x[3 + axis, arm, i] - velocity[e, axis, i]) ** 2
+        if time_h > 0.0:
+            for i in range(x.shape[2]):
+                square = (north[i] * north[i] + east[i] * east[i]) * SQUARE_NMI
+                sums[3, arm, i] += np.sqrt(square) * time_h
+                sums[4, arm, i] += square * per_square_hour
+                sums[5, arm, i] += square
+            sums[6, arm], sums[7, arm] = north, east
 
 
 def _contributions(sums: np.ndarray, track: np.ndarray, epochs: Epochs) -> dict[str, np.ndarray]:
