@@ -112,8 +112,8 @@ def _instruments(metrics: Mapping) -> str:
 def _linearly(linear: Mapping) -> str:
     """Whether the instruments were flown linearly, and how far that is from the flights in full."""
     far = (
-        f"of {linear['size']} instruments flown both ways, horizontal velocity RMS and RMS radial error differ by at most "
-        f"{100.0 * linear['worst']:.2g} % in any, and ratios of compensations by {linear['of_ratio']:.1g}"
+        f"of {linear['size']} instruments flown both ways, horizontal velocity RMS and RMS radial error differ by at "
+        f"most {100.0 * linear['worst']:.2g} % in any, and ratios of compensations by {linear['of_ratio']:.1g}"
     )
     if linear["taken"]:
         return f"Errors were propagated to first order along the true flight; {far}."
