@@ -65,16 +65,17 @@ class ManyAccelerometers:
                     sizes[effect.quantity].append(size)
             elif isinstance(effect, InRun):
                 wander_ug = effect.wander_ug(normals(node.at(effect.name).begin(), run.time_s.size), run)
-        of_scale, of_bias = (
+        (of_scale, scale_sizes), (of_bias, bias_sizes) = (
             (np.hstack(courses[q]), np.vstack(sizes[q]))
             if courses[q]
             else (np.zeros((run.time_s.size, 0)), np.zeros((0, count)))
             for q in ("scale_ppm", "bias_ug")
         )
-        scale = _sum(
-            *of_scale, PPM * self.gamma, self.gamma * (1.0 + PPM * constant["scale_ppm"]), np.zeros((1, count))
+        factor, level = PPM * self.gamma, self.gamma * (1.0 + PPM * constant["scale_ppm"])
+        return SlowErrors(
+            _sum(of_scale, scale_sizes, factor, level, np.zeros((1, count))),
+            _sum(of_bias, bias_sizes, np.ones(count), constant["bias_ug"], wander_ug),
         )
-        return SlowErrors(scale, _sum(*of_bias, np.ones(count), constant["bias_ug"], wander_ug))
 
     def counts(
         self,

@@ -14,7 +14,7 @@ from ins_eval.analysis import ageing
 from ins_eval.analysis import flight as analysis
 from ins_eval.analysis import fly as study
 from ins_eval.ensemble import Plan, World, fly
-from ins_eval.ensemble.linear import agreement, fly_linearly, joined, member, unfit
+from ins_eval.ensemble.linear import agreement, fly_linearly, joined, unfit
 from ins_eval.ensemble.linear.course import epochs_of
 from ins_eval.gyro import GyroPopulation
 from ins_eval.imu import Mission
