@@ -71,19 +71,19 @@ class Shown:
 
 
 def plans(plan: Plan, size: int) -> dict[str, tuple[Plan, int]]:
-    """The ensembles that are needed: all errors together, and each source of the budget alone.
-
-    More than `IN_FULL` instruments are flown linearly where the plan allows it (`ensemble.linear`), under `LINEAR`.
-    """
-    linearly = {}
-    if size > IN_FULL and unfit(plan) is None:
-        arms = tuple(arm for arm in plan.arms if arm not in TOO_LARGE)
-        linearly = {LINEAR: (replace(plan, experiment="linear", arms=arms), size)}
+    """The ensembles that are needed: all errors together, and each source of the budget alone."""
     return {
-        "all": (plan, CHECKED if linearly else size),
-        **linearly,
+        "all": (plan, size),
         **{name: (replace(plan, arms=BUDGET_ARMS, source=name), _budget_size(name, size)) for name in SOURCES},
     }
+
+
+def linear_plans(plan: Plan, size: int) -> dict[str, tuple[Plan, int]]:
+    """More than `IN_FULL` instruments linearly, under `LINEAR`, and `CHECKED` in full; nothing where that cannot be."""
+    if size <= IN_FULL or unfit(plan) is not None:
+        return {}
+    arms = tuple(arm for arm in plan.arms if arm not in TOO_LARGE)
+    return {"all": (plan, CHECKED), LINEAR: (replace(plan, experiment="linear", arms=arms), size)}
 
 
 def numbers(

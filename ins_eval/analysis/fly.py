@@ -104,7 +104,7 @@ def fly(
     population, plan = plan.missions or missions.POPULATION, replace(plan, arms=ARMS + users, missions=None)
     world = World(plan)  # refuses what cannot be flown before anything is written
     units = aged(ageing_years, plan.seed)
-    plans = flight.plans(plan, size)
+    plans = flight.plans(plan, size) | flight.linear_plans(plan, size)
     if ageing_years:
         plans |= ageing.plans(plan, size, units)
     missions_flown = min(size, missions.SIZE) if missions_flown is None else missions_flown
