@@ -35,8 +35,8 @@ $(STAMP): pyproject.toml requirements.lock
 	@$(PIP) install --quiet --no-deps --no-build-isolation -e .
 	@touch $(STAMP)
 
-flight-report: env ## how good is this INS? writes reports/flight/ (MODEL=my.py:MyModel PROFILE= MISSIONS= MISSIONS_FROM= FLIGHTS= STORAGE_YEARS= SEED= WORKERS=)
-	@$(VENV)/bin/ins-eval flight-report $(if $(MODEL),--model "$(MODEL)") $(if $(PROFILE),--profile "$(PROFILE)") $(if $(STORAGE_YEARS),--storage-years "$(STORAGE_YEARS)") $(if $(MISSIONS),--missions "$(MISSIONS)") $(if $(MISSIONS_FROM),--missions-from "$(MISSIONS_FROM)") $(if $(FLIGHTS),--flights $(FLIGHTS)) $(RUN_OPTIONS)
+flight-report: env ## how good is this INS? writes reports/flight/ (MODEL=my.py:MyModel PROFILE= INSTRUMENTS= MISSIONS= MISSIONS_FROM= FLIGHTS= STORAGE_YEARS= SEED= WORKERS=)
+	@$(VENV)/bin/ins-eval flight-report $(if $(MODEL),--model "$(MODEL)") $(if $(PROFILE),--profile "$(PROFILE)") $(if $(STORAGE_YEARS),--storage-years "$(STORAGE_YEARS)") $(if $(INSTRUMENTS),--ensemble "$(INSTRUMENTS)") $(if $(MISSIONS),--missions "$(MISSIONS)") $(if $(MISSIONS_FROM),--missions-from "$(MISSIONS_FROM)") $(if $(FLIGHTS),--flights $(FLIGHTS)) $(RUN_OPTIONS)
 
 paper-report: env ## each number of Paper A beside ours; writes reports/paper-a/ (SEED= WORKERS=)
 	@$(VENV)/bin/ins-eval paper-report $(RUN_OPTIONS)

@@ -126,7 +126,7 @@ def align(
 def _filter(solution, step_s: float, at: Start, noise: AlignmentNoise) -> tuple[np.ndarray, np.ndarray]:
     """psi (3,) at the end of the solution and the covariance of [dv_N dv_E psi_N psi_E psi_D eps_N eps_E eps_D]."""
     measured = solution.velocity_n[1:, :2]
-    transition, gains, covariance = _gains(at.latitude_rad, at.height_m, step_s, noise, len(measured))
+    transition, gains, covariance = filter_gains(at.latitude_rad, at.height_m, step_s, noise, len(measured))
     x = np.zeros(8)
     for gain, velocity in zip(gains, measured, strict=True):
         x = transition @ x
@@ -135,7 +135,7 @@ def _filter(solution, step_s: float, at: Start, noise: AlignmentNoise) -> tuple[
 
 
 @lru_cache(maxsize=4)
-def _gains(
+def filter_gains(
     latitude_rad: float, height_m: float, step_s: float, noise: AlignmentNoise, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Transition (8, 8), gains of `count` updates (count, 8, 2), covariance after them: no measurement enters them."""

@@ -69,7 +69,7 @@ def _flight_report(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument("--profile", default="climb-cruise-landing", help=_PROFILE_HELP)
     parser.add_argument("--model", help="one more compensation: my.py:MyModel, or a compensation FILE.toml")
     parser.add_argument("--population", default="jb-kt8", help=_POPULATION_HELP)
-    _size(parser, "--ensemble", 200, "number of instruments (default: %(default)s)")
+    _size(parser, "--ensemble", 200, "number of instruments; more than 200 are flown linearly (default: %(default)s)")
     _output(parser, Path("reports/flight"), "folder of the report (default: %(default)s)")
     parser.add_argument(
         "--storage-years",

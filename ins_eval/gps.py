@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ins_eval.earth import radii
-from ins_eval.random_processes import gauss_markov
+from ins_eval.many_streams import ManyStreams, normal_sums, normals
+from ins_eval.profile import Gps
+from ins_eval.random_processes import gauss_markov, gauss_markov_of
 from ins_eval.recording import Fixes
 from ins_eval.streams import Streams
 from ins_eval.trajectory import Trajectory
@@ -43,6 +45,27 @@ def receive(trajectory: Trajectory, streams: Streams) -> Fixes:
         velocity_n=lost[:, None] * velocity,
         valid=valid,
     )
+
+
+def errors_of(gps: Gps, time_s: np.ndarray, streams: ManyStreams) -> tuple[np.ndarray, np.ndarray]:
+    """Errors of position in m and velocity in m/s of m receivers at `time_s` (n,), (n, 3, m) each, from their streams.
+
+    Those of `receive` for the same streams, north-east-down, whether or not a fix is lost.
+    """
+    found = []
+    for name, sigma, memory in (
+        ("gps.position", gps.position_sigma_m, gps.position_memory_m),
+        ("gps.velocity", gps.velocity_sigma_mps, gps.velocity_memory_mps),
+    ):
+        node = streams.at(name)
+        error = normal_sums(node.begin(), time_s.size, 1, 3)
+        error *= sigma
+        if memory:
+            for axis in range(3):
+                normal = normals(node.at("memory", axis).begin(), time_s.size)
+                error[:, axis] += gauss_markov_of(normal, time_s, memory, gps.memory_s)
+        found.append(error)
+    return found[0], found[1]
 
 
 def _remembered(time_s: np.ndarray, sigma: float, memory_s: float, streams: Streams) -> np.ndarray | float:

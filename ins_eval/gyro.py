@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numba
 import numpy as np
 
-from ins_eval.random_processes import gauss_markov
+from ins_eval.many_streams import ManyStreams, normal_sums, normals
+from ins_eval.random_processes import gauss_markov, gauss_markov_of
 from ins_eval.streams import Streams
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, PPM
 
+SLOW_S = 10.0  # between the points of the instability
 REFERENCE_C = 22.0  # T0, at which the constant bias is meant; as that of the accelerometers
 
 
@@ -69,7 +72,7 @@ class GyroPopulation:
             per_c = DEG_PER_H * self.thermal_deg_per_h_per_c * streams.at("thermal").rng().standard_normal(3)
             out += ((temperature_c - REFERENCE_C) * dt)[:, None] * per_c
         if self.instability_deg_per_h:
-            slow_s = np.arange(start_s, time_s[-1] + 10.0, 10.0)
+            slow_s = np.arange(start_s, time_s[-1] + SLOW_S, SLOW_S)
             for axis, rng in enumerate(streams.at("instability", axis).rng() for axis in range(3)):
                 wander = gauss_markov(slow_s, DEG_PER_H * self.instability_deg_per_h, self.instability_time_s, rng)
                 out[:, axis] += np.interp(time_s - 0.5 * dt, slow_s, wander) * dt
@@ -77,3 +80,60 @@ class GyroPopulation:
             noise = streams.at("angle_random_walk").rng().standard_normal(true_increments.shape)
             out += DEG_PER_SQRT_H * self.angle_random_walk_deg_per_sqrt_h * np.sqrt(dt)[:, None] * noise
         return out
+
+    def rate_errors(
+        self,
+        step_s: float,
+        every: int,
+        rate_b: np.ndarray,
+        turning_b: np.ndarray,
+        streams: ManyStreams,
+        temperature_c: np.ndarray,
+    ) -> np.ndarray:
+        """By how much m triads err in one run, each the mean over a step of `every` samples: (3, n, m) in rad/s.
+
+        The same errors of the same streams as those of `increments`, the first step beginning with the run. `rate_b`
+        and `turning_b` (n, 3) are means of the true rate and of its size, `temperature_c` (n,) of the IMU.
+        """
+        count, units = len(rate_b), len(streams.words)
+        scale, asymmetry, bias, per_c = (
+            size * normals(streams.at(name).begin(), 3)
+            for name, size in (
+                ("scale", PPM * self.scale_ppm),
+                ("asymmetry", PPM * self.asymmetry_ppm),
+                ("bias", DEG_PER_H * self.bias_deg_per_h),
+                ("thermal", DEG_PER_H * self.thermal_deg_per_h_per_c),
+            )
+        )
+        slow_s = np.arange(0.0, count * step_s + SLOW_S, SLOW_S)
+        wander = np.zeros((3, slow_s.size, units))
+        if self.instability_deg_per_h:
+            sigma = DEG_PER_H * self.instability_deg_per_h
+            for axis in range(3):
+                normal = normals(streams.at("instability", axis).begin(), slow_s.size)
+                wander[axis] = gauss_markov_of(normal, slow_s, sigma, self.instability_time_s)
+        noise = np.zeros((1, 3, units))
+        if self.angle_random_walk_deg_per_sqrt_h:
+            noise = normal_sums(streams.at("angle_random_walk").begin(), count, every, 3)
+            noise *= DEG_PER_SQRT_H * self.angle_random_walk_deg_per_sqrt_h / np.sqrt(every * step_s)
+        courses = (np.ascontiguousarray(rate_b), np.ascontiguousarray(turning_b), temperature_c - REFERENCE_C)
+        return _added(courses, (scale, asymmetry, bias, per_c), wander, step_s / SLOW_S, noise)
+
+
+@numba.njit(cache=True, nogil=True)
+def _added(courses, sizes, wander, steps, noise):
+    """s w + a |w| + b + c (T - T0) + m + n of m triads, (3, n, m); of `wander` a point every 1 / `steps` steps."""
+    rate_b, turning_b, warmer_c = courses
+    scale, asymmetry, bias, per_c = sizes
+    out = np.empty((3, rate_b.shape[0], wander.shape[2]))
+    for axis in range(3):
+        for k in range(out.shape[1]):
+            left = int((k + 0.5) * steps)
+            share = (k + 0.5) * steps - left
+            rate, turning, warmer = rate_b[k, axis], turning_b[k, axis], warmer_c[k]
+            row = noise[k % noise.shape[0], axis]
+            for j in range(out.shape[2]):
+                slow = (1.0 - share) * wander[axis, left, j] + share * wander[axis, left + 1, j]
+                given = rate * scale[axis, j] + turning * asymmetry[axis, j] + bias[axis, j] + warmer * per_c[axis, j]
+                out[axis, k, j] = given + slow + row[j]
+    return out

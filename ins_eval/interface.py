@@ -291,6 +291,7 @@ def fly(
     Parameters
     ----------
     profile : shipped, or a TOML file
+    size : instruments; more than 200 are flown linearly, some of them in full as well
     model : a further compensation, ``file.py:Class``
     missions : how many instruments fly a mission of their own; None: the usual number, or `size` where that is less
     members : folder where finished instruments are kept and found; None: nowhere

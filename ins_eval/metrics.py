@@ -24,6 +24,7 @@ from ins_eval.units import HOUR, NMI
 
 RATE_WINDOW_FROM_H = 0.5  # r/t says little while t is small
 CONFIDENCE = 0.95
+DRAWN_AT_ONCE = 20_000_000  # instruments of resamples: bounded memory for large ensembles
 
 # ---------------------------------------------------------------------------------------------- one flight
 
@@ -134,7 +135,7 @@ class Definition:
 
 
 def _final(position_error_m: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    return final_rate(radius_nmi(position_error_m), time_s / HOUR)
+    return final_rate(radius_nmi(position_error_m[..., -1:, :]), time_s[-1:] / HOUR)
 
 
 def _final_vector(position_error_m: np.ndarray, time_s: np.ndarray) -> np.ndarray:
@@ -328,9 +329,14 @@ def paired_bootstrap(
         A contribution is not finite, arms have different numbers of instruments, or a ratio has a zero in it.
     """
     n = _common_size(arms, statistics)
-    indices = rng.integers(0, n, (n_resamples, n))
     values = {arm: {key: float(f(data[key])) for key, f in statistics.items()} for arm, data in arms.items()}
-    resampled = {arm: {key: f(data[key][indices]) for key, f in statistics.items()} for arm, data in arms.items()}
+    resampled = {arm: {key: np.empty(n_resamples) for key in statistics} for arm in arms}
+    at_once = max(1, DRAWN_AT_ONCE // n)
+    for first in range(0, n_resamples, at_once):
+        indices = rng.integers(0, n, (min(at_once, n_resamples - first), n))
+        for arm, data in arms.items():
+            for key, f in statistics.items():
+                resampled[arm][key][first : first + at_once] = f(data[key][indices])
     return Comparison(
         {
             arm: {key: Estimate(values[arm][key], *map(float, _interval(resampled[arm][key]))) for key in statistics}

@@ -16,6 +16,7 @@ from ins_eval.effects import effects_left, turned_start
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import Initialization, find
 from ins_eval.recording import Recording, Start
+from ins_eval.recording.belief import Belief
 from ins_eval.recording.stillness import Stretch, choose_alignment, still_stretches
 from ins_eval.reference import AttitudeErrors, Errors, compare, compare_attitude, standstill
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, Vertical, navigate
@@ -185,7 +186,7 @@ def evaluate(
     elif align_on is not None:
         rows = slice(*np.searchsorted(imu.time_s, [align_on.start_s + 1e-6, align_on.end_s + 1e-6]))
         at = replace(begin, time_s=float(imu.time_s[rows.start - 1]) if rows.start else begin.time_s)
-        alignment = align(imu.time_s[rows], dtheta_b[rows], dv_b[rows], at, _alignment_noise(recording))
+        alignment = align(imu.time_s[rows], dtheta_b[rows], dv_b[rows], at, alignment_noise(recording.belief))
         begin = alignment.start
     elif begin.attitude_rad is None:
         raise DataRefused(
@@ -247,8 +248,9 @@ def height_aid(recording: Recording) -> np.ndarray | None:
     return np.interp(recording.imu.time_s, stamps, fixes.height_m[known])
 
 
-def _alignment_noise(recording: Recording) -> AlignmentNoise:
-    gyro, accelerometer = recording.belief.gyro, recording.belief.accelerometer
+def alignment_noise(belief: Belief) -> AlignmentNoise:
+    """What the fine alignment allows for of an instrument of which that is believed."""
+    gyro, accelerometer = belief.gyro, belief.accelerometer
     stated = {
         "gyro_bias_deg_per_h": gyro.bias_sigma_deg_per_h,
         "angle_random_walk_deg_per_sqrt_h": gyro.angle_random_walk_deg_per_sqrt_h,

@@ -35,9 +35,12 @@ class Coefficients(NamedTuple):
 
 
 def force_error_ug(c: Coefficients, force_g: np.ndarray) -> np.ndarray | float:
-    """What the terms beyond K1, K0 and ai add, in ug; `force_g` (..., 3) in g along input, pendulous, output axis."""
+    """What the terms beyond K1, K0 and ai add, in ug; `force_g` (..., 3) in g along input, pendulous, output axis.
+
+    With coefficients (m,) of m accelerometers and `force_g` (n, 1, 3) it is (n, m).
+    """
     i, p, o = force_g[..., 0], force_g[..., 1], force_g[..., 2]
-    if not any(c[1:]):  # the usual case, at a third of the cost
+    if not np.any(c[1:]):  # the usual case, at a third of the cost
         return c.k2 * i * i
     along = i * (i * (c.k2 + c.k3 * i) + c.kip * p + c.kio * o)
     return along + c.delta_o * p - c.delta_p * o

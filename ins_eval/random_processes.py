@@ -7,13 +7,14 @@ import numpy as np
 
 
 @numba.njit(cache=True)
-def _gauss_markov(time_s, sigma, time_constant_s, normal, x):
-    out = np.empty(time_s.size)
-    out[0] = x
+def _gauss_markov(time_s, sigma, time_constant_s, normal, start):
+    out = np.empty(normal.shape)
+    out[0] = start
     for k in range(1, time_s.size):
         decay = np.exp(-(time_s[k] - time_s[k - 1]) / time_constant_s)
-        x = decay * x + sigma * np.sqrt(1.0 - decay * decay) * normal[k]
-        out[k] = x
+        fresh = sigma * np.sqrt(1.0 - decay * decay)
+        for j in range(normal.shape[1]):
+            out[k, j] = decay * out[k - 1, j] + fresh * normal[k, j]
     return out
 
 
@@ -24,5 +25,13 @@ def gauss_markov(
 
     Starts in its stationary distribution, or at `start`. Returns (n,) in the unit of `sigma`.
     """
-    normal = rng.standard_normal(time_s.size)
-    return _gauss_markov(time_s, sigma, time_constant_s, normal, sigma * normal[0] if start is None else start)
+    normal = rng.standard_normal(time_s.size)[:, None]
+    return gauss_markov_of(normal, time_s, sigma, time_constant_s, start)[:, 0]
+
+
+def gauss_markov_of(
+    normal: np.ndarray, time_s: np.ndarray, sigma: float, time_constant_s: float, start: float | None = None
+) -> np.ndarray:
+    """The same of m processes at once, made of the standard normal numbers `normal` (n, m): (n, m)."""
+    first = sigma * normal[0] if start is None else np.full(normal.shape[1], start)
+    return _gauss_markov(time_s, sigma, time_constant_s, normal, first)

@@ -4,6 +4,7 @@
     effect.py               what an effect is, and where on the way from force to pulses it may act
     model.py                Population -> draw -> Accelerometer -> slow errors -> pulses
     presets/                parameters of populations, each number with its source
+    many.py                 many accelerometers of one axis at once
 
     thermal_lag             inner elements follow the surface late
     scale_polynomial        scale factor with temperature and its rate, eq. (11)
@@ -31,6 +32,7 @@ real one redraws. Every effect has random streams of its own: switching one off 
 
 from ins_eval.accelerometer.absent import Absent
 from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution
+from ins_eval.accelerometer.many import ManyAccelerometers, draw
 from ins_eval.accelerometer.model import EFFECTS, Accelerometer, Population, SlowErrors
 from ins_eval.accelerometer.run import ThermalRun
 
@@ -40,7 +42,9 @@ __all__ = [
     "Accelerometer",
     "AccelerometerEffect",
     "Contribution",
+    "ManyAccelerometers",
     "Population",
     "SlowErrors",
     "ThermalRun",
+    "draw",
 ]

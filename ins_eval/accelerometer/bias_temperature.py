@@ -13,15 +13,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, LogSigma, NotNegative
+from ins_eval.accelerometer.effect import LogSigma, NotNegative, SharedCourse
 from ins_eval.accelerometer.run import ThermalRun
-from ins_eval.streams import Streams
 
 
-class BiasTemperature(AccelerometerEffect):
+class BiasTemperature(SharedCourse):
     """Cubic in the element temperature; omega1 is log-normal in size and random in sign."""
 
     name: ClassVar[str] = "bias_temperature"
+    quantity = "bias_ug"
     reference_temperature_c: float
     omega1_ug_per_c: NotNegative  # median size in the population
     omega1_sigma: LogSigma  # standard deviation of ln |omega1|
@@ -35,10 +35,10 @@ class BiasTemperature(AccelerometerEffect):
         omega2, omega3 = rng.standard_normal(2)
         return np.array([omega1, self.omega2_sigma_ug_per_c2 * omega2, self.omega3_sigma_ug_per_c3 * omega3])
 
-    def contribution(self, unit: np.ndarray, run: ThermalRun, streams: Streams) -> Contribution:
-        return Contribution(bias_ug=self._powers(run) @ unit)
+    def sizes(self, unit: np.ndarray, run: ThermalRun, normal: np.ndarray | float) -> np.ndarray:
+        return unit
 
-    def _powers(self, run: ThermalRun) -> np.ndarray:
+    def courses(self, run: ThermalRun) -> np.ndarray:
         def compute(run: ThermalRun) -> np.ndarray:
             d = run.element_c - self.reference_temperature_c
             return np.column_stack((d, d**2, d**3))

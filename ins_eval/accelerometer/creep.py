@@ -22,9 +22,8 @@ import numba
 import numpy as np
 from pydantic import Field, model_validator
 
-from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative, Positive
+from ins_eval.accelerometer.effect import NotNegative, Positive, SharedCourse
 from ins_eval.accelerometer.run import ThermalRun
-from ins_eval.streams import Streams
 from ins_eval.units import MINUTE
 
 
@@ -76,10 +75,12 @@ def material_clock(time_s: np.ndarray, difference_c: np.ndarray, faster_per_c: f
     return np.concatenate(([0.0], np.cumsum(mean_speed * np.diff(time_s))))
 
 
-class Creep(AccelerometerEffect):
+class Creep(SharedCourse):
     """Sum of relaxations in proportion to the thermal bias coefficient of the same accelerometer."""
 
     name: ClassVar[str] = "creep"
+    quantity = "bias_ug"
+    redrawn = True
     reference_temperature_c: float
     time_constants_min: Annotated[tuple[Positive, ...], Field(min_length=1)]  # at the reference temperature
     weights: Annotated[tuple[NotNegative, ...], Field(min_length=1)]
@@ -98,8 +99,11 @@ class Creep(AccelerometerEffect):
         """omega1 in ug/degC."""
         return drawn["bias_temperature"][0]
 
-    def contribution(self, unit: float, run: ThermalRun, streams: Streams) -> Contribution:
-        return Contribution(bias_ug=unit * scattered(self.scatter, streams.rng().standard_normal()) * self._memory(run))
+    def sizes(self, unit: np.ndarray | float, run: ThermalRun, normal: np.ndarray | float) -> np.ndarray:
+        return np.asarray(unit * scattered(self.scatter, normal))[..., None]
+
+    def courses(self, run: ThermalRun) -> np.ndarray:
+        return self._memory(run)[:, None]
 
     def relaxed(self, time_s: np.ndarray, temperature_c: np.ndarray, stable_at_c: float) -> np.ndarray:
         """sum_j w_j z_j in degC, (n,), of an epoxy whose creep is counted from its stable state at `stable_at_c`.

@@ -10,7 +10,7 @@ file like ``turn_on.py`` and name its class in ``model.EFFECTS``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -69,3 +69,28 @@ class AccelerometerEffect(Strict):
     def counted(self, pulses: np.ndarray) -> np.ndarray:
         """What leaves as counts of the `pulses` (n,) that were due in each interval."""
         return pulses
+
+
+class SharedCourse(AccelerometerEffect):
+    """A slow error whose course over a run is the same for all units: each has its own size of it.
+
+    error(t) = sum_k course_k(t) size_k
+
+    `quantity` says of what, and `redrawn` whether a size needs a number that is drawn at each run.
+    """
+
+    quantity: ClassVar[Literal["bias_ug", "scale_ppm"]]
+    redrawn: ClassVar[bool] = False
+
+    def courses(self, run: ThermalRun) -> np.ndarray:
+        """What all units share over a run, (n, k); (1, k) of a constant."""
+        raise NotImplementedError
+
+    def sizes(self, unit: Any, run: ThermalRun, normal: np.ndarray | float) -> np.ndarray:
+        """By how much a unit has each course, (..., k), of the `unit` (..., c) and a standard normal number (...)."""
+        raise NotImplementedError
+
+    def contribution(self, unit: Any, run: ThermalRun, streams: Streams) -> Contribution:
+        normal = streams.rng().standard_normal() if self.redrawn else 0.0
+        error = self.courses(run) @ self.sizes(unit, run, normal)
+        return Contribution(**{self.quantity: error if error.size > 1 else float(error[0])})

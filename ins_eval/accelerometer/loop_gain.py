@@ -16,20 +16,23 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution
+from ins_eval.accelerometer.effect import SharedCourse
 from ins_eval.accelerometer.run import ThermalRun
-from ins_eval.streams import Streams
 
 
-class LoopGain(AccelerometerEffect):
+class LoopGain(SharedCourse):
     """Each accelerometer has one of the scale-factor changes of a population of loops; unless stated there is none."""
 
     name: ClassVar[str] = "loop_gain"
+    quantity = "scale_ppm"
     scale_ppm: Annotated[tuple[float, ...], Field(min_length=1)] = (0.0,)
 
     def draw(self, rng: np.random.Generator, drawn: Mapping[str, Any]) -> float:
         """The change in ppm; from two lists of the same length it is that of the same loop."""
         return self.scale_ppm[rng.integers(len(self.scale_ppm))]
 
-    def contribution(self, unit: float, run: ThermalRun, streams: Streams) -> Contribution:
-        return Contribution(scale_ppm=unit if run.kind == "flight" else 0.0)
+    def courses(self, run: ThermalRun) -> np.ndarray:
+        return np.ones((1, 1))
+
+    def sizes(self, unit: np.ndarray | float, run: ThermalRun, normal: np.ndarray | float) -> np.ndarray:
+        return np.asarray(unit * (run.kind == "flight"))[..., None]

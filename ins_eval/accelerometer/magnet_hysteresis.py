@@ -23,9 +23,8 @@ import numba
 import numpy as np
 from pydantic import Field
 
-from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, LogSigma, NotNegative, Positive
+from ins_eval.accelerometer.effect import LogSigma, NotNegative, Positive, SharedCourse
 from ins_eval.accelerometer.run import ThermalRun
-from ins_eval.streams import Streams
 
 
 @numba.njit(cache=True)
@@ -39,10 +38,11 @@ def play(temperature_c, half_width_c):
     return state
 
 
-class MagnetHysteresis(AccelerometerEffect):
+class MagnetHysteresis(SharedCourse):
     """Rate-independent loop of the scale factor; the amplitude is drawn for each accelerometer."""
 
     name: ClassVar[str] = "magnet_hysteresis"
+    quantity = "scale_ppm"
     half_opening_ppm: NotNegative  # median A of the population
     half_opening_sigma: LogSigma  # standard deviation of ln A
     half_widths_c: Annotated[tuple[Positive, ...], Field(min_length=1)]
@@ -51,8 +51,11 @@ class MagnetHysteresis(AccelerometerEffect):
         """A in ppm."""
         return self.half_opening_ppm * np.exp(self.half_opening_sigma * rng.standard_normal())
 
-    def contribution(self, unit: float, run: ThermalRun, streams: Streams) -> Contribution:
-        return Contribution(scale_ppm=unit * self._branch(run))
+    def sizes(self, unit: np.ndarray | float, run: ThermalRun, normal: np.ndarray | float) -> np.ndarray:
+        return np.asarray(unit)[..., None]
+
+    def courses(self, run: ThermalRun) -> np.ndarray:
+        return self._branch(run)[:, None]
 
     def _branch(self, run: ThermalRun) -> np.ndarray:
         """Where the magnet stands between the rising (-1) and the falling (+1) branch, (n,)."""

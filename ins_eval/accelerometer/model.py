@@ -99,9 +99,7 @@ class Accelerometer:
 
     def _acting(self, place: str) -> list[AccelerometerEffect]:
         """The effects that do something there; for one that does not a generator costs more than most effects."""
-        return [
-            effect for effect in self.effects if getattr(type(effect), place) is not getattr(AccelerometerEffect, place)
-        ]
+        return [effect for effect in self.effects if overridden(effect, place)]
 
     def output(self, specific_force_g: np.ndarray, scale: np.ndarray, bias_ug: np.ndarray) -> np.ndarray:
         """Eq. (1) and (12) in pulse/s.
@@ -197,7 +195,12 @@ class Population:
 
     def draw(self, streams: Streams) -> tuple[Accelerometer, Accelerometer, Accelerometer]:
         """The accelerometers x, y, z of one instrument, whose node in the random streams is `streams`."""
-        by_effect = [effect.for_axes(streams.at("accelerometer", effect.name).rng()) for effect in self.effects]
+        by_effect = [
+            effect.for_axes(streams.at("accelerometer", effect.name).rng())
+            if overridden(effect, "for_axes")
+            else (effect, effect, effect)
+            for effect in self.effects
+        ]
         x, y, z = zip(*by_effect, strict=True)
         return _draw_unit("x", x, streams), _draw_unit("y", y, streams), _draw_unit("z", z, streams)
 
@@ -206,6 +209,11 @@ class Population:
         for name in names:
             if name not in known:
                 raise UsageError(f"no accelerometer effect '{name}'{did_you_mean(name, known)}")
+
+
+def overridden(effect: AccelerometerEffect, place: str) -> bool:
+    """Whether an effect does something at one of the places of `AccelerometerEffect`."""
+    return getattr(type(effect), place) is not getattr(AccelerometerEffect, place)
 
 
 def _off(effect: AccelerometerEffect) -> AccelerometerEffect:
@@ -217,7 +225,10 @@ def _draw_unit(
 ) -> Accelerometer:
     units: dict[str, Any] = {}
     for effect in effects:
-        units[effect.name] = effect.draw(streams.at(f"accelerometer.{axis}", effect.name, "unit").rng(), units)
+        if overridden(effect, "draw"):
+            units[effect.name] = effect.draw(streams.at(f"accelerometer.{axis}", effect.name, "unit").rng(), units)
+        else:
+            units[effect.name] = None
     return Accelerometer(axis, effects, units)
 
 

@@ -20,4 +20,8 @@ class Noise(AccelerometerEffect):
     density_ug_per_sqrt_hz: NotNegative
 
     def noise_ug(self, interval_s: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        return self.density_ug_per_sqrt_hz / np.sqrt(interval_s) * rng.standard_normal(np.size(interval_s))
+        return self.of(rng.standard_normal(np.size(interval_s)), interval_s)
+
+    def of(self, normal: np.ndarray | float, interval_s: np.ndarray | float) -> np.ndarray:
+        """The noise in ug that standard normal numbers stand for, each the mean over an interval."""
+        return self.density_ug_per_sqrt_hz / np.sqrt(interval_s) * normal

@@ -18,10 +18,9 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, Positive
+from ins_eval.accelerometer.effect import AccelerometerEffect, Positive, SharedCourse
 from ins_eval.accelerometer.run import ThermalRun
 from ins_eval.scale_factor import TERMS, scale_factor_terms
-from ins_eval.streams import Streams
 from ins_eval.tables import Strict
 
 # the power of r in each term, in the order of TERMS: where a rate unit and the rate sign enter
@@ -40,10 +39,11 @@ class ScaleFactor(Strict):
     gamma: Positive
 
 
-class ScalePolynomial(AccelerometerEffect):
+class ScalePolynomial(SharedCourse):
     """Eq. (11) with the coefficients of known `units`, which are dealt to the axes and perturbed."""
 
     name: ClassVar[str] = "scale_polynomial"
+    quantity = "scale_ppm"
     units: Annotated[tuple[ScaleFactor, ...], Field(min_length=1)]
     coefficients_in: Literal["pulse", "ppm"]  # pulse/(g s) as printed, or ppm of gamma; gamma itself is in pulse/(g s)
     reference_temperature_c: float
@@ -74,10 +74,10 @@ class ScalePolynomial(AccelerometerEffect):
         factor = 1.0 + self.spread * rng.uniform(-1.0, 1.0, size=5)
         return self.coefficients(self.units[0]) * np.append(factor, 1.0)
 
-    def contribution(self, unit: np.ndarray, run: ThermalRun, streams: Streams) -> Contribution:
-        return Contribution(scale_ppm=self._terms(run) @ (1e6 * unit[:5] / unit[5]))
+    def sizes(self, unit: np.ndarray, run: ThermalRun, normal: np.ndarray | float) -> np.ndarray:
+        return 1e6 * unit[..., :5] / unit[..., 5:]
 
-    def _terms(self, run: ThermalRun) -> np.ndarray:
+    def courses(self, run: ThermalRun) -> np.ndarray:
         def compute(run: ThermalRun) -> np.ndarray:
             difference = run.temperature_c - self.reference_temperature_c
             return scale_factor_terms(difference, run.rate_c_per_min(self.rate_filter_s))[:, :5]

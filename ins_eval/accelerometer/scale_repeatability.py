@@ -7,16 +7,22 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative
+import numpy as np
+
+from ins_eval.accelerometer.effect import NotNegative, SharedCourse
 from ins_eval.accelerometer.run import ThermalRun
-from ins_eval.streams import Streams
 
 
-class ScaleRepeatability(AccelerometerEffect):
+class ScaleRepeatability(SharedCourse):
     """Normal, redrawn at each run."""
 
     name: ClassVar[str] = "scale_repeatability"
+    quantity = "scale_ppm"
+    redrawn = True
     sigma_ppm: NotNegative
 
-    def contribution(self, unit: Any, run: ThermalRun, streams: Streams) -> Contribution:
-        return Contribution(scale_ppm=self.sigma_ppm * streams.rng().standard_normal())
+    def courses(self, run: ThermalRun) -> np.ndarray:
+        return np.ones((1, 1))
+
+    def sizes(self, unit: Any, run: ThermalRun, normal: np.ndarray | float) -> np.ndarray:
+        return np.asarray(self.sigma_ppm * normal)[..., None]

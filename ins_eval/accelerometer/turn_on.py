@@ -8,18 +8,24 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from ins_eval.accelerometer.effect import AccelerometerEffect, Contribution, NotNegative
+import numpy as np
+
+from ins_eval.accelerometer.effect import NotNegative, SharedCourse
 from ins_eval.accelerometer.run import ThermalRun
-from ins_eval.streams import Streams
 
 
-class TurnOn(AccelerometerEffect):
+class TurnOn(SharedCourse):
     """Normal, redrawn at each run."""
 
     name: ClassVar[str] = "turn_on"
+    quantity = "bias_ug"
+    redrawn = True
     sigma_ug: NotNegative  # oven and flight
     chamber_sigma_ug: NotNegative  # from run to run in the chamber
 
-    def contribution(self, unit: Any, run: ThermalRun, streams: Streams) -> Contribution:
+    def courses(self, run: ThermalRun) -> np.ndarray:
+        return np.ones((1, 1))
+
+    def sizes(self, unit: Any, run: ThermalRun, normal: np.ndarray | float) -> np.ndarray:
         sigma = self.chamber_sigma_ug if run.kind == "chamber" else self.sigma_ug
-        return Contribution(bias_ug=sigma * streams.rng().standard_normal())
+        return np.asarray(sigma * normal)[..., None]

@@ -14,6 +14,7 @@ import numpy as np
 from ins_eval import ensemble, metrics
 from ins_eval.ensemble import SOURCES, Plan, World
 from ins_eval.ensemble.attribution import attribution
+from ins_eval.ensemble.linear import Agreement, joined, unfit
 from ins_eval.imu import Mission
 from ins_eval.navigation import (
     Evaluation,
@@ -32,6 +33,10 @@ from ins_eval.streams import Streams
 from ins_eval.units import ARCSEC, HOUR, NMI
 
 SHOWN_RATE_HZ = 100.0
+LINEAR = "linear"  # label of the ensemble that is flown linearly, where there is one
+IN_FULL = 200  # instruments; of more, `CHECKED` are flown in full and all linearly
+CHECKED = 40
+TOO_LARGE = ("none",)  # compensations whose errors, tens of kilometres, are not of first order
 BUDGET_SIZE = 40
 BESIDE_SIZE = 20  # of sources that are not in the flight: these show what they would do
 BUDGET_ARMS = ("simple", "simple_refined", "hysteresis", "hysteresis_refined")
@@ -73,6 +78,14 @@ def plans(plan: Plan, size: int) -> dict[str, tuple[Plan, int]]:
     }
 
 
+def linear_plans(plan: Plan, size: int) -> dict[str, tuple[Plan, int]]:
+    """More than `IN_FULL` instruments linearly, under `LINEAR`, and `CHECKED` in full; nothing where that cannot be."""
+    if size <= IN_FULL or unfit(plan) is not None:
+        return {}
+    arms = tuple(arm for arm in plan.arms if arm not in TOO_LARGE)
+    return {"all": (plan, CHECKED), LINEAR: (replace(plan, experiment="linear", arms=arms), size)}
+
+
 def numbers(
     plan: Plan,
     size: int,
@@ -80,12 +93,14 @@ def numbers(
     shown: Shown,
     names: Mapping[str, str],
     users: Sequence[str] = (),
+    agreed: Agreement | None = None,
 ) -> dict[str, Any]:
     """The tree ``ins-eval-metrics/1`` from the finished `members` of `plans` and the flight that is shown.
 
-    `names` are the names of the compensations by what the plan calls them; `users` those of the user's own.
+    `names` are the names of the compensations by what the plan calls them; `users` those of the user's own. `agreed`
+    says how far the linear ensemble is from the flights in full, where there was one.
     """
-    arms = by_arm(members, names)
+    arms = by_arm(members, names, size)
     rng = Streams(plan.seed).at("bootstrap")
     profile = load(plan.profile)
     return {
@@ -96,7 +111,8 @@ def numbers(
         "duration_s": profile.duration_s,
         "definitions": _definitions(),
         "floor": _floor(shown.world),
-        "ensemble": ensemble_numbers(arms, size, rng, users),
+        "ensemble": ensemble_numbers(arms, size, rng, users)
+        | ({LINEAR: {"taken": LINEAR in members, **agreed.as_tree()}} if agreed else {}),
         "budget": {
             "size": min(size, BUDGET_SIZE),
             "size_beside": min(size, BESIDE_SIZE),
@@ -109,9 +125,12 @@ def numbers(
     }
 
 
-def by_arm(members: Mapping[str, list], names: Mapping[str, str]) -> dict[str, dict[str, np.ndarray]]:
-    """Contributions of all instruments by the name of the compensation."""
-    return {names[spec]: data for spec, data in ensemble.stacked(members["all"]).items()}
+def by_arm(
+    members: Mapping[str, list], names: Mapping[str, str], size: int | None = None
+) -> dict[str, dict[str, np.ndarray]]:
+    """Contributions of all instruments by the name of the compensation; of those flown linearly of the first `size`."""
+    flown = joined(members[LINEAR], size) if LINEAR in members else ensemble.stacked(members["all"])
+    return {names[spec]: data for spec, data in flown.items()}
 
 
 def fly_shown(world: World, specs: Sequence[str], names: Mapping[str, str]) -> Shown:
@@ -158,7 +177,7 @@ def ensemble_numbers(
     arms, size: int, rng: Streams, users: Sequence[str] = (), pairs: Sequence[tuple[str, str]] = PAIRS
 ) -> dict[str, Any]:
     """Every compensation with its estimates, the ratios of pairs, and what model and refinement each bring."""
-    pairs = list(pairs)
+    pairs = [pair for pair in pairs if set(pair) <= set(arms)]
     for user in users:
         refined = user.endswith("_refined")
         pairs += [

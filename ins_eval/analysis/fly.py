@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ins_eval import ensemble
 from ins_eval.analysis import ageing, flight, missions
 from ins_eval.analysis.flight import SHOWN_ARMS, Shown
 from ins_eval.compensation.check import require_sound
 from ins_eval.compensation.registry import load_model
 from ins_eval.ensemble import ARMS, Plan, World
 from ins_eval.ensemble.ageing import Aged, aged
+from ins_eval.ensemble.linear import AGREED, Agreement, agreement, joined
 from ins_eval.metrics import DEFINITIONS, VelocityRms
 
 
@@ -26,7 +28,8 @@ class FlightStudy:
 
     `members` are the finished members of `plans`, those of the flight of all under "all"; `names` are the names of the
     compensations by what a plan calls them, `users` those that a user brought; `shown` is the first instrument in full;
-    `units` are the loops whose drifts age the instruments, None where nothing is said of ageing.
+    `units` are the loops whose drifts age the instruments, None where nothing is said of ageing. `agreed` says how far
+    the instruments that were flown linearly are from the same flown in full, None where all were flown in full at once.
     """
 
     plan: Plan
@@ -36,16 +39,17 @@ class FlightStudy:
     users: tuple[str, ...]
     shown: Shown
     units: Aged | None
+    agreed: Agreement | None = None
 
     @property
     def size(self) -> int:
         """How many instruments flew the flight of all."""
-        return self.plans["all"][1]
+        return self.plans[flight.LINEAR if flight.LINEAR in self.plans else "all"][1]
 
     @cached_property
     def arms(self) -> dict[str, dict[str, np.ndarray]]:
         """What each instrument contributes to every measure, by compensation."""
-        return flight.by_arm(self.members, self.names)
+        return flight.by_arm(self.members, self.names, self.size)
 
     def to_frame(self) -> pd.DataFrame:
         """One row an instrument and compensation: velocity RMS of its flight in m/s, what it adds to CEP rates."""
@@ -60,7 +64,7 @@ class FlightStudy:
     @cached_property
     def tree(self) -> dict[str, Any]:
         """The tree ``ins-eval-metrics/1`` of ``metrics.json``."""
-        result = flight.numbers(self.plan, self.size, self.members, self.shown, self.names, self.users)
+        result = flight.numbers(self.plan, self.size, self.members, self.shown, self.names, self.users, self.agreed)
         if self.units is not None:
             result["storage"] = ageing.numbers(self.plans, self.members, self.units)
         if missions.LABEL in self.plans:
@@ -78,6 +82,9 @@ def fly(
     flights: Sequence[str] = (),
 ) -> FlightStudy:
     """Fly `size` instruments with every shipped compensation, and with a user's `model` beside them.
+
+    More than `flight.IN_FULL` are flown linearly, `flight.CHECKED` of them in full as well; where any of these differs
+    by more than 1 % all are flown in full.
 
     Parameters
     ----------
@@ -97,7 +104,7 @@ def fly(
     population, plan = plan.missions or missions.POPULATION, replace(plan, arms=ARMS + users, missions=None)
     world = World(plan)  # refuses what cannot be flown before anything is written
     units = aged(ageing_years, plan.seed)
-    plans = flight.plans(plan, size)
+    plans = flight.plans(plan, size) | flight.linear_plans(plan, size)
     if ageing_years:
         plans |= ageing.plans(plan, size, units)
     missions_flown = min(size, missions.SIZE) if missions_flown is None else missions_flown
@@ -105,6 +112,14 @@ def fly(
     with ThreadPoolExecutor(1) as beside:  # the workers compute the members meanwhile
         first = beside.submit(flight.fly_shown, world, [*SHOWN_ARMS, *users], names)
         members = run(plans)
+        agreed = None
+        if flight.LINEAR in plans:
+            linear, found = plans[flight.LINEAR], members[flight.LINEAR]
+            agreed = agreement(joined(found, linear[1]), ensemble.stacked(members["all"]))
+            if agreed.worst > AGREED:
+                del plans[flight.LINEAR]
+                plans["all"] = (plan, size)
+                members = run(plans)
         shown = first.result()
     named = tuple(names[user] for user in users)
-    return FlightStudy(plan, plans, members, names, named, shown, units if ageing_years else None)
+    return FlightStudy(plan, plans, members, names, named, shown, units if ageing_years else None, agreed)

@@ -23,7 +23,8 @@ class BranchCurve:
 
     F, R: straight between the knots `knots_c` (m,) with the values `falling` (m,) and `rising` (m,); r in
     degC/min, so w = 1 where the temperature falls by 0.12 degC/min or faster. `covariance` (2m, 2m) is that of the
-    falling and then the rising values, None where it was not computed (`uncertainty`).
+    falling and then the rising values, None where it was not computed (`uncertainty`). Of k units that share the
+    temperatures, `falling` and `rising` are (m, k) and the curve (n, k).
     """
 
     knots_c: np.ndarray
@@ -34,7 +35,10 @@ class BranchCurve:
     def evaluate(self, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray:
         """The curve at temperatures (n,) in degC and rates (n,) or scalar in degC/min; returns (n,)."""
         temperature, rate = np.broadcast_arrays(np.atleast_1d(temperature_c), np.atleast_1d(rate_c_per_min))
-        return _evaluate(self.knots_c, self.falling, self.rising, _floats(temperature), _floats(rate))
+        size = self.falling.shape
+        falling, rising = (values.reshape(size[0], -1) for values in (self.falling, self.rising))
+        curve = _evaluate(self.knots_c, falling, rising, _floats(temperature), _floats(rate))
+        return curve.reshape(-1, *size[1:])
 
     @property
     def values(self) -> np.ndarray:
@@ -70,22 +74,24 @@ def branches(
     With `run` (n,), which numbers the run of each reading, every run has a constant of its own that is not the
     curve's; the curve then has zero mean over the readings.
 
-    Parameters: temperature (n,) in degC, its rate (n,) in degC/min, `values` (n,) in any unit, finite.
+    Parameters: temperature (n,) in degC, its rate (n,) in degC/min, `values` (n,) or (n, m), finite.
     Source: the "simple piecewise function" for the bias of Paper A, section 3.1, which it leaves unspecified;
     knots and blending are ours.
     """
     temperature, rate, values = _floats(temperature_c), _floats(rate_c_per_min), _floats(values)
     knots = supported(np.asarray(knots_c, dtype=float), temperature.min(), temperature.max())
     normal = np.zeros((2 * knots.size, 2 * knots.size))
-    right = np.zeros(2 * knots.size)
+    right = np.zeros((2 * knots.size, *values.shape[1:]))
     weight = np.zeros(2 * knots.size)  # sum of the rows of the design; each row sums to one
     for rows in [slice(None)] if run is None else [run == number for number in np.unique(run)]:
-        part, part_right = _normal_equations(knots, temperature[rows], rate[rows], values[rows])
+        of_run = values[rows]
+        part, part_right = _normal_equations(knots, temperature[rows], rate[rows], of_run.reshape(len(of_run), -1))
+        part_right = part_right.reshape(right.shape)
         part_weight = part.sum(axis=1)
         weight += part_weight
         if run is not None:  # take the mean of the run out of design and values
             part -= np.outer(part_weight, part_weight) / part_weight.sum()
-            part_right -= part_weight * part_right.sum() / part_weight.sum()
+            part_right -= np.multiply.outer(part_weight, part_right.sum(axis=0)) / part_weight.sum()
         normal += part
         right += part_right
     normal += ridge * roughness(knots.size)
@@ -148,22 +154,23 @@ def _weight(rate):
 
 @numba.njit(cache=True)
 def _evaluate(knots, falling, rising, temperature, rate):
-    curve = np.empty(temperature.size)
+    curve = np.empty((temperature.size, falling.shape[1]))
     for k in range(temperature.size):
         i, j, share = _place(knots, temperature[k])
         w = _weight(rate[k])
-        low = w * falling[i] + (1.0 - w) * rising[i]
-        high = w * falling[j] + (1.0 - w) * rising[j]
-        curve[k] = low + share * (high - low)
+        for unit in range(curve.shape[1]):
+            low = w * falling[i, unit] + (1.0 - w) * rising[i, unit]
+            high = w * falling[j, unit] + (1.0 - w) * rising[j, unit]
+            curve[k, unit] = low + share * (high - low)
     return curve
 
 
 @numba.njit(cache=True)
 def _normal_equations(knots, temperature, rate, values):
-    """Normal matrix and right side; a row of the design has four entries, which sum to one."""
+    """Normal matrix and right sides (2m, units); a row of the design has four entries, which sum to one."""
     m = knots.size
     normal = np.zeros((2 * m, 2 * m))
-    right = np.zeros(2 * m)
+    right = np.zeros((2 * m, values.shape[1]))
     column = np.empty(4, np.int64)
     entry = np.empty(4)
     for k in range(temperature.size):
@@ -173,7 +180,8 @@ def _normal_equations(knots, temperature, rate, values):
         entry[0], entry[1] = w * (1.0 - share), w * share
         entry[2], entry[3] = (1.0 - w) * (1.0 - share), (1.0 - w) * share
         for p in range(4):
-            right[column[p]] += entry[p] * values[k]
+            for unit in range(values.shape[1]):
+                right[column[p], unit] += entry[p] * values[k, unit]
             for s in range(4):
                 normal[column[p], column[s]] += entry[p] * entry[s]
     return normal, right

@@ -24,7 +24,7 @@ class Polynomial:
 
     `values` (p,) and `covariance` (p, p) stand in the order of `terms`. A fit leaves the covariance None: it takes
     more than the fit itself and is computed where it is asked for (`uncertainty`). `residual_rms` is in the unit of
-    the curve.
+    the curve. Of m units that share the temperatures, `values` is (p, m), the curve (n, m), and `residual_rms` NaN.
     """
 
     terms: tuple[str, ...]
@@ -40,6 +40,8 @@ class Polynomial:
 
     def evaluate(self, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray:
         """The curve at temperatures (n,) in degC and rates (n,) in degC/min; returns (n,)."""
+        if self.values.ndim == 2:
+            return self.design(temperature_c, rate_c_per_min) @ self.values
         # nested, and without the rate where no term has it: this is done for every sample of every flight
         c = self.coefficients
         difference = np.asarray(temperature_c) - self.reference_c
@@ -67,7 +69,7 @@ def polynomial(
     With all six: K1 = alpha r^2 + beta dT^2 + eta r dT + epsilon r + mu dT + gamma. One direction of the ramp
     determines three of them, both directions at one magnitude five, two or more magnitudes all six.
 
-    Parameters: temperature (n,) in degC, its rate (n,) in degC/min, `values` (n,) in any unit.
+    Parameters: temperature (n,) in degC, its rate (n,) in degC/min, `values` (n,) or (n, m) in any unit.
     Raises: DataRefused where the readings leave a combination of terms open; it says which.
     Source: Paper A, eq. (11) and the fit below step 6.
     """
@@ -82,7 +84,7 @@ def polynomial(
         raise DataRefused(_inseparable(terms, open_rows))
     inverse = (right.T / singular) / length[:, None]
     solution = inverse @ (left.T @ (q.T @ values))
-    rms = float(np.sqrt(np.mean((values - design @ solution) ** 2)))
+    rms = float(np.sqrt(np.mean((values - design @ solution) ** 2))) if np.ndim(values) == 1 else float("nan")
     return Polynomial(terms, solution, None, rms, reference_c)
 
 
@@ -113,7 +115,7 @@ def anchored_line(
     """A straight line through the value at T0: mu dT + K(T0), the other reading of eqs (3) and (4)."""
     anchor = constant(temperature_c, rate_c_per_min, values, reference_c)
     rest = polynomial(temperature_c, rate_c_per_min, values - anchor.values[0], ("mu",), reference_c)
-    return Polynomial(LINE, np.append(rest.values, anchor.values), None, rest.residual_rms, reference_c)
+    return Polynomial(LINE, np.concatenate((rest.values, anchor.values)), None, rest.residual_rms, reference_c)
 
 
 def quadratic(

@@ -28,8 +28,8 @@ class FourPoint:
     """Scale factor and bias at each instant of the temperature programme, all (n,).
 
     `temperature_c` is the mean reading of the positions and `rate_c_per_min` its filtered rate; `scale` is K1
-    in pulse/(g s), `bias_ug` is K0 in micro-g; `ramp_c_per_min` is the commanded rate (its magnitude) and
-    `elapsed_s` the time since the start of the run.
+    in pulse/(g s), `bias_ug` is K0 in micro-g, both (n, m) of m units in one programme; `ramp_c_per_min` is the
+    commanded rate (its magnitude) and `elapsed_s` the time since the start of the run.
     """
 
     temperature_c: np.ndarray
@@ -141,7 +141,7 @@ def _points_of_ramp(ramp: float, runs: list[Run], rate_filter_s: float) -> tuple
 
     def mean_of(position: int) -> tuple[np.ndarray, float]:
         chosen = positions[position]
-        return np.mean([run.output for run in chosen], axis=0), float(np.mean([run.input_g for run in chosen]))
+        return sum(run.output for run in chosen) / len(chosen), float(np.mean([run.input_g for run in chosen]))
 
     (up, force_up), (down, force_down), (level, force_level) = mean_of(1), mean_of(-1), mean_of(0)
     scale = (up - down) / (force_up - force_down)

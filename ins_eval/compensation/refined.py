@@ -68,7 +68,9 @@ def _binned(samples: Samples, residual: np.ndarray) -> tuple[np.ndarray, np.ndar
     bin_of = np.floor((samples.time_s - samples.time_s[0]) / BIN_S).astype(np.int64)
     count = np.bincount(bin_of)
     filled = count > 0
-    return tuple(
-        np.bincount(bin_of, weights=column)[filled] / count[filled]
-        for column in (samples.temperature_c, samples.rate_c_per_min, residual)
-    )
+
+    def mean(column: np.ndarray) -> np.ndarray:
+        return np.bincount(bin_of, weights=column)[filled] / count[filled]
+
+    of_units = np.array([mean(unit) for unit in residual.T]).T if residual.ndim == 2 else mean(residual)
+    return mean(samples.temperature_c), mean(samples.rate_c_per_min), of_units

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -24,6 +25,11 @@ class Curve(Protocol):
 CurveFit = Callable[[np.ndarray, np.ndarray, np.ndarray], Curve]  # of temperature, rate and values, all (n,)
 
 
+@lru_cache(maxsize=48)  # by identity of the points: models of an accelerometer have curves in common
+def _drawn(fit: CurveFit, points: FourPoint, quantity: str) -> Curve:
+    return fit(points.temperature_c, points.rate_c_per_min, getattr(points, quantity))
+
+
 @dataclass(eq=False)
 class ScaleAndBias:
     """a = g0 (E / K1(T, r) - K0(T, r)), Paper A eq. (5).
@@ -42,8 +48,7 @@ class ScaleAndBias:
     def fit(self, chamber: ChamberReadings) -> ScaleAndBias:
         """Draw both curves; raises DataRefused where the readings do not determine them."""
         points = self.points_ = four_point(chamber)
-        self.scale_ = self.scale(points.temperature_c, points.rate_c_per_min, points.scale)
-        self.bias_ug_ = self.bias(points.temperature_c, points.rate_c_per_min, points.bias_ug)
+        self.scale_, self.bias_ug_ = _drawn(self.scale, points, "scale"), _drawn(self.bias, points, "bias_ug")
         return self
 
     def curves_with_covariance(self) -> tuple[Curve, Curve]:

@@ -8,6 +8,7 @@ on the plan and its number alone, so neither the number of workers nor an interr
     changes.py        one assumption changed: a dotted key and its value
     world.py          what the members of a plan share
     flight.py         experiment "flight": one flight of all, or a mission of its own for each
+    linear/           experiment "linear": the flight of all for thousands, to first order in their errors
     conditions.py     on which missions a compensation helps
     attribution.py    what model and refinement each bring, whichever is added first
     oven.py           experiment "oven": ten runs at rest with the temperatures of the flight

@@ -47,12 +47,14 @@ def contributions(errors) -> dict[str, np.ndarray]:
     position_m, time_s = np.column_stack([errors.north_m, errors.east_m])[moving], errors.time_s[moving]
     rms = metrics.velocity_rms(errors.velocity_n, errors.valid)
     bridged = bridge(errors)
+    radius_m = np.hypot(position_m[:, 0], position_m[:, 1])
     reductions = dict.fromkeys(d.per_flight for d in metrics.DEFINITIONS.values())  # several definitions share one
     reduced = {reduce: np.asarray(reduce(position_m, time_s)) for reduce in reductions}
     grid = np.searchsorted(bridged.time_s, np.arange(0.0, bridged.time_s[-1] + 0.5, TRACK_PERIOD_S) - 1e-6)
     return {
         **{f"velocity_rms_{axis}": np.asarray(value) for axis, value in rms._asdict().items()},
         **{f"cep_rate_{key}": reduced[d.per_flight] for key, d in metrics.DEFINITIONS.items()},
+        "radial_rms_m": np.asarray(metrics.root_mean_square(radius_m)),
         "track_s": bridged.time_s[grid],
         "track_m": np.column_stack([bridged.north_m[grid], bridged.east_m[grid]]),
     }

@@ -35,8 +35,9 @@ ARMS = (
 RATE_HZ = 10.0
 OVEN_RATE_HZ = 1.0
 
-Experiment = Literal["flight", "oven", "chamber"]
+Experiment = Literal["flight", "oven", "chamber", "linear"]
 EXPERIMENTS: tuple[Experiment, ...] = get_args(Experiment)
+BLOCK = 80  # instruments of one member of a linear ensemble
 
 
 class ErrorSource(NamedTuple):
@@ -93,6 +94,11 @@ class Plan:
         for name, value, known in (("experiment", self.experiment, EXPERIMENTS), ("source", self.source, SOURCES)):
             if value is not None and value not in known:
                 raise UsageError(f"plan: no {name} '{value}'{did_you_mean(value, known)}")
+
+    @property
+    def together(self) -> int:
+        """How many instruments one member holds."""
+        return BLOCK if self.experiment == "linear" else 1
 
     def key(self) -> str:
         """Name of the results of this plan: changes with the plan, the profile, the models and the code."""

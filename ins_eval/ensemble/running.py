@@ -44,21 +44,22 @@ def run(
 ) -> dict[str, list[dict[str, dict[str, np.ndarray]]]]:
     """Compute what is missing of several ensembles and return all their members, in order of their numbers.
 
-    Parameters: ``plans[label]`` is a plan and its size; `folder` keeps the members; `workers` processes (None: all
-    cores); a bar with the time to go is shown unless `quiet`.
+    Parameters: ``plans[label]`` is a plan and its size in instruments, `Plan.together` of them a member; `folder`
+    keeps the members; `workers` processes (None: all cores); a bar with the time to go is shown unless `quiet`.
     Raises: StorageError for a full disk or a folder that cannot be written.
     """
     stores = {label: Store(folder / plan.key()).open() for label, (plan, _) in plans.items()}
+    counts = {label: -(-size // plan.together) for label, (plan, size) in plans.items()}
     missing: dict[int, list[tuple[Plan, Store]]] = {}
-    for index in range(max((size for _, size in plans.values()), default=0)):
-        for label, (plan, size) in plans.items():
-            if index < size and stores[label].read(index) is None:
+    for index in range(max(counts.values(), default=0)):
+        for label, (plan, _) in plans.items():
+            if index < counts[label] and stores[label].read(index) is None:
                 missing.setdefault(index, []).append((plan, stores[label]))
     count = sum(map(len, missing.values()))
     with tqdm(total=count, desc="instruments", unit="", disable=quiet or not missing, mininterval=0.5) as bar:
         for done in _computed(missing, workers or os.cpu_count() or 1):
             bar.update(done)
-    return {label: [_present(stores[label], i) for i in range(size)] for label, (_, size) in plans.items()}
+    return {label: [_present(stores[label], index) for index in range(count)] for label, count in counts.items()}
 
 
 def _computed(missing: Mapping[int, Sequence[tuple[Plan, Store]]], workers: int) -> Iterator[int]:

@@ -15,11 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ins_eval.accelerometer import Accelerometer, SlowErrors, ThermalRun
+from ins_eval.accelerometer import Accelerometer, ManyAccelerometers, SlowErrors, ThermalRun
 from ins_eval.errors import UsageError
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.recording import ChamberReadings
-from ins_eval.streams import Streams
 from ins_eval.thermal import Thermometer, lagged
 from ins_eval.units import HOUR, MINUTE
 
@@ -118,11 +117,14 @@ class Chamber:
         """Air temperature of the chamber at each row of `measure`, (n,) in degC."""
         return _schedule(self).air_c
 
-    def measure(self, accelerometer: Accelerometer, streams: Streams, unit_id: str = "") -> ChamberReadings:
+    def measure(
+        self, accelerometer: Accelerometer | ManyAccelerometers, streams: Any, unit_id: str = ""
+    ) -> ChamberReadings:
         """Readings of one accelerometer over all ramps and positions, from the end of each soak on.
 
         `streams` is the node of the instrument; each run is a fresh switch-on with draws of its own. The columns
-        other than `output` are shared between units and read-only.
+        other than `output` are shared between units and read-only. Of m accelerometers at once, with `ManyStreams`,
+        `output` is (n, m).
         """
         schedule = _schedule(self)
         output = []
@@ -130,7 +132,7 @@ class Chamber:
             for position, force in enumerate(POSITIONS):
                 node = streams.at("chamber", len(POSITIONS) * index + position)
                 slow = SlowErrors(*(value[rows] for value in accelerometer.slow(run, node)))
-                interval_s = np.full(slow.scale.size, self.reading_s)
+                interval_s = np.full(len(slow.scale), self.reading_s)
                 force_b = np.empty(3)
                 force_b[list(SENSOR_AXES[accelerometer.axis])] = force
                 output.append(accelerometer.counts(interval_s, force_b, slow, node) / self.reading_s)

@@ -109,6 +109,17 @@ def _instruments(metrics: Mapping) -> str:
     return f"{size} paired instruments" if size else "the paired instruments"
 
 
+def _linearly(linear: Mapping) -> str:
+    """Whether the instruments were flown linearly, and how far that is from the flights in full."""
+    far = (
+        f"of {linear['size']} instruments flown both ways, horizontal velocity RMS and RMS radial error differ by at "
+        f"most {100.0 * linear['worst']:.2g} % in any, and ratios of compensations by {linear['of_ratio']:.1g}"
+    )
+    if linear["taken"]:
+        return f"Errors were propagated to first order along the true flight; {far}."
+    return f"All were flown in full, since first-order errors would not do; {far}."
+
+
 def _compensations(metrics: Mapping, branch: str) -> list[str]:
     """Compensations for which `branch` has results, in their fixed order."""
     tree = metrics.get(branch) or {}
@@ -131,6 +142,8 @@ def _comparison(metrics: Mapping) -> list[Block]:
         )
     if (floor := pick(metrics, "floor", "ensemble", "horizontal_m")) is not None:
         note += f" Numeric floor of the ensemble: {small(floor, 'm')} in position."
+    if linear := pick(metrics, "ensemble", "linear"):
+        note += f" {_linearly(linear)}"
     if not rows:
         return []
     return [
