@@ -30,7 +30,13 @@ def radii(latitude_rad):
 
     Returns the meridian radius M and the transverse radius N in m, of the shape of `latitude_rad`.
     """
-    w = 1.0 - ECCENTRICITY_SQUARED * np.sin(latitude_rad) ** 2
+    return radii_of(np.sin(latitude_rad) ** 2)
+
+
+@numba.njit(cache=True)
+def radii_of(sine_squared):
+    """The same of sin^2 L."""
+    w = 1.0 - ECCENTRICITY_SQUARED * sine_squared
     transverse = SEMI_MAJOR_AXIS_M / np.sqrt(w)
     return transverse * (1.0 - ECCENTRICITY_SQUARED) / w, transverse
 
@@ -45,7 +51,13 @@ def gravity(latitude_rad, height_m):
     with k = b g_p / (a g_e) - 1 and m = omega^2 a^2 b / GM. The deflection of normal gravity with height
     (5e-8 g at 10 km) is left out, as it is from the mechanization.
     """
-    s2 = np.sin(latitude_rad) ** 2
+    return gravity_of(np.sin(latitude_rad) ** 2, height_m)
+
+
+@numba.njit(cache=True)
+def gravity_of(sine_squared, height_m):
+    """The same of sin^2 L."""
+    s2 = sine_squared
     surface = EQUATOR_GRAVITY * (1.0 + _SOMIGLIANA_K * s2) / np.sqrt(1.0 - ECCENTRICITY_SQUARED * s2)
     slope = 2.0 * (1.0 + FLATTENING + _CENTRIFUGAL_RATIO - 2.0 * FLATTENING * s2) / SEMI_MAJOR_AXIS_M
     return surface * (1.0 - slope * height_m + 3.0 * (height_m / SEMI_MAJOR_AXIS_M) ** 2)
