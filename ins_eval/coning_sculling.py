@@ -6,9 +6,9 @@ Attitude and velocity together obey one linear equation on SE(3),
 
 whose sixth-order Magnus solution over two samples holds coning and sculling, and all that couples them. Body rate w(t)
 and specific force f(t) are the quintics through the increments of these two samples and of two on either side, so that
-what is said of a motion is right to the order of the solution. Two such halves make a step.
+the motion is known to the order of the solution. Two such halves make a step.
 
-A block of steps is worked on at once, one value of each in a row, since that is what vector units of a processor take.
+A block of steps is worked on at once, one value of each in a row, as the vector units of a processor take them.
 
 Source: Blanes, Casas, Ros, BIT 40 (2000) 434.
 """
@@ -85,7 +85,9 @@ def quaternion(v):
     """Quaternion of a rotation vector well below 1 rad; series to the eighth power of the angle."""
     x = 0.25 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])  # square of half the angle
     cosine = 1.0 - x * (1.0 / 2.0) * (1.0 - x * (1.0 / 12.0) * (1.0 - x * (1.0 / 30.0) * (1.0 - x * (1.0 / 56.0))))
-    sine = 0.5 * (1.0 - x * (1.0 / 6.0) * (1.0 - x * (1.0 / 20.0) * (1.0 - x * (1.0 / 42.0) * (1.0 - x * (1.0 / 72.0)))))
+    sine = 0.5 * (
+        1.0 - x * (1.0 / 6.0) * (1.0 - x * (1.0 / 20.0) * (1.0 - x * (1.0 / 42.0) * (1.0 - x * (1.0 / 72.0))))
+    )
     return cosine, sine * v[0], sine * v[1], sine * v[2]
 
 
@@ -114,7 +116,8 @@ def _magnus(w1, w2, w3, f1, f2, f3):
     second = 1.0 / 6.0 * (1.0 - x * (1.0 / 20.0) * (1.0 - x * (1.0 / 42.0) * (1.0 - x * (1.0 / 72.0))))
     across = cross(rotation, nu)
     gained = add(add(nu, first, across), second, cross(rotation, across))
-    moment = rotate(quaternion(scaled(0.5, rotation)), scaled(1.0 / 12.0, add(f2, 1.0, cross(w1, f1))))
+    u = scaled(1.0 / 12.0, add(f2, 1.0, cross(w1, f1)))
+    moment = add(u, 0.5, cross(w1, u))
     return quaternion(rotation), gained, moment
 
 
@@ -149,12 +152,9 @@ def _half(block, k, first):
 
 
 @numba.njit(cache=True)
-def _sample(increments, row, axis):
-    """Where there is no such row, the cubic through the nearest four goes on."""
-    count = increments.shape[0]
-    if 0 <= row < count:
-        return increments[row, axis]
-    base = 0 if row < 0 else count - 4
+def _beyond(increments, row, axis):
+    """Before the first row and after the last the cubic through the nearest four goes on."""
+    base = 0 if row < 0 else increments.shape[0] - 4
     t = float(row - base)
     return (
         -(t - 1.0) * (t - 2.0) * (t - 3.0) / 6.0 * increments[base, axis]
@@ -171,16 +171,23 @@ def fill(block, dtheta_b, dv_b, step):
     The moment is the integral of (t - T/2) C f over a step, divided by its duration T. Value `i` of step `step + k`
     stands at ``ROTATION + i * STEPS_PER_BLOCK + k``, and so on. What stands there of steps after the last is void.
     """
+    count = dtheta_b.shape[0]
     for k in range(_ROW):
-        for sample in range(4):
-            row = 4 * (step + k - 1) + sample
-            for axis in range(3):
-                block[(sample * 6 + axis) * _ROW + k] = _sample(dtheta_b, row, axis)
-                block[(sample * 6 + 3 + axis) * _ROW + k] = _sample(dv_b, row, axis)
+        for sample in range(SAMPLES_PER_STEP):
+            row = SAMPLES_PER_STEP * (step + k - 1) + sample
+            at = 6 * sample * _ROW + k
+            if 0 <= row < count:
+                for axis in range(3):
+                    block[at + axis * _ROW] = dtheta_b[row, axis]
+                    block[at + (3 + axis) * _ROW] = dv_b[row, axis]
+            else:
+                for axis in range(3):
+                    block[at + axis * _ROW] = _beyond(dtheta_b, row, axis)
+                    block[at + (3 + axis) * _ROW] = _beyond(dv_b, row, axis)
     _integrate(block)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
 def _integrate(block):
     """Of constant length and in one array, or no compiler would make vector code of it."""
     for k in range(STEPS_PER_BLOCK):

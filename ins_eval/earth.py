@@ -22,7 +22,7 @@ _SOMIGLIANA_K = _SEMI_MINOR_AXIS_M * POLE_GRAVITY / (SEMI_MAJOR_AXIS_M * EQUATOR
 _CENTRIFUGAL_RATIO = EARTH_RATE**2 * SEMI_MAJOR_AXIS_M**2 * _SEMI_MINOR_AXIS_M / GM
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def radii(latitude_rad):
     """Radii of curvature of the ellipsoid.
 
@@ -33,7 +33,7 @@ def radii(latitude_rad):
     return radii_of(np.sin(latitude_rad) ** 2)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def radii_of(sine_squared):
     """The same of sin^2 L."""
     w = 1.0 - ECCENTRICITY_SQUARED * sine_squared
@@ -41,7 +41,7 @@ def radii_of(sine_squared):
     return transverse * (1.0 - ECCENTRICITY_SQUARED) / w, transverse
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def gravity(latitude_rad, height_m):
     """Normal gravity, positive down, in m/s^2: Somigliana's closed form, second order in height.
 
@@ -54,7 +54,7 @@ def gravity(latitude_rad, height_m):
     return gravity_of(np.sin(latitude_rad) ** 2, height_m)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def gravity_of(sine_squared, height_m):
     """The same of sin^2 L."""
     s2 = sine_squared

@@ -1,10 +1,10 @@
 """Pure-inertial mechanization: increments in, position, velocity and attitude out.
 
 Four samples make one step. What the body feels over it comes from `coning_sculling`, in axes that do not turn. The
-navigation frame (north-east-down, WGS-84) turns meanwhile by F t + F' (t^2 - T t) / 2, F its rate at the mean velocity
-of the step, F' T what the change of velocity makes of it; velocity and position keep what that leaves to the second
-order in F, F' and the rate of Coriolis acceleration. The vertical channel is damped by a height of third order, since
-an undamped one grows as exp(t sqrt(2 g / R)), 10^6 in two hours.
+navigation frame (north-east-down, WGS-84) turns meanwhile: at F, its rate at the mean velocity of the step, and by what
+the change of velocity makes of F. Velocity and position keep that to the second order, and the change of gravity and
+Coriolis acceleration to the first. The vertical channel is damped by a height of third order, since an undamped one
+grows as exp(t sqrt(2 g / R)), 10^6 in two hours.
 
 Sources: navigation equations: Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., chapter 3;
 vertical channel: ibid., section 12.4.
@@ -30,12 +30,10 @@ from ins_eval.coning_sculling import (
     cross,
     fill,
     multiply,
-    quaternion,
     rotate,
     scaled,
 )
-from ins_eval.earth import EARTH_RATE, gravity_of, radii, radii_of
-from ins_eval.earth import gravity as gravity_at
+from ins_eval.earth import EARTH_RATE, gravity, gravity_of, radii, radii_of
 from ins_eval.recording import Start
 from ins_eval.recording.belief import EarthBelief
 
@@ -81,28 +79,43 @@ def quaternion_from_attitude(attitude_rad) -> np.ndarray:
 
 
 @numba.njit(cache=True, inline="always")
-def _earth(latitude, height, velocity, terms):
-    """Rate of the navigation frame, that of Coriolis acceleration, gravity less it; 1 / (M + h), 1 / ((N + h) cos L).
+def _place(latitude, height, terms):
+    """1 / (M + h), 1 / ((N + h) cos L), sine and cosine of L, gravity.
 
     `terms` holds a factor, 1 or 0, for each term of `EarthBelief`.
     """
-    rotation, coriolis, transport_rate, gravity_height, gravity_latitude = terms
     sine, cosine = np.sin(latitude), np.cos(latitude)
     square = sine * sine
     meridian, transverse = radii_of(square)
-    north, east = 1.0 / (meridian + height), 1.0 / ((transverse + height) * cosine)
-    weight = gravity_of(gravity_latitude * square + (1.0 - gravity_latitude) * 0.5, gravity_height * height)
-    transport = _transport(velocity, north, east, sine, cosine, transport_rate)
-    earth = (rotation * EARTH_RATE * cosine, 0.0, -rotation * EARTH_RATE * sine)
-    frame, turning = add(transport, 1.0, earth), add(transport, 2.0 * coriolis, earth)
-    fall = cross(velocity, turning)
-    return frame, turning, (fall[0], fall[1], weight + fall[2]), (north, east, sine, cosine)
+    weight = gravity_of(terms[4] * square + (1.0 - terms[4]) * 0.5, terms[3] * height)
+    return 1.0 / (meridian + height), 1.0 / ((transverse + height) * cosine), sine, cosine, weight
 
 
 @numba.njit(cache=True, inline="always")
-def _transport(velocity, north, east, sine, cosine, factor):
+def _transport(place, velocity, factor):
+    """Rate at which the navigation frame is carried around the Earth, rad/s."""
+    north, east, sine, cosine, _ = place
     rate = factor * east * velocity[1]
     return rate * cosine, -factor * north * velocity[0], -rate * sine
+
+
+@numba.njit(cache=True, inline="always")
+def _rates(place, velocity, terms):
+    """Rate of the navigation frame, rad/s; gravity less Coriolis acceleration, m/s^2."""
+    sine, cosine, weight = place[2], place[3], place[4]
+    transport = _transport(place, velocity, terms[2])
+    earth = (terms[0] * EARTH_RATE * cosine, 0.0, -terms[0] * EARTH_RATE * sine)
+    turning = add(transport, 2.0 * terms[1], earth)
+    fall = cross(velocity, turning)
+    return add(transport, 1.0, earth), (fall[0], fall[1], weight + fall[2])
+
+
+@numba.njit(cache=True, inline="always")
+def _small_turn(v):
+    """Quaternion of the turn -v of the navigation frame in a step; series to the fifth power of the angle."""
+    x = 0.25 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    sine = -0.5 + x * (1.0 / 12.0 - x * (1.0 / 240.0))
+    return 1.0 - x * (0.5 - x * (1.0 / 24.0)), sine * v[0], sine * v[1], sine * v[2]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -111,6 +124,7 @@ def _navigate(time_s, dtheta_b, dv_b, aid_m, start, attitude, vertical, gains, t
     steps = dtheta_b.shape[0] // SAMPLES_PER_STEP
     out = np.empty((steps // every + 1, 11))
     block = np.empty(BLOCK_SIZE)
+    n = STEPS_PER_BLOCK
     t0, latitude, longitude, height = start[0], start[1], start[2], start[3]
     v = (start[4], start[5], 0.0 if vertical == 2 else start[6])
     q = (attitude[0], attitude[1], attitude[2], attitude[3])
@@ -118,56 +132,56 @@ def _navigate(time_s, dtheta_b, dv_b, aid_m, start, attitude, vertical, gains, t
     k1, k2, k3 = gains
     integral = 0.0
     offset = 0.0  # height minus aid at the start of the step
-    frame, turning, acceleration, (north, east, sine, cosine) = _earth(latitude, height, v, terms)
-    row = 1
-    for step in range(steps):
-        k = step % STEPS_PER_BLOCK
-        if k == 0:
-            fill(block, dtheta_b, dv_b, step)
-        i, j, m = ROTATION + k, GAINED + k, MOMENT + k
-        n = STEPS_PER_BLOCK
-        t1 = time_s[4 * step + 3]
-        dt = t1 - t0
-        gained = rotate(q, (block[j], block[j + n], block[j + 2 * n]))
-        moment = rotate(q, (block[m], block[m + n], block[m + 2 * n]))
-        # mean velocity, from the acceleration of the step before and its change
-        change = add(gained, dt, acceleration)
-        turn = _transport(change, north, east, sine, cosine, terms[2])
-        mean = add(add(add(v, 0.5, change), -1.0, moment), -dt / 6.0, cross(frame, gained))
-        mean = add(mean, -5.0 / 12.0 * dt, add(cross(turning, change), 1.0, cross(turn, v)))
-        # Earth at the mean of the position
-        frame, turning, acceleration, (north, east, sine, cosine) = _earth(
-            latitude + dt * north * (0.5 * mean[0] - change[0] / 12.0),
-            height - dt * (0.5 * mean[2] - change[2] / 12.0),
-            mean,
-            terms,
-        )
-        # final velocity; the navigation frame turns under the specific force
-        first = add(scaled(0.5 * dt, gained), dt, moment)
-        second = add(scaled(dt * dt / 6.0, gained), 0.5 * dt * dt, moment)
-        turned = cross(frame, add(first, -1.0, cross(frame, second)))
-        v = add(add(add(v, 1.0, gained), dt, acceleration), -1.0, turned)
-        v = add(v, dt * dt / 12.0, cross(acceleration, turn))
-        if vertical == 2:
-            mean = (mean[0], mean[1], 0.0)
-            v = (v[0], v[1], 0.0)
-        elif vertical == 0:
-            if step > 0:
-                offset = height - aid_m[4 * step - 1]
-            integral += offset * dt
-            v = (v[0], v[1], v[2] + (k2 * offset + k3 * integral) * dt)
-            height -= k1 * offset * dt
-        latitude += dt * north * mean[0]
-        longitude += dt * east * mean[1]
-        height -= dt * mean[2]
-        q = multiply(q, (block[i], block[i + n], block[i + 2 * n], block[i + 3 * n]))
-        q = multiply(quaternion(add(scaled(-dt, frame), -dt * dt / 12.0, cross(frame, turn))), q)
+    place = _place(latitude, height, terms)
+    frame, acceleration = _rates(place, v, terms)
+    change = growth = (0.0, 0.0, 0.0)
+    row, left = 1, every
+    for begin in range(0, steps, n):
+        fill(block, dtheta_b, dv_b, begin)
         unit = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
         q = (unit * q[0], unit * q[1], unit * q[2], unit * q[3])
-        t0 = t1
-        if (step + 1) % every == 0:
-            out[row] = t1, latitude, longitude, height, v[0], v[1], v[2], q[0], q[1], q[2], q[3]
-            row += 1
+        for k in range(min(n, steps - begin)):
+            last = 4 * (begin + k) + 3
+            t1 = time_s[last]
+            dt = t1 - t0
+            i, j, m = k + ROTATION, k + GAINED, k + MOMENT
+            gained = rotate(q, (block[j], block[j + n], block[j + 2 * n]))
+            moment = rotate(q, (block[m], block[m + n], block[m + 2 * n]))
+            q = multiply(q, (block[i], block[i + n], block[i + 2 * n], block[i + 3 * n]))
+            # the place at the mean of the position, were velocity to change as in the step before
+            middle = add(scaled(0.5 * dt, v), dt / 6.0, change)
+            place = _place(latitude + place[0] * middle[0], height - middle[2], terms)
+            # mean velocity, from the acceleration of the step before and its growth
+            lag = cross(frame, gained)
+            change = add(add(gained, dt, acceleration), -0.5 * dt, lag)
+            mean = add(add(add(v, 0.5, change), -1.0, moment), dt / 12.0, lag)
+            mean = add(mean, 5.0 / 12.0 * dt, growth)
+            before = acceleration
+            frame, acceleration = _rates(place, mean, terms)
+            growth = add(acceleration, -1.0, before)
+            # final velocity; the navigation frame turns under the specific force, and ever faster
+            turned = cross(frame, add(add(scaled(0.5 * dt, gained), dt, moment), -dt * dt * (1.0 / 6.0), lag))
+            faster = cross(acceleration, _transport(place, change, terms[2]))
+            v = add(add(add(v, 1.0, gained), dt, acceleration), -1.0, turned)
+            v = add(v, dt * dt * (1.0 / 12.0), faster)
+            if vertical == 2:
+                mean = (mean[0], mean[1], 0.0)
+                v = (v[0], v[1], 0.0)
+            elif vertical == 0:
+                if last > 3:
+                    offset = height - aid_m[last - 4]
+                integral += offset * dt
+                v = (v[0], v[1], v[2] + (k2 * offset + k3 * integral) * dt)
+                height -= k1 * offset * dt
+            latitude += dt * place[0] * mean[0]
+            longitude += dt * place[1] * mean[1]
+            height -= dt * mean[2]
+            q = multiply(_small_turn(scaled(dt, frame)), q)
+            t0 = t1
+            left -= 1
+            if left == 0:
+                out[row] = t1, latitude, longitude, height, v[0], v[1], v[2], q[0], q[1], q[2], q[3]
+                row, left = row + 1, every
     return out
 
 
@@ -204,7 +218,7 @@ def navigate(
     """
     tau = VERTICAL_TIME_CONSTANT_S
     mean_radius = np.mean(radii(start.latitude_rad))
-    gains = (3.0 / tau, 3.0 / tau**2 + 2.0 * gravity_at(start.latitude_rad, start.height_m) / mean_radius, 1.0 / tau**3)
+    gains = (3.0 / tau, 3.0 / tau**2 + 2.0 * gravity(start.latitude_rad, start.height_m) / mean_radius, 1.0 / tau**3)
     aid = np.full(len(time_s), start.height_m) if height_aid_m is None else height_aid_m
     rows = _navigate(
         np.ascontiguousarray(time_s, dtype=float),
