@@ -223,17 +223,18 @@ def numeric_floor(ideal: Recording, vertical: Vertical | None = None) -> tuple[E
 
 
 def polar_error_m(solution: Solution, rate_hz: float) -> float:
-    """Horizontal error, m, that a navigation frame held still within a step leaves near a pole, where north turns.
+    """Horizontal error, m, that the frame's turning leaves near a pole, where north turns within a step.
 
-        integral of |v| (v_E tan L / R * step)^2 / 3 dt
+        integral of |v| (v_E tan L / R * step)^3 / 24 dt
 
-    The third part of the square is what circles about a pole at 80 to 89.99 degrees show, of which all is known.
+    The twenty-fourth part of the cube is what circles about a pole at 89.9 and 89.99 degrees show, of which all is
+    known.
     """
     step_s = SAMPLES_PER_STEP / rate_hz
     v_n, v_e, _ = solution.velocity_n[1:].T
     _, transverse = radii(solution.latitude_rad[1:])
     turned = v_e * np.tan(solution.latitude_rad[1:]) / (transverse + solution.height_m[1:]) * step_s
-    return float(np.sum(np.hypot(v_n, v_e) * turned**2 * np.diff(solution.time_s)) / 3.0)
+    return float(np.sum(np.hypot(v_n, v_e) * np.abs(turned) ** 3 * np.diff(solution.time_s)) / 24.0)
 
 
 def height_aid(recording: Recording) -> np.ndarray | None:

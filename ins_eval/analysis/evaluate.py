@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from ins_eval.analysis.solution import SolutionEvaluation, evaluate_solution
+from ins_eval.bandwidth import FastMotion, fast_motion
 from ins_eval.believed import belief_rows, believed, recorded_velocity
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import SINGLE, believed_model, read_model
@@ -65,6 +66,7 @@ class RecordingEvaluation:
 
     `standstill` is the stretch it was aligned on (None: the attitude of its start was taken or found), `navigated` and
     `restarts` are by compensation; `restarts` is empty where none were asked for.
+    `fast_motion` is what motion too fast for the samples may have left in the first of them.
     `solution` is what the INS put out itself, where that was recorded, too.
     """
 
@@ -72,6 +74,7 @@ class RecordingEvaluation:
     standstill: Stretch | None
     navigated: Mapping[str, Evaluation]
     restarts: Mapping[str, Restarts]
+    fast_motion: FastMotion
     solution: SolutionEvaluation | None = None
 
     @property
@@ -194,7 +197,7 @@ def evaluate_recording(
     alike = [name for name, file in files.items() if SINGLE in read_toml(file)]
     notes = [f"{name}: the one accelerometer of this file was taken for x, y and z alike." for name in alike]
     recording = replace(recording, notes=(*recording.notes, *notes))
-    evaluations, pieces, stand = {}, {}, None
+    evaluations, pieces, stand, fast = {}, {}, None, None
     for name, make in arms.items():
         arm = make()  # one at a time: the increments of a day at 200 Hz take 0.4 GB
         begin = beginning(arm.recording, arm.velocity)
@@ -208,14 +211,15 @@ def evaluate_recording(
                 f"{recording.name}: the stretch to align on ends {left_s:.0f} s before the recording; expected at "
                 f"least {SHORTEST_NAVIGATION_S:.0f} s to navigate after it, record longer"
             )
+        fast = fast or fast_motion(recording.imu.time_s, recording.imu.gyro, arm.velocity)
         one = evaluate(arm.recording, arm.velocity, begin)
         evaluations[name] = replace(one, solution=_thinned(one.solution))
         if restart_every_s is not None:
             pieces[name] = restarts(arm.recording, arm.velocity, restart_every_s, one.initialization)
     polar = _near_a_pole(next(iter(evaluations.values())).solution, recording)
-    recording = replace(recording, notes=(*recording.notes, *polar))
+    recording = replace(recording, notes=(*recording.notes, *polar, *([str(fast)] if fast.warned else [])))
     solution = None if recording.solution is None else evaluate_solution(recording)
-    return RecordingEvaluation(recording, stand, evaluations, pieces, solution)
+    return RecordingEvaluation(recording, stand, evaluations, pieces, fast, solution)
 
 
 def _thinned(solution: Solution) -> Solution:
