@@ -32,7 +32,6 @@ profile -> trajectory -> thermal -> imu -> recording -> compensation -> alignmen
 from __future__ import annotations
 
 import importlib
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 _PUBLIC = {
@@ -78,6 +77,8 @@ if TYPE_CHECKING:
 def __getattr__(name: str) -> Any:
     """Public names are imported when first asked for, so that the command line starts quickly."""
     if name == "__version__":
+        from importlib.metadata import version
+
         return version("ins-eval")
     if name in _MODULES:
         return importlib.import_module(f"ins_eval.{name}")
