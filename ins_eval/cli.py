@@ -148,6 +148,21 @@ def _evaluate(verbs: argparse._SubParsersAction) -> None:
         metavar="S",
         help="also navigate in pieces of S seconds, each from a fix: for instruments that drift away in minutes",
     )
+    parser.add_argument(
+        "--magnetometer",
+        nargs=3,
+        default=(),
+        metavar=("X", "Y", "Z"),
+        help="columns of imu, body axes, that give the heading of a start where none is stated (10 degrees)",
+    )
+    parser.add_argument(
+        "--declination",
+        type=float,
+        default=0.0,
+        dest="declination_deg",
+        metavar="DEG",
+        help="of the magnetic field, east positive (default: %(default)s)",
+    )
     parser.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
 

@@ -36,6 +36,7 @@ from ins_eval.compensation.file import write_model
 from ins_eval.compensation.registry import FILE
 from ins_eval.diagnosis.estimate.case import with_effects
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.initialization.magnetic import with_magnetic_heading
 from ins_eval.readers import psins_text
 from ins_eval.recording import ChamberReadings, Recording, form
 from ins_eval.recording.belief import Belief
@@ -58,6 +59,7 @@ from ins_eval.report.runs import runs_content
 from ins_eval.report.several import several_content
 from ins_eval.report.solution_figures import solution_figures
 from ins_eval.tables import parse, read_toml
+from ins_eval.units import DEG
 
 PathLike = str | os.PathLike[str]
 
@@ -120,7 +122,13 @@ class Result(Generic[Found]):
         )
 
 
-def read(source: PathLike, belief: PathLike | None = None, unit: str | None = None) -> Recording:
+def read(
+    source: PathLike,
+    belief: PathLike | None = None,
+    unit: str | None = None,
+    magnetometer: Sequence[str] = (),
+    declination_deg: float = 0.0,
+) -> Recording:
     """Read a recording.
 
     Parameters
@@ -128,6 +136,8 @@ def read(source: PathLike, belief: PathLike | None = None, unit: str | None = No
     source : folder in the form ins-recording/1, or a ``.imu`` file in PSINS text
     belief : file with the belief tables to take in place of those of the recording
     unit : the inertial unit by the name of its data sheet, which fills what nobody stated
+    magnetometer : three columns of `imu`, body axes, from which the heading of a start that states none is taken
+    declination_deg : of the magnetic field, east positive
 
     Raises: UsageError, DataRefused.
     """
@@ -149,6 +159,8 @@ def read(source: PathLike, belief: PathLike | None = None, unit: str | None = No
         )
     if unit is not None:
         recording = replace(recording, unit=unit)
+    if magnetometer:
+        recording = with_magnetic_heading(recording, magnetometer, declination_deg * DEG)
     return recording if stated is None else replace(recording, belief=stated)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from ins_eval.analysis.several import summary
@@ -17,6 +18,8 @@ def run(
     belief: Path | None = None,
     restart_every_s: float | None = None,
     unit: str | None = None,
+    magnetometer: Sequence[str] = (),
+    declination_deg: float = 0.0,
     quiet: bool = False,
 ) -> int:
     """Evaluate a recording into `output` (by default ``reports/NAME``) and print its text.
@@ -24,9 +27,12 @@ def run(
     Several are written into ``output/NAME`` (by default ``reports/evaluation/NAME``) and come on one page above them;
     a refused one is a row of it, and the exit code says that there was one.
     """
+    from_folder = partial(
+        read, belief=belief, unit=unit, magnetometer=magnetometer, declination_deg=declination_deg
+    )
     if len(inputs) == 1:
         where = Path("reports") / inputs[0].stem if output is None else output
-        evaluate(read(inputs[0], belief, unit), compensation, restart_every_s).write(where, quiet)
+        evaluate(from_folder(inputs[0]), compensation, restart_every_s).write(where, quiet)
         return 0
     where = Path("reports") / "evaluation" if output is None else output
     names = [source.stem for source in inputs]
@@ -36,7 +42,7 @@ def run(
     kept = []
     for source, name in zip(inputs, names, strict=True):
         try:
-            one = evaluate(read(source, belief, unit), compensation, restart_every_s)
+            one = evaluate(from_folder(source), compensation, restart_every_s)
             one.write(where / name, quiet=True)
             kept.append(summary(name, one.found))
         except StorageError:
