@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS := 1
 RUN_OPTIONS = $(if $(WORKERS),--workers "$(WORKERS)") $(if $(SEED),--seed "$(SEED)")
 
 .DEFAULT_GOAL := help
-.PHONY: help env flight-report paper-report loop-report check-cep concealed real-report test test-all lint wheel lock clean
+.PHONY: help env flight-report paper-report loop-report check-cep concealed real-report bench bench-check test test-all lint wheel lock clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -33,6 +33,7 @@ $(STAMP): pyproject.toml requirements.lock
 	@echo "make env: installing the locked packages into $(VENV), about a minute"
 	@$(PIP) install --quiet --require-hashes -r requirements.lock
 	@$(PIP) install --quiet --no-deps --no-build-isolation -e .
+	@$(VENV)/bin/python -m ins_eval.commands.prepare
 	@touch $(STAMP)
 
 flight-report: env ## how good is this INS? writes reports/flight/ (MODEL=my.py:MyModel PROFILE= INSTRUMENTS= MISSIONS= MISSIONS_FROM= FLIGHTS= STORAGE_YEARS= SEED= WORKERS=)
@@ -76,6 +77,12 @@ endif
 
 real-report: env ## what diagnose says of the real recordings of ../shared/recordings, and who else knows; writes reports/real/
 	@$(VENV)/bin/python -m benchmark.runners.real_report --limit $(REAL_LIMIT)
+
+bench: env ## how fast it is, beside C and python-ins; writes reports/bench/
+	@$(VENV)/bin/python -m benchmark.runners.bench
+
+bench-check: env ## the same, and fails where a ratio is worse by more than 25 % than the committed one
+	@$(VENV)/bin/python -m benchmark.runners.bench --check
 
 test: lint ## lint, then all tests that are not marked slow
 	@$(VENV)/bin/python -m pytest -q -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder -m "not slow"

@@ -136,7 +136,7 @@ def test_what_is_withdrawn_is_left_unexplained_and_logged() -> None:
 
 @pytest.mark.parametrize(("late", "verdict"), [(30.0, PARTLY), (6.0, UNEXPLAINED)])
 def test_what_describes_a_sensor_is_not_named_beside_what_explains_most(late: float, verdict: str) -> None:
-    effects = [("gps.time_offset", None, {}), *((f"accelerometer.{name}", "z", {}) for name in CROWD)]
+    effects = [("gps.lever_arm", "x", {}), *((f"accelerometer.{name}", "z", {}) for name in CROWD)]
     found = linearisation(effects, dict.fromkeys(range(1, 6), 6.0) | {0: late})
     found.__dict__["held_out"] = SOUND.held_out
     shown = tuple(replace(PLACE, significance_sigma=7.0 + k) for k in found.best.members)
@@ -144,7 +144,7 @@ def test_what_describes_a_sensor_is_not_named_beside_what_explains_most(late: fl
     findings = Findings((CASE,), (), (), (), found, gain, NOTHING_LEFT, NOTHING_LEFT, shown, suspects=())
     told = consistent(findings, decide(findings, Policy()), Policy())
     assert told.verdict == verdict
-    assert [one.hypothesis.candidate.name for one in told.effects] == (["gps.time_offset"] if verdict == PARTLY else [])
+    assert [one.hypothesis.candidate.name for one in told.effects] == (["gps.lever_arm"] if verdict == PARTLY else [])
     assert told.unnamed.mismatch is not None
 
 

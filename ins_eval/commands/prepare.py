@@ -1,0 +1,44 @@
+"""``python -m ins_eval.commands.prepare``: machine code made once, after an install, so that no first run waits for it.
+
+Numba keeps it beside the sources, or in the user's cache folder where that cannot be written. A short flight is
+simulated, flown, evaluated and diagnosed, which calls whatever is compiled.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+PROFILE = """\
+name = "short flight"
+duration_s = 180.0
+start = {latitude_deg = 45.0, longitude_deg = 10.0, height_m = 500.0, heading_deg = 30.0, stand_s = 120.0}
+speed = [{from_s = 10.0, to_s = 60.0, to_mps = 80.0}]
+turn = [{at_s = 80.0, by_deg = 45.0, bank_deg = 20.0}]
+thermal = {self_heating_c = 1.0}
+"""
+
+
+def main() -> int:
+    """Run one of each."""
+    print("make env: compiling what runs in machine code, about a minute", flush=True)
+    with TemporaryDirectory() as where:
+        folder = Path(where)
+        profile, recording = folder / "short.toml", folder / "short"
+        profile.write_text(PROFILE)
+        from ins_eval.cli import main as run
+
+        for words in (
+            ["simulate", "flight", "--profile", str(profile), "--rate", "20", "-o", str(recording), "--quiet"],
+            ["evaluate", str(recording), "--output", str(folder / "page"), "--quiet"],
+            ["diagnose", str(recording), "--report", str(folder / "diagnosis"), "--quiet"],
+            ["flight-report", "--ensemble", "2", "--workers", "1", "--output", str(folder / "flight"), "--quiet"],
+        ):
+            print(f"make env: {words[0]}", flush=True)
+            run(words)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
