@@ -33,7 +33,7 @@ $(STAMP): pyproject.toml requirements.lock
 	@echo "make env: installing the locked packages into $(VENV), about a minute"
 	@$(PIP) install --quiet --require-hashes -r requirements.lock
 	@$(PIP) install --quiet --no-deps --no-build-isolation -e .
-	@$(VENV)/bin/python -m ins_eval.commands.prepare
+	@$(VENV)/bin/python -m ins_eval.prepare
 	@touch $(STAMP)
 
 flight-report: env ## how good is this INS? writes reports/flight/ (MODEL=my.py:MyModel PROFILE= INSTRUMENTS= MISSIONS= MISSIONS_FROM= FLIGHTS= STORAGE_YEARS= SEED= WORKERS=)

@@ -75,7 +75,7 @@ def peak_memory() -> dict[str, float]:
     """Largest resident memory, MB, of a process that holds and navigates so many samples, every 25th step kept."""
     code = (
         "import sys, numpy as np; from ins_eval import navigate; from ins_eval.recording import Start;"
-        "n = int(sys.argv[1]); still = np.zeros((n, 3));"
+        "n = int(sys.argv[1]); still = np.full((n, 3), 1e-9);"
         "navigate(np.arange(1.0, n + 1) / 100.0, still, still, Start(0.0, 0.5, 0.0, 0.0, attitude_rad=(0.0,) * 3),"
         " vertical='frozen', every=25);"
         "print(next(line.split()[1] for line in open('/proc/self/status') if line.startswith('VmHWM')))"

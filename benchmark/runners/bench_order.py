@@ -69,11 +69,11 @@ def figure(found: dict[str, dict[str, float]]) -> Figure:
     )
     for motion, rows in found.items():
         axes = right if motion == "coning" else left
-        rates, values = np.array([float(rate) for rate in rows]), np.array(list(rows.values()))
-        axes.loglog(rates, values, "o-", label=motion)
+        rates = sorted(rows, key=float)
+        axes.loglog([float(rate) for rate in rates], [rows[rate] for rate in rates], "o-", label=motion)
     for axes, order, rows in ((left, 4, next(iter(found.values()))), (right, 6, found["coning"])):
-        rates = np.array([float(rate) for rate in rows])[:4]
-        top = next(iter(rows.values()))
+        rates = np.sort([float(rate) for rate in rows])[:4]
+        top = max(rows.values())
         axes.loglog(rates, top * (rates[0] / rates) ** order, ":", color="0.5", label=f"order {order}")
         axes.set_xlabel("samples a second")
     left.set_ylabel("error, m")

@@ -1,4 +1,4 @@
-"""``python -m ins_eval.commands.prepare``: machine code made once, after an install, so that no first run waits for it.
+"""``python -m ins_eval.prepare``: machine code made once, after an install, so that no first run waits for it.
 
 Numba keeps it beside the sources, or in the user's cache folder where that cannot be written. A short flight is
 simulated, flown, evaluated and diagnosed, which calls whatever is compiled.
@@ -9,6 +9,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+from ins_eval.cli import main as run
 
 PROFILE = """\
 name = "short flight"
@@ -27,8 +29,6 @@ def main() -> int:
         folder = Path(where)
         profile, recording = folder / "short.toml", folder / "short"
         profile.write_text(PROFILE)
-        from ins_eval.cli import main as run
-
         for words in (
             ["simulate", "flight", "--profile", str(profile), "--rate", "20", "-o", str(recording), "--quiet"],
             ["evaluate", str(recording), "--output", str(folder / "page"), "--quiet"],
