@@ -18,6 +18,7 @@ from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.mismatch import Wander
 from ins_eval.diagnosis.unnamed.open_form import open_forms, roots
 from ins_eval.effects.parts import SENSORS
+from ins_eval.navigation import PARKED
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
@@ -140,10 +141,10 @@ def restless(
     """The sensor that wanders beyond what its grade does, where it does so most; None where all keep within bounds.
 
     A wander that is free takes up whatever is slow, also what has a name. More than `Policy.wander` prior sigmas of it
-    are a finding where they are more probable than a wander at that bound by `Policy.near` nats. `chosen` are effects
-    with which the noise was fitted.
+    are a finding where they are more probable than a wander at that bound by `Policy.near` nats; not of the gyros of a
+    parked unit, which nothing tells from a stand that turns. `chosen` are effects with which the noise was fitted.
     """
-    levels = OF_BENCH if case.believed is None else OF_SENSORS
+    levels = OF_BENCH if case.believed is None else OF_SENSORS[:1] if case.kind in PARKED else OF_SENSORS
     free = np.array(case.noise.free)
     beyond = np.isin(free, levels) & (fitted.noise_point > policy.wander)
     if not beyond.any():
