@@ -15,6 +15,7 @@ import pytest
 from benchmark.runners.imported import recorded
 from benchmark.worlds.real import SOURCES
 from ins_eval.diagnosis.answer.judge import Diagnosis, judge
+from ins_eval.diagnosis.estimate import arcs
 from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.diagnosis.estimate.evidence import log_evidence, sensitivity
 from ins_eval.diagnosis.estimate.study import fit_noise
@@ -123,6 +124,18 @@ def test_stamps_that_jitter_and_motion_between_samples_are_noise_of_their_own(id
         sides = [log_evidence(ready(fitted.noise_point + sign * step)) for sign in (1.0, -1.0)]
         difference = (sides[0] - sides[1]) / (2.0 * SLOPE_STEP)
         assert slope_of[case.noise.free.index(name)] == pytest.approx(difference, rel=1e-3, abs=1e-3)
+
+
+def test_arcs_that_begin_after_the_end_by_another_clock_are_gone(ideal_recording) -> None:
+    recording = climb(ideal_recording)
+    case = cases.prepare(recording)
+    last = case.believed.arcs[-1]
+    ends_s = case.believed.time_s
+    ends_s = ends_s[ends_s < last.time_s - 1.0]
+    kept = arcs._on_steps(case.believed.arcs, ends_s)
+    assert 0 < len(kept) < len(case.believed.arcs)
+    assert max(one.time_s for one in kept) < ends_s[-1]
+    assert len({one.time_s for one in kept}) == len(kept)
 
 
 @pytest.fixture(scope="module")

@@ -144,10 +144,14 @@ def _begins(believed: Believed, gyro: float) -> np.ndarray:
 
 
 def _on_steps(arcs: Sequence[Start], time_s: np.ndarray) -> list[Start]:
-    """The same states at the ends of steps of samples at `time_s` (n,): another clock puts those elsewhere."""
+    """The same states at the ends of steps of samples at `time_s` (n,): another clock puts those elsewhere.
+
+    By it a recording may end before its last arcs begin; these are gone.
+    """
     ends_s = time_s[SAMPLES_PER_STEP - 1 :: SAMPLES_PER_STEP]
     nearest = np.searchsorted(0.5 * (ends_s[1:] + ends_s[:-1]), [one.time_s for one in arcs])
-    return [replace(one, time_s=float(ends_s[k])) for one, k in zip(arcs, nearest, strict=True)]
+    inside = {int(k): one for one, k in zip(arcs, nearest, strict=True) if k < ends_s.size - 1}
+    return [replace(one, time_s=float(ends_s[k])) for k, one in inside.items()]
 
 
 def _navigated(here: Settled, states: list[Start]) -> Settled:
