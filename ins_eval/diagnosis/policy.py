@@ -47,7 +47,7 @@ class Policy:
     hopeless: float = _chosen(1.0, REASONING, "nats below the null from which a fit of the noise is not tried")
     promising: float = _chosen(4.0, REASONING, "nats from which a dependence on motion has its noise fitted")
     alone: float = _chosen(10.0, PLANNED_NULLS, "nats that one sensor must gain over all that wander alike")
-    wander: float = _chosen(2.0, PLANNED_NULLS, "prior sigmas beyond which a sensor's wander is no noise of its grade")
+    wander: float = _chosen(2.0, DEVELOPMENT, "prior sigmas beyond which a sensor's wander is no noise of its grade")
     stated: float = _chosen(2.0, REAL, "stated sigmas within which a receiver's slow position error is no mismatch")
     interval: float = _chosen(0.003, PLANNED_NULLS, "largest false alarm probability of an interval of a sensor")
     interval_position: float = _chosen(1e-6, PLANNED_NULLS, "the same of a position")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.estimate.evidence import free, log_evidence_of, mixture, reduce
+from ins_eval.diagnosis.estimate.evidence import free, log_evidence, log_evidence_of, mixture, reduce
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.mismatch import Wander
 from ins_eval.diagnosis.unnamed.open_form import open_forms, roots
@@ -135,9 +135,7 @@ def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | No
     return Suspect(r, interval, gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted)
 
 
-def restless(
-    case: Case, r: int, fitted: Fitted, policy: Policy, chosen: Sequence[Column] = ()
-) -> Suspect | None:
+def restless(case: Case, r: int, fitted: Fitted, policy: Policy, chosen: Sequence[Column] = ()) -> Suspect | None:
     """The sensor that wanders beyond what its grade does, where it does so most; None where all keep within bounds.
 
     A wander that is free takes up whatever is slow, also what has a name. More than `Policy.wander` prior sigmas of it
@@ -152,9 +150,8 @@ def restless(
     gains = {}
     for name in free[beyond]:
         bounded = np.where(free == name, policy.wander, fitted.noise_point)
-        there = case.ready(chosen)(bounded)
-        known = slice(0, len(there.projection))
-        gains[name] = fitted.log_evidence - (log_evidence_of(there, known) - 0.5 * float(bounded @ bounded))
+        height = log_evidence(case.ready(chosen)(bounded)) - 0.5 * float(bounded @ bounded)
+        gains[name] = fitted.log_evidence - height
     name = max(gains, key=gains.__getitem__)
     if gains[name] < policy.near:
         return None
