@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.special import logsumexp, softmax
+from scipy.special import softmax
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.whitening import Whitened
@@ -98,7 +98,7 @@ def mixture(a: np.ndarray, b: np.ndarray, roots: Sequence[np.ndarray]) -> Gained
         means.append(mean)
         seconds.append(covariance + np.outer(mean, mean))
     share = softmax(nats)
-    total = float(logsumexp(nats) - np.log(len(nats)))
+    total = float(np.logaddexp.reduce(nats) - np.log(len(nats)))
     return Gained(total, share @ np.array(means), np.tensordot(share, seconds, 1), int(np.argmax(nats)))
 
 
@@ -156,7 +156,7 @@ def log_bayes_factors(a: np.ndarray, b: np.ndarray, centre: np.ndarray | float =
             + centre * b
             - 0.5 * a * centre**2
         )
-    return logsumexp(one, axis=0) - np.log(len(one))
+    return np.logaddexp.reduce(one, axis=0) - np.log(len(one))
 
 
 def expected_log_evidence(
@@ -179,4 +179,4 @@ def expected_log_evidence(
     second = scales[:, :, None] * (np.outer(left, left) + a) * scales[:, None, :]
     gain = 0.5 * np.trace(np.linalg.solve(spread, second), axis1=1, axis2=2)
     each = c @ mean - 0.5 * c @ a @ c + gain - 0.5 * np.linalg.slogdet(spread)[1]
-    return float(logsumexp(each) - np.log(len(scales)))
+    return float(np.logaddexp.reduce(each) - np.log(len(scales)))

@@ -19,12 +19,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import log_ndtr, logsumexp
+from scipy.special import log_ndtr
 
 from ins_eval.diagnosis.estimate.evidence import SCALES, log_bayes_factors
 
@@ -89,34 +89,48 @@ def log_bayes_factor(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> tuple[
     choices = [SCALES if c == 0.0 else (1.0,) for c in centre]
     if b.size > PRODUCT:
         return _one_at_a_time(a, b, centre, choices)
-    scales = np.array(list(product(*choices)))  # (n, k)
+    scales = _combinations(tuple(choices))
     each = _at_scales(a, b, centre, scales)
-    return float(logsumexp(each) - np.log(len(scales))), scales[int(np.argmax(each))]
+    return float(np.logaddexp.reduce(each) - np.log(len(scales))), scales[int(np.argmax(each))]
+
+
+@cache
+def _combinations(choices: tuple[tuple[float, ...], ...]) -> np.ndarray:
+    """Every combination (n, k) of the scales of k effects."""
+    return np.array(list(product(*choices)))
 
 
 def _one_at_a_time(
     a: np.ndarray, b: np.ndarray, centre: np.ndarray, choices: Sequence[Sequence[float]]
 ) -> tuple[float, np.ndarray]:
-    """log Bayes factor of a set, summed over the scales of one effect at a time, those of the others at their best."""
+    """log Bayes factor of a set, summed over the scales of one effect at a time, those of the others at their best.
+
+    Another scale of effect k adds d to one element of the diagonal of M = A + diag(s^-2). With C = M^-1, m = C (b - Ac):
+
+        m'M m -> m'M m - d m_k^2 / (1 + d C_kk),   log|M| -> log|M| + log(1 + d C_kk)
+    """
+    left = b - a @ centre
     best = np.array([one[len(one) // 2] for one in choices])
     for _ in range(SWEEPS):
-        before, gain = best, 0.0
+        before, gain = best.copy(), 0.0
         for k, one in enumerate(choices):
-            tried = np.repeat(best[None], len(one), axis=0)
-            tried[:, k] = one
-            each = _at_scales(a, b, centre, tried)
-            highest = float(each.max())
-            best = tried[int(np.argmax(each))]
-            gain += float(logsumexp(each)) - highest - np.log(len(one))
+            covariance = np.linalg.inv(a + np.diag(best**-2.0))
+            tried, own = np.array(one), covariance[k, k]
+            moved = tried**-2.0 - best[k] ** -2.0
+            grown = 1.0 + moved * own
+            each = -0.5 * (moved * (covariance[k] @ left) ** 2 / grown + np.log(grown)) - np.log(tried / best[k])
+            gain += float(np.logaddexp.reduce(each)) - each.max() - np.log(len(one))
+            best[k] = tried[int(np.argmax(each))]
         if np.array_equal(best, before):
             break
-    return float(highest + gain), best
+    return float(_at_scales(a, b, centre, best[None])[0] + gain), best
 
 
 def _at_scales(a: np.ndarray, b: np.ndarray, centre: np.ndarray, scales: np.ndarray) -> np.ndarray:
     """log B (n,) with the scales of each row (n, k)."""
     left = b - a @ centre
-    inverse = a + np.array([np.diag(s**-2.0) for s in scales])
+    inverse = np.repeat(a[None], len(scales), axis=0)
+    inverse[:, range(b.size), range(b.size)] += scales**-2.0
     gain = 0.5 * np.einsum(
         "k,nk->n", left, np.linalg.solve(inverse, np.broadcast_to(left, scales.shape)[..., None])[..., 0]
     )
@@ -152,11 +166,11 @@ def one_more(a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space) 
     """
     ca, cb = _not_taken_over(a, *conditional(a, b, chosen, space.centre))
     single = log_bayes_factors(np.maximum(ca, 0.0), cb)
-    for k in np.flatnonzero(space.centre):
-        # what has its size from physics has its sign from it as well: no element is ahead of its thermometer
-        c, precision = space.centre[k], max(ca[k], 0.0) + 1.0
-        right = log_ndtr(np.sign(c) * (cb[k] + c) / np.sqrt(precision)) - log_ndtr(abs(c))
-        single[k] = log_bayes_factors(precision - 1.0, cb[k], c) + right
+    fixed = space.centre != 0.0
+    if fixed.any():  # what has its size from physics has its sign from it as well: no element leads its thermometer
+        c, precision, shifted = space.centre[fixed], np.maximum(ca[fixed], 0.0) + 1.0, cb[fixed]
+        right = log_ndtr(np.sign(c) * (shifted + c) / np.sqrt(precision)) - log_ndtr(np.abs(c))
+        single[fixed] = log_bayes_factors(precision - 1.0, shifted, c) + right
     single = single - space.handicap
     order, first = space.order, space.first
     counts = np.diff(np.append(first, order.size))

@@ -71,7 +71,8 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
     adjoint = np.zeros((24, m))
     before = np.zeros((24, m))
     spread = np.zeros((24, 24))
-    half = np.zeros((24, 24))
+    left = np.zeros((24, 24))
+    decay = np.empty(15)
     z = np.empty(m)
     z_adjoint = np.empty(m)
     h = np.zeros(24)
@@ -113,11 +114,10 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
             for i in range(24):
                 push[i] = gain_adjoint[i] / s - 2.0 * spread_gain[i] + by_s * h[i]
             for i in range(24):
+                x, y = 0.5 * h[i], 0.5 * push[i]
+                for j in range(24):
+                    spread[i, j] += x * push[j] + y * h[j]
                 if h[i] != 0.0:
-                    for j in range(24):
-                        x = 0.5 * h[i] * push[j]
-                        spread[i, j] += x
-                        spread[j, i] += x
                     for c in range(m):
                         adjoint[i, c] += h[i] * z_adjoint[c]
         if k == 0:
@@ -127,38 +127,34 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
         for i in range(3):
             found.force[e] += spread[3 + i, 3 + i]
             found.rate[e] += spread[6 + i, 6 + i]
-        # over the epoch, by states: adjoint first, then both sides of the covariance
+        # over the epoch, by states: adjoint first, then both sides of the covariance, along rows
         for j in range(9):
             for c in range(m):
                 before[j, c] = 0.0
+            for c in range(24):
+                left[j, c] = 0.0
             for i in range(9):
                 x = f[i, j]
                 if x != 0.0:
                     for c in range(m):
                         before[j, c] += x * adjoint[i, c]
-        for i in range(24):
-            for j in range(9):
-                x = 0.0
-                for q in range(9):
-                    x += spread[i, q] * f[q, j]
-                half[i, j] = x
+                    for c in range(24):
+                        left[j, c] += x * spread[i, c]
         for i in range(15):
             time = noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]
             sigma = noise.slow_sigma[i] if i < 9 else noise.wander_sigma[i - 9]
-            decay = np.exp(-dt / time)
-            fresh = sigma**2 * (1.0 - decay**2)
+            kept = np.exp(-dt / time)
+            decay[i] = kept
             own = spread[9 + i, 9 + i]
-            by_log_decay = -2.0 * sigma**2 * decay**2 * own
+            by_log_decay = -2.0 * sigma**2 * own  # the covariance on the tape has what is fresh already
             for j in range(24):
-                left = tape.covariance[k, 9 + i, j] - (fresh if j == 9 + i else 0.0)
-                by_log_decay += 2.0 * spread[9 + i, j] * left
+                by_log_decay += 2.0 * spread[9 + i, j] * tape.covariance[k, 9 + i, j]
+                left[9 + i, j] = kept * spread[9 + i, j]
             for c in range(m):
-                by_log_decay += decay * adjoint[9 + i, c] * tape.slow[k, i, c]
-                before[9 + i, c] = decay * adjoint[9 + i, c]
-            by_sigma = 2.0 * sigma * (1.0 - decay**2) * own
-            by_time = by_log_decay * dt / time**2 if decay > 0.0 else 0.0  # what is forgotten wholly
-            for j in range(24):
-                half[j, 9 + i] = spread[j, 9 + i] * decay
+                by_log_decay += kept * adjoint[9 + i, c] * tape.slow[k, i, c]
+                before[9 + i, c] = kept * adjoint[9 + i, c]
+            by_sigma = 2.0 * sigma * (1.0 - kept**2) * own
+            by_time = by_log_decay * dt / time**2 if kept > 0.0 else 0.0  # what is forgotten wholly
             if i < 9:
                 found.slow_sigma[i] += by_sigma
                 found.slow_time_s[i] += by_time
@@ -170,20 +166,18 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
                     for c in range(m):
                         before[9 + i, c] += x * adjoint[q, c]
                     for j in range(24):
-                        half[j, 9 + i] += spread[j, q] * x
-        for j in range(24):
-            for i in range(9):
-                x = 0.0
-                for q in range(9):
-                    x += f[q, i] * half[q, j]
-                spread[i, j] = x
-            for i in range(15):
-                time = noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]
-                x = np.exp(-dt / time) * half[9 + i, j]
-                if i >= 9:
-                    for q in range(9):
-                        x += g[q, i - 9] * half[q, j]
-                spread[9 + i, j] = x
+                        left[9 + i, j] += x * spread[q, j]
+        for i in range(24):
+            for j in range(9):
+                spread[i, j] = 0.0
+            for j in range(15):
+                spread[i, 9 + j] = decay[j] * left[i, 9 + j]
+            for q in range(9):
+                x = left[i, q]
+                for j in range(9):
+                    spread[i, j] += x * f[q, j]
+                for j in range(6):
+                    spread[i, 18 + j] += x * g[q, j]
         for i in range(24):
             for c in range(m):
                 adjoint[i, c] = before[i, c]

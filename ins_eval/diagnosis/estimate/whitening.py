@@ -240,6 +240,8 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out, ta
     z_base = np.zeros((9, m))
     whole = np.ones(9)
     t = np.empty((9, 24))
+    line = np.empty(9)
+    f_turned, g_turned = np.empty((9, 9)), np.empty((6, 9))
     h = np.zeros(24)
     ph = np.empty(24)
     gain = np.empty(24)
@@ -266,24 +268,37 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out, ta
                     if taping:
                         tape.slow[k, i, c] = xi[9 + i, c]
                     xi[9 + i, c] *= decay[i]
-            # covariance
+            # covariance: inner loops run along rows, so that they are vector code
+            for i in range(9):
+                for j in range(9):
+                    f_turned[j, i] = f[i, j]
+                for j in range(6):
+                    g_turned[j, i] = g[i, j]
             for i in range(9):
                 for j in range(24):
-                    x = 0.0
-                    for q in range(9):
-                        x += f[i, q] * p[q, j]
-                    for q in range(6):
-                        x += g[i, q] * p[18 + q, j]
-                    t[i, j] = x
+                    t[i, j] = 0.0
+                for q in range(9):
+                    x = f[i, q]
+                    for j in range(24):
+                        t[i, j] += x * p[q, j]
+                for q in range(6):
+                    x = g[i, q]
+                    for j in range(24):
+                        t[i, j] += x * p[18 + q, j]
             for i in range(9):
+                for j in range(9):
+                    line[j] = 0.0
+                for q in range(9):
+                    x = t[i, q]
+                    for j in range(9):
+                        line[j] += x * f_turned[q, j]
+                for q in range(6):
+                    x = t[i, 18 + q]
+                    for j in range(9):
+                        line[j] += x * g_turned[q, j]
                 for j in range(i, 9):
-                    x = 0.0
-                    for q in range(9):
-                        x += t[i, q] * f[j, q]
-                    for q in range(6):
-                        x += t[i, 18 + q] * g[j, q]
-                    p[i, j] = x
-                    p[j, i] = x
+                    p[i, j] = line[j]
+                    p[j, i] = line[j]
                 for j in range(15):
                     x = t[i, 9 + j] * decay[j]
                     p[i, 9 + j] = x

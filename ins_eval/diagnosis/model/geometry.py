@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, make_interp_spline
+from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from ins_eval.earth import radii
@@ -38,14 +38,7 @@ def along(arcs: Sequence[Solution], gyro: np.ndarray, time_s: np.ndarray) -> Sta
     """The solution at `time_s` (m,), where one arc ends and the next begins at the end; `gyro` (n, 3) as for `at`."""
     if len(arcs) == 1:
         return at(arcs[0], gyro, time_s)
-    parts, first, row = [], 0, 0
-    for arc in arcs:
-        last = int(np.searchsorted(time_s, arc.time_s[-1] + _CLOCK_S))
-        rows = SAMPLES_PER_STEP * (arc.time_s.size - 1)
-        if last > first:
-            parts.append(at(arc, gyro[row : row + rows], time_s[first:last]))
-        first, row = last, row + rows
-    return _joined(parts)
+    return _at(arcs, gyro, time_s)
 
 
 def at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
@@ -56,7 +49,7 @@ def at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
     """
     steps = solution.time_s.size - 1
     if steps <= BLOCK:
-        return _at(solution, gyro, time_s)
+        return _at([solution], gyro, time_s)
     edges = [*range(0, steps - BLOCK // 2, BLOCK), steps]
     cuts = [0, *np.searchsorted(time_s, solution.time_s[edges[1:-1]]), time_s.size]
     parts = []
@@ -64,40 +57,49 @@ def at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
         low, high = max(0, edges[k] - OVERLAP), min(steps, edges[k + 1] + OVERLAP)
         part = Solution(*(getattr(solution, field.name)[low : high + 1] for field in fields(Solution)))
         rows = slice(SAMPLES_PER_STEP * low, SAMPLES_PER_STEP * high)
-        parts.append(_at(part, gyro[rows], time_s[cuts[k] : cuts[k + 1]]))
-    return _joined(parts)
-
-
-def _joined(parts: Sequence[States]) -> States:
+        parts.append(_at([part], gyro[rows], time_s[cuts[k] : cuts[k + 1]]))
     return States(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(States)))
 
 
-def _at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
-    t = solution.time_s
-    meridian, transverse = radii(solution.latitude_rad)
-    north, east, down = solution.velocity_n.T
+def _at(arcs: Sequence[Solution], gyro: np.ndarray, time_s: np.ndarray) -> States:
+    whole = Solution(*(np.concatenate([getattr(arc, field.name) for arc in arcs]) for field in fields(Solution)))
+    ends = np.cumsum([arc.time_s.size for arc in arcs])  # rows of `whole`, in which no step leads from arc to arc
+    cuts = [0, *np.searchsorted(time_s, [arc.time_s[-1] + _CLOCK_S for arc in arcs[:-1]]), time_s.size]
+    arc = np.repeat(np.arange(len(arcs)), np.diff(cuts))
+    step = np.searchsorted(whole.time_s, time_s, side="right") - 1
+    step = np.clip(step, (ends - [one.time_s.size for one in arcs])[arc], ends[arc] - 2)
+    meridian, transverse = radii(whole.latitude_rad)
+    north, east, down = whole.velocity_n.T
     rates = (
-        north / (meridian + solution.height_m),
-        east / ((transverse + solution.height_m) * np.cos(solution.latitude_rad)),
+        north / (meridian + whole.height_m),
+        east / ((transverse + whole.height_m) * np.cos(whole.latitude_rad)),
         -down,
     )
-    values = (solution.latitude_rad, np.unwrap(solution.longitude_rad), solution.height_m)
-    latitude, longitude, height = (CubicHermiteSpline(t, v, r)(time_s) for v, r in zip(values, rates, strict=True))
-    degree = min(VELOCITY_DEGREE, (t.size - 1) // 2 * 2 - 1)
-    velocity = make_interp_spline(t, solution.velocity_n, k=max(1, degree))
-    return States(
-        time_s,
-        latitude,
-        longitude,
-        height,
-        velocity(time_s),
-        velocity.derivative()(time_s),
-        _attitude(solution, gyro, time_s).as_matrix(),
-    )
+    values = (whole.latitude_rad, np.unwrap(whole.longitude_rad), whole.height_m)
+    position = [_hermite(whole.time_s, v, r, step, time_s) for v, r in zip(values, rates, strict=True)]
+    velocity, acceleration = np.empty((2, time_s.size, 3))
+    for one, first, last in zip(arcs, cuts[:-1], cuts[1:], strict=True):
+        if last > first:
+            degree = min(VELOCITY_DEGREE, (one.time_s.size - 1) // 2 * 2 - 1)
+            spline = make_interp_spline(one.time_s, one.velocity_n, k=max(1, degree))
+            velocity[first:last] = spline(time_s[first:last])
+            acceleration[first:last] = spline(time_s[first:last], 1)
+    increments = gyro[: SAMPLES_PER_STEP * (whole.time_s.size - len(arcs))].reshape(-1, SAMPLES_PER_STEP, 3)
+    attitude = _attitude(whole, increments[step - arc], step, time_s)
+    return States(time_s, *position, velocity, acceleration, attitude.as_matrix())
 
 
-def _attitude(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> Rotation:
-    """Body to n at `time_s` (m,) by the increments of the step around each instant.
+def _hermite(t: np.ndarray, value: np.ndarray, rate: np.ndarray, step: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """The cubic (m,) through value and rate (n,) at both ends, at times `t`, of the step in which each instant lies."""
+    width = t[step + 1] - t[step]
+    u = (time_s - t[step]) / width
+    before, after = value[step], value[step + 1]
+    first, last = width * rate[step] - (after - before), width * rate[step + 1] - (after - before)
+    return before + u * (after - before) + u * (1.0 - u) * (first * (1.0 - u) - last * u)
+
+
+def _attitude(solution: Solution, increments: np.ndarray, step: np.ndarray, time_s: np.ndarray) -> Rotation:
+    """Body to n at `time_s` (m,) by the `increments` (m, 4, 3) of the step around each instant.
 
         C(t) = exp(u r x) C(t0) exp(phi(u) x),   u = (t - t0) / (t1 - t0)
 
@@ -105,9 +107,7 @@ def _attitude(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> Rotat
     C(t1): the turning of n, and rounding.
     """
     t = solution.time_s
-    step = np.clip(np.searchsorted(t, time_s, side="right") - 1, 0, t.size - 2)
     along = np.clip((time_s - t[step]) / (t[step + 1] - t[step]), 0.0, 1.0)
-    increments = gyro[: SAMPLES_PER_STEP * (t.size - 1)].reshape(-1, SAMPLES_PER_STEP, 3)[step]
     before, after = (Rotation.from_quat(solution.quaternion_nb[k], scalar_first=True) for k in (step, step + 1))
     whole = before * Rotation.from_rotvec(_turned_by(increments, np.ones_like(along)))
     lacking = (after * whole.inv()).as_rotvec()
