@@ -16,9 +16,7 @@ from __future__ import annotations
 
 import argparse
 import json
-import multiprocessing
 import sys
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 from pathlib import Path
 
@@ -29,6 +27,7 @@ from benchmark.runners import again, run
 from benchmark.scores.oracle import nominal
 from benchmark.scores.score import CLEAR, SEEN, quantiles, rate, read
 from benchmark.worlds.instruments import Departures
+from ins_eval.parallel import results
 from ins_eval.units import DEG_PER_H, UG
 
 FILE = "bound.json"
@@ -208,6 +207,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("folder", type=Path, help="what the maker wrote: recordings and truth")
     parser.add_argument("answers", type=Path)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of Dask, on whose workers bounds are found")
     chosen = parser.parse_args(arguments)
     place = chosen.answers / FILE
     package = run.package_hash()
@@ -220,15 +220,11 @@ def main(arguments: list[str] | None = None) -> int:
     }
     answers = read(chosen.answers)
     manifest = json.loads((chosen.folder / "truth" / "manifest.json").read_text())
-    with ProcessPoolExecutor(chosen.workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        jobs = {
-            pool.submit(reached, one, answers[name], folders[name], manifest): name
-            for name, one in truths.items()
-            if name in answers
-        }
-        for job in tqdm(as_completed(jobs), "bounds", len(jobs), file=sys.stderr):
-            known[jobs[job]] = job.result() | {"package": package}
-            run.write(place, json.dumps(known, indent=1, sort_keys=True) + "\n")
+    jobs = {name: (one, answers[name], folders[name], manifest) for name, one in truths.items() if name in answers}
+    found = results(reached, jobs, chosen.workers, chosen.scheduler)
+    for name, one in tqdm(found, "bounds", len(jobs), file=sys.stderr):
+        known[name] = one | {"package": package}
+        run.write(place, json.dumps(known, indent=1, sort_keys=True) + "\n")
     print(f"{len(known)} cases with the noise to be estimated")
     return 0
 

@@ -10,10 +10,10 @@ import hashlib
 import json
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from benchmark.worlds import cases
+from ins_eval.parallel import results
 
 WORLDS = Path(cases.__file__).resolve().parent
 
@@ -52,6 +52,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--rate", type=float, help="samples a second, instead of a drawn one")
     parser.add_argument("--no-oracle", action="store_true", help="leave out the oracle's numbers")
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of Dask, on whose workers cases are made")
     parser.add_argument("-o", "--output", type=Path, required=True)
     chosen = parser.parse_args(arguments)
     kinds = chosen.kind.split(",")
@@ -66,8 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
         for index in range(chosen.first, chosen.first + chosen.count)
         if not (chosen.output / "truth" / f"{cases.title(chosen.which, chosen.seed, kind, index)}.json").exists()
     ]
-    run = map(one, jobs) if chosen.workers == 1 else ProcessPoolExecutor(chosen.workers).map(one, jobs)
-    for name, kind, seconds in run:
+    for _, (name, kind, seconds) in results(one, {job: (job,) for job in jobs}, chosen.workers, chosen.scheduler):
         print(f"{name}  {kind:14s} {seconds:5.1f} s", flush=True)
     manifest = chosen.output / "truth" / "manifest.json"
     made = json.loads(manifest.read_text())["made"] if manifest.exists() else []

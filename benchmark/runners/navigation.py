@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import argparse
 import json
-import multiprocessing
 import sys
 import tempfile
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from tqdm import tqdm
 
 from benchmark.runners import again, run
 from benchmark.scores.score import CLEAR, band, quantiles, read
+from ins_eval.parallel import results
 
 FILE = "navigation.json"
 LEAST_GAIN = 0.05  # of the velocity RMS: where the truth itself gains less, there is nothing to share
@@ -94,16 +93,17 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("folder", type=Path, help="what the maker wrote: recordings and truth")
     parser.add_argument("answers", type=Path)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of Dask, on whose workers they fly")
     chosen = parser.parse_args(arguments)
     manifest = json.loads((chosen.folder / "truth" / "manifest.json").read_text())
     place = chosen.answers / FILE
     known = json.loads(place.read_text()) if place.exists() else {}
     truths = {name: one for name, one in read(chosen.folder / "truth").items() if wanted(one)}
-    with ProcessPoolExecutor(chosen.workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        jobs = {pool.submit(corrected, one, manifest): name for name, one in truths.items() if name not in known}
-        for job in tqdm(as_completed(jobs), "flights with nothing hidden", len(jobs), file=sys.stderr):
-            known[jobs[job]] = job.result()
-            run.write(place, json.dumps(known, indent=1, sort_keys=True) + "\n")
+    jobs = {name: (one, manifest) for name, one in truths.items() if name not in known}
+    found = results(corrected, jobs, chosen.workers, chosen.scheduler)
+    for name, one in tqdm(found, "flights with nothing hidden", len(jobs), file=sys.stderr):
+        known[name] = one
+        run.write(place, json.dumps(known, indent=1, sort_keys=True) + "\n")
     print(f"{len(known)} recordings with nothing hidden")
     return 0
 

@@ -9,17 +9,16 @@ whole diagnosis again: that is done in the first `--rerun` cases, taken in turn 
 from __future__ import annotations
 
 import argparse
-import multiprocessing
 import os
 import sys
 from collections import Counter, defaultdict
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from functools import partial
 from itertools import chain, zip_longest
 from pathlib import Path
 
 from tqdm import tqdm
+
+from ins_eval.parallel import results
 
 FACTORS = (0.5, 2.0)
 DECIDE = ("least_gain_chamber", "interval", "interval_position", "interval_velocity", "interval_navigation",
@@ -118,16 +117,17 @@ def main(arguments: list[str] | None = None) -> int:
     if not cases:
         parser.error(f"{chosen.recordings}: no case; expected folders of recordings")
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the number of threads decides the last bits of a result
-    with ProcessPoolExecutor(chosen.workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        found = dict(zip(cases, tqdm(pool.map(decided, cases), "cases", len(cases)), strict=True))
-        before = {case: verdicts["", 1.0] for case, verdicts in found.items()}
-        after = {(name, f): {case: found[case][name, f] for case in cases} for name in DECIDE for f in FACTORS}
-        by_verdict = defaultdict(list)
-        for case, verdict in before.items():
-            by_verdict[verdict].append(case)
-        again = [case for case in chain(*zip_longest(*by_verdict.values())) if case is not None][: chosen.rerun]
-        for name, f in tqdm([(name, f) for name in COLLECT for f in FACTORS], "thresholds"):
-            after[name, f] = dict(zip(again, pool.map(partial(collected, name=name, factor=f), again), strict=True))
+    jobs = {case: (case,) for case in cases}
+    found = dict(tqdm(results(decided, jobs, chosen.workers), "cases", len(cases)))
+    before = {case: found[case]["", 1.0] for case in cases}
+    after = {(name, f): {case: found[case][name, f] for case in cases} for name in DECIDE for f in FACTORS}
+    by_verdict = defaultdict(list)
+    for case, verdict in before.items():
+        by_verdict[verdict].append(case)
+    again = [case for case in chain(*zip_longest(*by_verdict.values())) if case is not None][: chosen.rerun]
+    again_jobs = {(name, f, case): (case, name, f) for name in COLLECT for f in FACTORS for case in again}
+    for (name, f, case), verdict in tqdm(results(collected, again_jobs, chosen.workers), "thresholds", len(again_jobs)):
+        after.setdefault((name, f), {})[case] = verdict
     chosen.output.write_text(table(before, after))
     return 0
 

@@ -16,17 +16,18 @@ import hashlib
 import importlib.util
 import io
 import json
-import multiprocessing
 import os
 import signal
 import sys
+import threading
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from fnmatch import fnmatch
 from pathlib import Path
 
 from tqdm import tqdm
+
+from ins_eval.errors import InsEvalError
+from ins_eval.parallel import results
 
 RUNS = "runs.json"
 TIMEOUT = 124  # exit code of a case that was ended
@@ -62,8 +63,10 @@ def diagnose(folders: list[str], answer: str, limit_s: float = 0.0, *options: st
     from ins_eval.cli import main
 
     said, begin, used = io.StringIO(), time.perf_counter(), time.process_time()
-    before = signal.signal(signal.SIGPROF, _over)
-    signal.setitimer(signal.ITIMER_PROF, limit_s)
+    here = threading.current_thread() is threading.main_thread()  # else, on a cluster, nothing can end a case
+    if here:
+        before = signal.signal(signal.SIGPROF, _over)
+        signal.setitimer(signal.ITIMER_PROF, limit_s)
     with contextlib.redirect_stderr(said):
         try:
             code = main(["diagnose", *folders, "--json", answer, "--quiet", *options])
@@ -73,8 +76,9 @@ def diagnose(folders: list[str], answer: str, limit_s: float = 0.0, *options: st
             code = TIMEOUT
             print(f"ended after {limit_s:g} s of the processor", file=sys.stderr)
         finally:
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
-            signal.signal(signal.SIGPROF, before)
+            if here:
+                signal.setitimer(signal.ITIMER_PROF, 0.0)
+                signal.signal(signal.SIGPROF, before)
     return int(code or 0), said.getvalue().strip(), time.perf_counter() - begin, time.process_time() - used
 
 
@@ -84,31 +88,35 @@ def read_runs(answers: Path) -> dict[str, dict]:
     return json.loads(path.read_text()) if path.exists() else {}
 
 
-def run(cases: dict[str, list[Path]], answers: Path, workers: int = 1, limit_s: float = 0.0) -> list[str]:
+def run(
+    cases: dict[str, list[Path]], answers: Path, workers: int = 1, limit_s: float = 0.0, scheduler: str | None = None
+) -> list[str]:
     """Diagnose `cases`, name -> recordings, into `answers`; returns the names of those that failed.
 
-    A case that takes longer than `limit_s` of the processor, which no other load lengthens, is ended; 0: none is.
+    A case that takes longer than `limit_s` of the processor, which no other load lengthens, is ended; 0: none is, nor
+    on the workers of a Dask `scheduler`.
     """
     answers.mkdir(parents=True, exist_ok=True)
     package, runs, failed = package_hash(), read_runs(answers), []
     to_do = [name for name in sorted(cases) if not whole(answers, name, runs, package)]
     os.environ.update(ONE_THREAD)
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        jobs = {
-            pool.submit(diagnose, [str(one) for one in cases[name]], str(answers / f"{name}.json"), limit_s): name
-            for name in to_do
-        }
-        for job in tqdm(as_completed(jobs), "cases", len(cases), initial=len(cases) - len(to_do), file=sys.stderr):
-            name, (code, said, seconds, used) = jobs[job], job.result()
-            error = answers / f"{name}.error"
-            runs[name] = {"seconds": round(seconds, 2), "processor_s": round(used, 2), "package": package}
-            write(answers / RUNS, json.dumps(runs, indent=1, sort_keys=True) + "\n")
-            if code:
-                failed.append(name)
-                (answers / f"{name}.json").unlink(missing_ok=True)
-                error.write_text(f"exit code {code}\n{said}\n")
-                continue
-            error.unlink(missing_ok=True)
+    jobs = {
+        name: ([str(one.resolve()) for one in cases[name]], str((answers / f"{name}.json").resolve()), limit_s)
+        for name in to_do
+    }
+    found = results(diagnose, jobs, workers, scheduler)
+    for name, (code, said, seconds, used) in tqdm(
+        found, "cases", len(cases), initial=len(cases) - len(to_do), file=sys.stderr
+    ):
+        error = answers / f"{name}.error"
+        runs[name] = {"seconds": round(seconds, 2), "processor_s": round(used, 2), "package": package}
+        write(answers / RUNS, json.dumps(runs, indent=1, sort_keys=True) + "\n")
+        if code:
+            failed.append(name)
+            (answers / f"{name}.json").unlink(missing_ok=True)
+            error.write_text(f"exit code {code}\n{said}\n")
+            continue
+        error.unlink(missing_ok=True)
     return sorted(failed)
 
 
@@ -132,6 +140,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("recordings", type=Path, help="folder of the cases")
     parser.add_argument("answers", type=Path, help="where the answers go")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of Dask, whose workers see the same folders")
     parser.add_argument(
         "--limit", type=float, default=0.0, metavar="S", help="seconds of the processor after which a case is ended"
     )
@@ -141,9 +150,10 @@ def main(arguments: list[str] | None = None) -> int:
     if not found:
         parser.error(f"{chosen.recordings}: no case that matches {chosen.only}; expected folders of recordings")
     try:
-        failed = run({path.name: recordings(path) for path in found}, chosen.answers, chosen.workers, chosen.limit)
-    except BrokenProcessPool:
-        print("a worker was ended from outside; what was finished is kept, run again to go on", file=sys.stderr)
+        cases = {path.name: recordings(path) for path in found}
+        failed = run(cases, chosen.answers, chosen.workers, chosen.limit, chosen.scheduler)
+    except InsEvalError as error:  # a worker that was lost
+        print(error, file=sys.stderr)
         return 1
     for name in failed:
         print(f"{name}: {(chosen.answers / f'{name}.error').read_text().splitlines()[-1]}", file=sys.stderr)

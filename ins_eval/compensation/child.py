@@ -24,16 +24,15 @@ import numpy as np
 from ins_eval import errors
 from ins_eval.compensation import Samples
 from ins_eval.compensation.connection import Connection
+from ins_eval.parallel import KEEP_MEMORY
 from ins_eval.recording import ChamberReadings
 
 ANSWER_WITHIN_S = 300.0  # a loop in Python over the samples of two hours at 100 Hz takes a few seconds
 END_WITHIN_S = 5.0
 SAMPLES = tuple(field.name for field in fields(Samples))
 READINGS = ("time_s", "run", "input_g", "rate_c_per_min", "temperature_c", "output")
-# The number of threads decides the last bits of a result: one, as in `ensemble.running`.
+# The number of threads decides the last bits of a result: one, as in `parallel`.
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL", "BLIS")}
-# Else memory of large arrays goes back to the system at once and is cleared again for the next: four times slower.
-KEEP_MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(2**25), "MALLOC_TRIM_THRESHOLD_": str(2**28)}  # bytes
 _START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[2]); "
     "from ins_eval.compensation.serve import serve; serve(json.loads(sys.argv[1]))"

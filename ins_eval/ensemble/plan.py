@@ -5,17 +5,16 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
-import ins_eval
 from ins_eval import accelerometer
 from ins_eval.compensation.registry import model_files
 from ins_eval.ensemble.changes import Change
 from ins_eval.errors import UsageError, did_you_mean
 from ins_eval.missions import Missions
+from ins_eval.parallel import code_digest
 from ins_eval.profile import load
 
 ARMS = (
@@ -112,8 +111,7 @@ class Plan:
             digest.update(repr(Missions.load(self.missions)).encode())
         digest.update(repr(accelerometer.Population.load(self.population)).encode())
         digest.update(np.__version__.encode())
-        package = Path(ins_eval.__file__).parent
-        ours = sorted(path for path in package.rglob("*") if path.suffix in (".py", ".toml"))
-        for path in [*ours, *model_files(self.arms)]:
+        digest.update(code_digest().encode())
+        for path in model_files(self.arms):
             digest.update(path.read_bytes())
         return digest.hexdigest()[:16]

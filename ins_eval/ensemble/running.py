@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import threading
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from importlib import import_module
-from multiprocessing import connection, get_context, parent_process
 from pathlib import Path
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from ins_eval.compensation.child import KEEP_MEMORY
+from ins_eval import parallel
 from ins_eval.ensemble.plan import Plan
 from ins_eval.ensemble.store import Store
 from ins_eval.ensemble.world import World
-from ins_eval.errors import InsEvalError, StorageError
+from ins_eval.errors import StorageError
 
 
 @lru_cache(maxsize=64)
@@ -30,95 +22,40 @@ def _world(plan: Plan) -> World:
     return World(plan)
 
 
-def _work(index: int, ensembles: Sequence[tuple[Plan, Store]]) -> int:
-    """Compute and keep the members of one number, which share an instrument; runs in a worker. Returns how many."""
-    with threadpool_limits(1):
-        for plan, store in ensembles:
-            experiment = import_module(f"ins_eval.ensemble.{plan.experiment}")
-            store.write(index, experiment.member(_world(plan), index))
-    return len(ensembles)
+def _members(index: int, plans: Sequence[Plan]) -> list[dict[str, dict[str, np.ndarray]]]:
+    """The members of one number, which share an instrument; runs in a worker."""
+    return [import_module(f"ins_eval.ensemble.{plan.experiment}").member(_world(plan), index) for plan in plans]
 
 
 def run(
-    plans: Mapping[str, tuple[Plan, int]], folder: Path, workers: int | None = None, quiet: bool = False
+    plans: Mapping[str, tuple[Plan, int]],
+    folder: Path,
+    workers: int | None = None,
+    quiet: bool = False,
+    scheduler: str | None = None,
 ) -> dict[str, list[dict[str, dict[str, np.ndarray]]]]:
     """Compute what is missing of several ensembles and return all their members, in order of their numbers.
 
     Parameters: ``plans[label]`` is a plan and its size in instruments, `Plan.together` of them a member; `folder`
-    keeps the members; `workers` processes (None: all cores); a bar with the time to go is shown unless `quiet`.
+    keeps the members; `workers` and `scheduler` as in `parallel.results`; a bar with the time to go is shown unless
+    `quiet`.
     Raises: StorageError for a full disk or a folder that cannot be written.
     """
     stores = {label: Store(folder / plan.key()).open() for label, (plan, _) in plans.items()}
     counts = {label: -(-size // plan.together) for label, (plan, size) in plans.items()}
-    missing: dict[int, list[tuple[Plan, Store]]] = {}
+    missing: dict[int, list[str]] = {}
     for index in range(max(counts.values(), default=0)):
-        for label, (plan, _) in plans.items():
+        for label in plans:
             if index < counts[label] and stores[label].read(index) is None:
-                missing.setdefault(index, []).append((plan, stores[label]))
+                missing.setdefault(index, []).append(label)
+    jobs = {index: (index, [plans[label][0] for label in labels]) for index, labels in missing.items()}
     count = sum(map(len, missing.values()))
     with tqdm(total=count, desc="instruments", unit="", disable=quiet or not missing, mininterval=0.5) as bar:
-        for done in _computed(missing, workers or os.cpu_count() or 1):
-            bar.update(done)
+        for index, members in parallel.results(_members, jobs, workers, scheduler):
+            for label, member in zip(missing[index], members, strict=True):
+                stores[label].write(index, member)
+            bar.update(len(members))
     return {label: [_present(stores[label], index) for index in range(count)] for label, count in counts.items()}
-
-
-def _computed(missing: Mapping[int, Sequence[tuple[Plan, Store]]], workers: int) -> Iterator[int]:
-    if workers == 1 or len(missing) < 2:
-        for index, ensembles in missing.items():
-            yield _work(index, ensembles)
-        return
-    pool = ProcessPoolExecutor(min(workers, len(missing)), mp_context=get_context("spawn"), initializer=_attend_parent)
-    try:
-        # What is started here ignores interrupts for good: the parent alone answers.
-        with _interrupts_ignored(), _environment(KEEP_MEMORY):
-            futures = [pool.submit(_work, index, ensembles) for index, ensembles in missing.items()]
-        for future in as_completed(futures):
-            yield future.result()
-    except BrokenProcessPool:
-        raise InsEvalError(
-            "a worker was ended from outside, perhaps for want of memory; finished instruments are kept, run again, "
-            "with fewer --workers if it repeats"
-        ) from None
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-@contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    """No KeyboardInterrupt here, nor in the processes that are started meanwhile."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
-def _environment(variables: Mapping[str, str]) -> Iterator[None]:
-    """Have `variables` in the environment, for the processes that are started meanwhile."""
-    before = {name: os.environ.get(name) for name in variables}
-    os.environ.update(variables)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-def _attend_parent() -> None:
-    """Let a worker end with its parent, however that ends."""
-
-    def wait() -> None:
-        connection.wait([parent_process().sentinel])
-        os._exit(1)
-
-    threading.Thread(target=wait, daemon=True).start()
 
 
 def _present(store: Store, index: int) -> dict[str, dict[str, np.ndarray]]:

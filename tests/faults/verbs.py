@@ -173,12 +173,15 @@ def _one_sentence(said: str) -> bool:
 
 
 def normal_s(verb: Verb, folder: Path) -> float:
-    """How long the verb takes on its sound files, which it accepts."""
-    _written(verb.files, folder)
-    began = time.process_time()
-    code, said = _run(verb.arguments(folder))
-    assert code == 0, said
-    return time.process_time() - began
+    """How long the verb takes on its sound files, which it accepts, once everything is compiled."""
+    took_s = []
+    for _ in range(2):
+        _written(verb.files, folder)
+        began = time.process_time()
+        code, said = _run(verb.arguments(folder))
+        assert code == 0, said
+        took_s.append(time.process_time() - began)
+    return min(took_s)
 
 
 def _written(files: dict[str, bytes], folder: Path) -> None:

@@ -105,7 +105,7 @@ def _one_at_a_time(
 ) -> tuple[float, np.ndarray]:
     """log Bayes factor of a set, summed over the scales of one effect at a time, those of the others at their best.
 
-    Another scale of effect k adds d to one element of the diagonal of M = A + diag(s^-2). With C = M^-1, m = C (b - Ac):
+    Another scale of effect k adds d to M_kk of M = A + diag(s^-2). With C = M^-1 and m = C (b - Ac):
 
         m'M m -> m'M m - d m_k^2 / (1 + d C_kk),   log|M| -> log|M| + log(1 + d C_kk)
     """

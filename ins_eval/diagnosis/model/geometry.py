@@ -76,7 +76,9 @@ def _at(arcs: Sequence[Solution], gyro: np.ndarray, time_s: np.ndarray) -> State
         -down,
     )
     values = (whole.latitude_rad, np.unwrap(whole.longitude_rad), whole.height_m)
-    position = [_hermite(whole.time_s, v, r, step, time_s) for v, r in zip(values, rates, strict=True)]
+    latitude, longitude, height = (
+        _hermite(whole.time_s, v, r, step, time_s) for v, r in zip(values, rates, strict=True)
+    )
     velocity, acceleration = np.empty((2, time_s.size, 3))
     for one, first, last in zip(arcs, cuts[:-1], cuts[1:], strict=True):
         if last > first:
@@ -86,7 +88,7 @@ def _at(arcs: Sequence[Solution], gyro: np.ndarray, time_s: np.ndarray) -> State
             acceleration[first:last] = spline(time_s[first:last], 1)
     increments = gyro[: SAMPLES_PER_STEP * (whole.time_s.size - len(arcs))].reshape(-1, SAMPLES_PER_STEP, 3)
     attitude = _attitude(whole, increments[step - arc], step, time_s)
-    return States(time_s, *position, velocity, acceleration, attitude.as_matrix())
+    return States(time_s, latitude, longitude, height, velocity, acceleration, attitude.as_matrix())
 
 
 def _hermite(t: np.ndarray, value: np.ndarray, rate: np.ndarray, step: np.ndarray, time_s: np.ndarray) -> np.ndarray:
