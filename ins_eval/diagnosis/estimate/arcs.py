@@ -187,8 +187,7 @@ def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         raise Diverged(f"{navigated.recording.name}: as it is believed nothing measured corrects its errors")
     rows = np.searchsorted(model.nodes_s, [one.time_s - 1e-6 for one in (navigated.start, *navigated.arcs)])
     begins = smoothed[rows, STATE].copy()
-    for k, (row, begin) in enumerate(zip(rows[1:], navigated.arcs, strict=True), start=1):
-        begins[k] += apart(begin, model.states, row)
+    begins[1:] += apart(navigated.arcs, model.states, rows[1:])
     return begins, smoothed[:, BIAS].mean(axis=0), sigma
 
 

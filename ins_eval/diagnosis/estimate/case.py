@@ -116,7 +116,7 @@ def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) ->
     """The case around arcs; start and biases are put back linearly."""
     uncertain = nuisances(settled.believed)
     case = _around(recording, settled.navigated, settled.believed, uncertain, folder)
-    of_start = apart(settled.stated, case.model.states, 0)
+    (of_start,) = apart([settled.stated], case.model.states, [0])
     taken = np.zeros(len(uncertain))
     for k, column in enumerate(uncertain):
         if column.start:

@@ -23,6 +23,7 @@ from functools import cache, cached_property
 from itertools import product
 from typing import TYPE_CHECKING
 
+import numba
 import numpy as np
 from scipy.special import log_ndtr
 
@@ -109,21 +110,45 @@ def _one_at_a_time(
 
         m'M m -> m'M m - d m_k^2 / (1 + d C_kk),   log|M| -> log|M| + log(1 + d C_kk)
     """
-    left = b - a @ centre
     best = np.array([one[len(one) // 2] for one in choices])
-    for _ in range(SWEEPS):
-        before, gain = best.copy(), 0.0
-        for k, one in enumerate(choices):
-            covariance = np.linalg.inv(a + np.diag(best**-2.0))
-            tried, own = np.array(one), covariance[k, k]
-            moved = tried**-2.0 - best[k] ** -2.0
-            grown = 1.0 + moved * own
-            each = -0.5 * (moved * (covariance[k] @ left) ** 2 / grown + np.log(grown)) - np.log(tried / best[k])
-            gain += float(np.logaddexp.reduce(each)) - each.max() - np.log(len(one))
-            best[k] = tried[int(np.argmax(each))]
-        if np.array_equal(best, before):
-            break
+    counts = np.array([len(one) for one in choices])
+    scales = np.ones((len(choices), counts.max()))
+    for k, one in enumerate(choices):
+        scales[k, : len(one)] = one
+    covariance = np.linalg.inv(a + np.diag(best**-2.0))
+    gain = _swept(covariance, covariance @ (b - a @ centre), best, scales, counts)
     return float(_at_scales(a, b, centre, best[None])[0] + gain), best
+
+
+@numba.njit(cache=True)
+def _swept(covariance, mean, best, scales, counts):
+    """What the other scales of each effect add to log B at the best ones; those come to stand in `best`."""
+    gain = 0.0
+    for _ in range(SWEEPS):
+        gain, moved = 0.0, False
+        for k in range(best.size):
+            highest, total, chosen = -np.inf, 0.0, 0
+            each = np.empty(counts[k])
+            for n in range(counts[k]):
+                d = scales[k, n] ** -2.0 - best[k] ** -2.0
+                grown = 1.0 + d * covariance[k, k]
+                each[n] = -0.5 * (d * mean[k] ** 2 / grown + np.log(grown)) - np.log(scales[k, n] / best[k])
+                if each[n] > highest:
+                    highest, chosen = each[n], n
+            for n in range(counts[k]):
+                total += np.exp(each[n] - highest)
+            gain += np.log(total / counts[k])
+            if scales[k, chosen] != best[k]:
+                d = scales[k, chosen] ** -2.0 - best[k] ** -2.0
+                shrunk = d / (1.0 + d * covariance[k, k])
+                column = covariance[k].copy()
+                mean -= shrunk * mean[k] * column
+                for i in range(best.size):
+                    covariance[i] -= shrunk * column[i] * column
+                best[k], moved = scales[k, chosen], True
+        if not moved:
+            break
+    return gain
 
 
 def _at_scales(a: np.ndarray, b: np.ndarray, centre: np.ndarray, scales: np.ndarray) -> np.ndarray:

@@ -85,9 +85,10 @@ def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> 
     if len(arcs) == 1:
         known[:, 5], known[:, 2] = _feedback(believed, arcs[0], nodes_s).T
     begins = np.searchsorted(nodes_s, [one.time_s - _CLOCK_S for one in believed.arcs])
-    for k, begin in zip(begins, believed.arcs, strict=True):  # what enters at mid-epoch is as much as it is at its node
-        if k < dt.size:
-            known[k] = np.linalg.solve(half[k], transition[k] @ apart(begin, states, k))
+    inside = begins < dt.size
+    k, afresh = begins[inside], [one for one, here in zip(believed.arcs, inside, strict=True) if here]
+    pushed = (transition[k] @ apart(afresh, states, k)[..., None]) if afresh else np.zeros((0, STATES, 1))
+    known[k] = np.linalg.solve(half[k], pushed)[..., 0]  # what enters at mid-epoch is as much as it is at its node
     return ErrorModel(
         nodes_s=nodes_s,
         states=states,

@@ -135,19 +135,24 @@ def _turned_by(increments: np.ndarray, along: np.ndarray) -> np.ndarray:
     return 0.5 * u * (first + second) + np.sqrt(3.0) / 12.0 * u**2 * np.cross(first, second)
 
 
-def apart(after: Start, before: States, k: int) -> np.ndarray:
-    """The error (9,) that a state `after` has over row `k` of the states `before`: position, velocity, phi of
+def apart(after: Sequence[Start], before: States, rows: Sequence[int]) -> np.ndarray:
+    """The errors (n, 9) that n states `after` have over `rows` of the states `before`: position, velocity, phi of
     C_after = (I - phi x) C_before."""
-    meridian, transverse = radii(after.latitude_rad)
-    around = np.remainder(after.longitude_rad - before.longitude_rad[k] + np.pi, 2.0 * np.pi) - np.pi
-    turn = Rotation.from_euler("ZYX", after.attitude_rad[::-1]) * Rotation.from_matrix(before.mat_nb[k]).inv()
-    return np.concatenate([
-        [
-            (after.latitude_rad - before.latitude_rad[k]) * (meridian + after.height_m),
-            around * (transverse + after.height_m) * np.cos(after.latitude_rad),
-            before.height_m[k] - after.height_m,
-        ],
-        np.asarray(after.velocity_n) - before.velocity_n[k],
+    if not after:
+        return np.zeros((0, 9))
+    rows = np.asarray(rows)
+    latitude, longitude, height = (
+        np.array([getattr(one, name) for one in after]) for name in ("latitude_rad", "longitude_rad", "height_m")
+    )
+    meridian, transverse = radii(latitude)
+    around = np.remainder(longitude - before.longitude_rad[rows] + np.pi, 2.0 * np.pi) - np.pi
+    attitude = Rotation.from_euler("ZYX", [one.attitude_rad[::-1] for one in after])
+    turn = attitude * Rotation.from_matrix(before.mat_nb[rows]).inv()
+    return np.column_stack([
+        (latitude - before.latitude_rad[rows]) * (meridian + height),
+        around * (transverse + height) * np.cos(latitude),
+        before.height_m[rows] - height,
+        np.array([one.velocity_n for one in after]) - before.velocity_n[rows],
         -turn.as_rotvec(),
     ])  # fmt: skip
 
