@@ -46,7 +46,7 @@ from ins_eval.navigation import (
 )
 from ins_eval.profile import load
 from ins_eval.recording import Imu, Recording, Start
-from ins_eval.recording.belief import Belief
+from ins_eval.recording.belief import ZERO, Belief
 from ins_eval.recording.stillness import Stretch
 from ins_eval.restarts import Restarts, restarts
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
@@ -310,18 +310,20 @@ def _model_files(folder: Path, wanted: Sequence[str]) -> dict[str, Path]:
 def _of_increments(recording: Recording) -> dict[str, Callable[[], _Arm]]:
     belief = recording.belief
     bare = belief.model_copy(
-        update={"gyro": belief.gyro.model_copy(update={"bias_radps": (0.0, 0.0, 0.0)}), "effects": ()}
+        update={
+            "gyro": belief.gyro.model_copy(update={"bias_radps": ZERO}),
+            "accelerometer": belief.accelerometer.model_copy(update={"bias_mps2": ZERO}),
+            "effects": (),
+        }
     )
-    bias = np.asarray(belief.accelerometer.bias_mps2)
 
     def as_recorded() -> _Arm:
         return _Arm(replace(recording, belief=bare), recording.imu.accelerometer)
 
     def as_believed() -> _Arm:
-        velocity = recording.imu.accelerometer - bias * recording.interval_s[:, None]
-        return _Arm(*without_effects(recording, velocity, recording.folder))
+        return _Arm(*without_effects(recording, recording.imu.accelerometer, recording.folder))
 
-    believes = bias.any() or any(belief.gyro.bias_radps) or bool(belief.effects)
+    believes = any(belief.accelerometer.bias_mps2) or any(belief.gyro.bias_radps) or bool(belief.effects)
     return {AS_RECORDED: as_recorded} | ({BELIEVED: as_believed} if believes else {})
 
 
