@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ins_eval.interface import calibrate
+from ins_eval.report.json_file import write_json
 
 
 def run(
@@ -15,6 +16,7 @@ def run(
     compensation: str | None = None,
     unit: str | None = None,
     output: Path | None = None,
+    json: Path | None = None,
     quiet: bool = False,
 ) -> int:
     """Calibrate one accelerometer, or those of the three axes, report it and write its compensation file.
@@ -27,6 +29,7 @@ def run(
     if unit is not None:
         names.append(re.sub(r"\W+", "-", unit).strip("-"))
     result.write(output or Path("reports") / f"{'-'.join(names)}-calibration", quiet)
+    write_json(json, result.metrics)
     if not quiet and model_file is not None:
         print(f"model: {model_file}")
     return 0

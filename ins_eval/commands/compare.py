@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from ins_eval.interface import compare, read
+from ins_eval.report.json_file import write_json
 
 
 def run(
     recording_folder: Path,
     output: Path | None,
+    json: Path | None,
     quiet: bool,
     use_found_offset: bool = False,
     unit: str | None = None,
@@ -20,5 +22,7 @@ def run(
     the believed one.
     """
     output = output or Path("reports") / f"{recording_folder.name}-compare"
-    compare(read(recording_folder, unit=unit), use_found_offset).write(output, quiet)
+    result = compare(read(recording_folder, unit=unit), use_found_offset)
+    result.write(output, quiet)
+    write_json(json, result.metrics)
     return 0

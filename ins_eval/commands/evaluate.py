@@ -9,6 +9,7 @@ from pathlib import Path
 from ins_eval.analysis.several import summary
 from ins_eval.errors import DataRefused, InsEvalError, StorageError, UsageError
 from ins_eval.interface import evaluate, evaluate_several, read
+from ins_eval.report.json_file import write_json
 
 
 def run(
@@ -20,6 +21,7 @@ def run(
     unit: str | None = None,
     magnetometer: Sequence[str] = (),
     declination_deg: float = 0.0,
+    json: Path | None = None,
     quiet: bool = False,
 ) -> int:
     """Evaluate a recording into `output` (by default ``reports/NAME``) and print its text.
@@ -27,12 +29,12 @@ def run(
     Several are written into ``output/NAME`` (by default ``reports/evaluation/NAME``) and come on one page above them;
     a refused one is a row of it, and the exit code says that there was one.
     """
-    from_folder = partial(
-        read, belief=belief, unit=unit, magnetometer=magnetometer, declination_deg=declination_deg
-    )
+    from_folder = partial(read, belief=belief, unit=unit, magnetometer=magnetometer, declination_deg=declination_deg)
     if len(inputs) == 1:
         where = Path("reports") / inputs[0].stem if output is None else output
-        evaluate(from_folder(inputs[0]), compensation, restart_every_s).write(where, quiet)
+        result = evaluate(from_folder(inputs[0]), compensation, restart_every_s)
+        result.write(where, quiet)
+        write_json(json, result.metrics)
         return 0
     where = Path("reports") / "evaluation" if output is None else output
     names = [source.stem for source in inputs]
@@ -49,5 +51,7 @@ def run(
             raise
         except InsEvalError as refused:
             kept.append(summary(name, refused))
-    evaluate_several(kept).write(where, quiet)
+    several = evaluate_several(kept)
+    several.write(where, quiet)
+    write_json(json, several.metrics)
     return DataRefused.exit_code if any(one.refused for one in kept) else 0

@@ -8,9 +8,12 @@ from pathlib import Path
 from ins_eval.analysis.results import regression
 from ins_eval.errors import GateNotMet
 from ins_eval.interface import results
+from ins_eval.report.json_file import write_json
 
 
-def run(folders: Sequence[Path], output: Path, fail_if: Sequence[str] = (), quiet: bool = False) -> int:
+def run(
+    folders: Sequence[Path], output: Path, fail_if: Sequence[str] = (), json: Path | None = None, quiet: bool = False
+) -> int:
     """Hold each later run against the first, write the page into `output` and print its text.
 
     Raises: GateNotMet where one of the limits `fail_if` (``KEY+P%``, ``KEY.value+P%``) is passed.
@@ -18,6 +21,7 @@ def run(folders: Sequence[Path], output: Path, fail_if: Sequence[str] = (), quie
     found = results(folders)
     worse = [words for limit in fail_if if (words := regression(found.found, limit))]
     found.write(output, quiet)
+    write_json(json, found.metrics)
     if worse:
         raise GateNotMet(f"results: {worse[0]}")
     return 0

@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 from ins_eval.compensation.child import KEEP_MEMORY
 from ins_eval.ensemble.plan import Plan
 from ins_eval.ensemble.store import Store
 from ins_eval.ensemble.world import World
 from ins_eval.errors import InsEvalError, StorageError
+from ins_eval.progress import progress
 
 
 @lru_cache(maxsize=64)
@@ -56,7 +56,7 @@ def run(
             if index < counts[label] and stores[label].read(index) is None:
                 missing.setdefault(index, []).append((plan, stores[label]))
     count = sum(map(len, missing.values()))
-    with tqdm(total=count, desc="instruments", unit="", disable=quiet or not missing, mininterval=0.5) as bar:
+    with progress(count, "instruments", quiet or not missing) as bar:
         for done in _computed(missing, workers or os.cpu_count() or 1):
             bar.update(done)
     return {label: [_present(stores[label], index) for index in range(count)] for label, count in counts.items()}
