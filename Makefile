@@ -99,7 +99,7 @@ wheel: env ## build the wheel into dist/
 	@$(PIP) wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
 
 lock: ## remake requirements.lock (maintainers; needs uv)
-	uv pip compile pyproject.toml --extra formats --group dev --universal --python-version 3.11 --generate-hashes --no-header -o requirements.lock
+	uv pip compile pyproject.toml --extra formats --extra docs --group dev --universal --python-version 3.11 --generate-hashes --no-header -o requirements.lock
 
 clean: ## remove results, wheels and caches; .venv stays
 	@find reports -mindepth 1 -maxdepth 1 ! -name README.md ! -name concealed -exec rm -rf {} +
