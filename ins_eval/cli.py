@@ -57,6 +57,7 @@ def _flight_report(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument("--model", help="one more compensation: my.py:MyModel, or a compensation FILE.toml")
     parser.add_argument("--population", default="jb-kt8", help=options.POPULATION_HELP)
     options.instruments(parser, 200, "number of instruments; more than 200 are flown linearly (default: %(default)s)")
+    options.export(parser)
     options.output(parser, "folder of the report (default: %(default)s)", Path("reports/flight"))
     parser.add_argument(
         "--storage-years",
@@ -123,6 +124,7 @@ def _evaluate(verbs: argparse._SubParsersAction) -> None:
         metavar="DIR",
         help="recordings in the form ins-recording/1, or a PSINS .imu file; of several also one table and one page",
     )
+    options.export(parser)
     options.output(parser, "folder of the report (default: reports/NAME, of several reports/evaluation)")
     parser.add_argument(
         "--compensation",
@@ -176,6 +178,7 @@ def _results(verbs: argparse._SubParsersAction) -> None:
         "KEY.value+P%%, where its value does; velocity_rms is its horizontal, cep_rate and radial_error_rate their "
         "final; may be repeated",
     )
+    options.export(parser)
     options.output(parser, "folder of the report (default: %(default)s)", Path("reports/results"))
 
 
@@ -214,6 +217,7 @@ def _calibrate(verbs: argparse._SubParsersAction) -> None:
         "--compensation", metavar="NAME", help="model of that file (default: hysteresis, or the best determined)"
     )
     parser.add_argument("--unit", metavar="ID", help="of a table with several accelerometers, this unit_id")
+    options.export(parser)
     options.output(parser, "folder of the report (default: reports/NAME-calibration)")
 
 
@@ -233,6 +237,7 @@ def _import(verbs: argparse._SubParsersAction) -> None:
 def _compare(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser("compare", help="hold the recorded IMU against the one that the reference implies")
     parser.add_argument("recording_folder", type=Path, metavar="DIR", help="a recording with a reference")
+    options.export(parser)
     options.output(parser, "folder of the report (default: reports/NAME-compare)")
     options.unit(parser)
     parser.add_argument(
@@ -244,6 +249,7 @@ def _diagnose(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser("diagnose", help="where recordings leave what is believed, and what was left out")
     parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING")
     options.belief(parser)
+    options.export(parser)
     options.output(parser, "folder of the report (default: none is written)")
     options.replaced(parser, "--report", "-o, --output")
     parser.add_argument(

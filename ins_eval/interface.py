@@ -20,7 +20,7 @@ from typing import Any, Generic, Literal, Protocol, TypeVar
 import pandas as pd
 from matplotlib.figure import Figure
 
-from ins_eval import ensemble
+from ins_eval import ensemble, exports
 from ins_eval.analysis.calibrate import ChamberCalibration, calibrate_chambers
 from ins_eval.analysis.compare import RecordingComparison, compare_recording
 from ins_eval.analysis.diagnose import RecordingsDiagnosis, belief_of, diagnose_folders
@@ -110,6 +110,15 @@ class Result(Generic[Found]):
     def write(self, folder: PathLike, quiet: bool = True) -> None:
         """Write ``metrics.json``, the page with its figures and the text into a folder."""
         write_results(Path(folder), self.title, self.answer, self.sections, self.metrics, self.figures, quiet)
+
+    @property
+    def frames(self) -> Mapping[str, pd.DataFrame]:
+        """Every table by its name: the main figures, solutions, errors, residuals; see `exports.frames`."""
+        return exports.frames(self.found)
+
+    def export(self, folder: PathLike, *formats: str) -> list[Path]:
+        """Write the tables into a folder, each of `formats` a key of `exports.FORMATS`, and return the files."""
+        return exports.export(self.found, Path(folder), formats)
 
     def __str__(self) -> str:
         return text.render(self.title, self.answer, self.sections)

@@ -11,6 +11,7 @@ from ins_eval.boundary import GIB
 
 LEAST_GIB = 0.5  # the libraries alone take 0.3 GiB
 STANDARD_OUTPUT = Path("-")
+EXPORTS = ("csv", "parquet", "mat", "nc", "kml", "gpx", "tex")  # `exports.FORMATS`, without importing them
 FILES = (".toml", ".json", ".html", ".csv", ".py")  # a folder with such a name is a slip
 PROFILE_HELP = "name of a shipped profile or a .toml file (default: %(default)s)"
 POPULATION_HELP = "accelerometers: a shipped population or a .toml file (default: %(default)s)"
@@ -64,6 +65,18 @@ def belief(parser: argparse.ArgumentParser) -> None:
 def unit(parser: argparse.ArgumentParser) -> None:
     """``--unit``: the data sheet of the instrument."""
     parser.add_argument("--unit", metavar="NAME", help="its data sheet fills what nobody stated, see ins-eval presets")
+
+
+def export(parser: argparse.ArgumentParser) -> None:
+    """``--export``, of verbs that write a report."""
+    parser.add_argument(
+        "--export",
+        nargs="+",
+        choices=EXPORTS,
+        default=(),
+        metavar="FORMAT",
+        help=f"also write tables and tracks into DIR/data: {', '.join(EXPORTS)}",
+    )
 
 
 def replaced(parser: argparse.ArgumentParser, old: str, new: str) -> None:

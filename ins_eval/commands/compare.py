@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from ins_eval.commands.delivery import deliver
 from ins_eval.interface import compare, read
-from ins_eval.report.json_file import write_json
 
 
 def run(
     recording_folder: Path,
     output: Path | None,
     json: Path | None,
+    export: Sequence[str],
     quiet: bool,
     use_found_offset: bool = False,
     unit: str | None = None,
@@ -22,7 +24,5 @@ def run(
     the believed one.
     """
     output = output or Path("reports") / f"{recording_folder.name}-compare"
-    result = compare(read(recording_folder, unit=unit), use_found_offset)
-    result.write(output, quiet)
-    write_json(json, result.metrics)
+    deliver(compare(read(recording_folder, unit=unit), use_found_offset), output, quiet, json, export)
     return 0

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ins_eval.analysis.diagnose import STEPS
+from ins_eval.commands.delivery import deliver
+from ins_eval.errors import UsageError
 from ins_eval.interface import diagnose
 from ins_eval.progress import progress
 from ins_eval.report.json_file import write_json
@@ -17,10 +19,13 @@ def run(
     output: Path | None = None,
     model_file: Path | None = None,
     unit: str | None = None,
+    export: Sequence[str] = (),
     json: Path | None = None,
     quiet: bool = False,
 ) -> int:
     """Diagnose recordings of one instrument together; the answer as text, as JSON and as a page where wanted."""
+    if export and output is None:
+        raise UsageError("diagnose: --export writes below the report; name its folder with -o DIR")
     with progress(len(recordings) + STEPS, "diagnosis", quiet) as bar:
 
         def step(words: str) -> None:
@@ -30,7 +35,7 @@ def run(
         result = diagnose(recordings, belief, model_file, step, unit)
     write_json(json, result.found.answer)
     if output is not None:
-        result.write(output, quiet)
+        deliver(result, output, quiet, None, export)
     elif not quiet:
         print(result)
     return 0

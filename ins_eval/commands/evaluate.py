@@ -7,9 +7,11 @@ from functools import partial
 from pathlib import Path
 
 from ins_eval.analysis.several import summary
+from ins_eval.commands.delivery import deliver
 from ins_eval.errors import DataRefused, InsEvalError, StorageError, UsageError
 from ins_eval.interface import evaluate, evaluate_several, read
-from ins_eval.report.json_file import write_json
+
+TRACKS = ("kml", "gpx")  # of one recording each
 
 
 def run(
@@ -21,6 +23,7 @@ def run(
     unit: str | None = None,
     magnetometer: Sequence[str] = (),
     declination_deg: float = 0.0,
+    export: Sequence[str] = (),
     json: Path | None = None,
     quiet: bool = False,
 ) -> int:
@@ -32,9 +35,7 @@ def run(
     from_folder = partial(read, belief=belief, unit=unit, magnetometer=magnetometer, declination_deg=declination_deg)
     if len(inputs) == 1:
         where = Path("reports") / inputs[0].stem if output is None else output
-        result = evaluate(from_folder(inputs[0]), compensation, restart_every_s)
-        result.write(where, quiet)
-        write_json(json, result.metrics)
+        deliver(evaluate(from_folder(inputs[0]), compensation, restart_every_s), where, quiet, json, export)
         return 0
     where = Path("reports") / "evaluation" if output is None else output
     names = [source.stem for source in inputs]
@@ -45,13 +46,11 @@ def run(
     for source, name in zip(inputs, names, strict=True):
         try:
             one = evaluate(from_folder(source), compensation, restart_every_s)
-            one.write(where / name, quiet=True)
+            deliver(one, where / name, True, None, export)
             kept.append(summary(name, one.found))
         except StorageError:
             raise
         except InsEvalError as refused:
             kept.append(summary(name, refused))
-    several = evaluate_several(kept)
-    several.write(where, quiet)
-    write_json(json, several.metrics)
+    deliver(evaluate_several(kept), where, quiet, json, [form for form in export if form not in TRACKS])
     return DataRefused.exit_code if any(one.refused for one in kept) else 0

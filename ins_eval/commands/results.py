@@ -6,13 +6,18 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ins_eval.analysis.results import regression
+from ins_eval.commands.delivery import deliver
 from ins_eval.errors import GateNotMet
 from ins_eval.interface import results
-from ins_eval.report.json_file import write_json
 
 
 def run(
-    folders: Sequence[Path], output: Path, fail_if: Sequence[str] = (), json: Path | None = None, quiet: bool = False
+    folders: Sequence[Path],
+    output: Path,
+    fail_if: Sequence[str] = (),
+    export: Sequence[str] = (),
+    json: Path | None = None,
+    quiet: bool = False,
 ) -> int:
     """Hold each later run against the first, write the page into `output` and print its text.
 
@@ -20,8 +25,7 @@ def run(
     """
     found = results(folders)
     worse = [words for limit in fail_if if (words := regression(found.found, limit))]
-    found.write(output, quiet)
-    write_json(json, found.metrics)
+    deliver(found, output, quiet, json, export)
     if worse:
         raise GateNotMet(f"results: {worse[0]}")
     return 0
