@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ins_eval.interface import calibrate
+from ins_eval.interface.calibrate import calibrate
 
 
 def run(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ins_eval.interface import compare, read
+from ins_eval.interface.compare import compare
+from ins_eval.interface.read import read
 
 
 def run(

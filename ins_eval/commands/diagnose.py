@@ -10,7 +10,7 @@ from tqdm import tqdm
 
 from ins_eval.analysis.diagnose import STEPS
 from ins_eval.files import write_whole
-from ins_eval.interface import diagnose
+from ins_eval.interface.diagnose import diagnose
 from ins_eval.report.results import as_json
 
 

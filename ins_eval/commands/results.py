@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ins_eval.analysis.results import regression
 from ins_eval.errors import GateNotMet
-from ins_eval.interface import results
+from ins_eval.interface.results import results
 
 
 def run(folders: Sequence[Path], output: Path, fail_if: Sequence[str] = (), quiet: bool = False) -> int:
