@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ins_eval.commands.delivery import deliver
-from ins_eval.interface import calibrate
+from ins_eval.interface.calibrate import calibrate
 
 
 def run(

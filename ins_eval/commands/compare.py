@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ins_eval.commands.delivery import deliver
-from ins_eval.interface import compare, read
+from ins_eval.interface.compare import compare
+from ins_eval.interface.read import read
 
 
 def run(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ins_eval.interface import Result
+from ins_eval.interface.result import Result
 from ins_eval.report.json_file import write_json
 
 DATA = "data"  # folder of what is exported, below that of the report

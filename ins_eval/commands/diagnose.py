@@ -8,7 +8,7 @@ from pathlib import Path
 from ins_eval.analysis.diagnose import STEPS
 from ins_eval.commands.delivery import deliver
 from ins_eval.errors import UsageError
-from ins_eval.interface import diagnose
+from ins_eval.interface.diagnose import diagnose
 from ins_eval.progress import progress
 from ins_eval.report.json_file import write_json
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from ins_eval.analysis.several import summary
 from ins_eval.commands.delivery import deliver
 from ins_eval.errors import DataRefused, InsEvalError, StorageError, UsageError
-from ins_eval.interface import evaluate, evaluate_several, read
+from ins_eval.interface.evaluate import evaluate, evaluate_several
+from ins_eval.interface.read import read
 
 TRACKS = ("kml", "gpx")  # of one recording each
 

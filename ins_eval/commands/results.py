@@ -8,7 +8,7 @@ from pathlib import Path
 from ins_eval.analysis.results import regression
 from ins_eval.commands.delivery import deliver
 from ins_eval.errors import GateNotMet
-from ins_eval.interface import results
+from ins_eval.interface.results import results
 
 
 def run(
