@@ -48,20 +48,22 @@ _PUBLIC = {
     "align": "alignment",
     "navigate": "strapdown",
     "read": "interface.read",
+    "import_file": "interface.import_file",
     "simulate": "analysis.simulate",
     "evaluate": "interface.evaluate",
     "compare": "interface.compare",
     "calibrate": "interface.calibrate",
     "diagnose": "interface.diagnose",
     "fly": "interface.fly",
+    "results": "interface.results",
     "Result": "interface.result",
 }
-_MODULES = ("metrics", "units")
+_MODULES = ("ensemble", "figures", "metrics", "readers", "units")
 
 __all__ = [*_PUBLIC, *_MODULES, "__version__"]
 
 if TYPE_CHECKING:
-    from ins_eval import metrics, units
+    from ins_eval import ensemble, figures, metrics, readers, units
     from ins_eval.alignment import align
     from ins_eval.analysis.simulate import simulate
     from ins_eval.calibration.four_point import four_point
@@ -73,8 +75,10 @@ if TYPE_CHECKING:
     from ins_eval.interface.diagnose import diagnose
     from ins_eval.interface.evaluate import evaluate
     from ins_eval.interface.fly import fly
+    from ins_eval.interface.import_file import import_file
     from ins_eval.interface.read import read
     from ins_eval.interface.result import Result
+    from ins_eval.interface.results import results
     from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start
     from ins_eval.strapdown import navigate
 

@@ -34,7 +34,7 @@ def calibrate(
     """
     file = None if model_file is None else Path(model_file)
     if file is not None and file.suffix != FILE:
-        raise UsageError(f"-o {file}: a compensation file ends in {FILE}; name it {file.with_suffix(FILE)}")
+        raise UsageError(f"--write-model {file}: a compensation file ends in {FILE}; name it {file.with_suffix(FILE)}")
     readings = [
         (Path(one.unit_id), one)
         if isinstance(one, ChamberReadings)

@@ -28,6 +28,11 @@ def evaluate(
 
     Where only the solution of an INS was recorded: see `analysis.solution.evaluate_solution`.
     """
+    if isinstance(compensations, str) or not all(isinstance(name, str) for name in compensations):
+        raise UsageError(
+            f"{recording.name}: compensations are a list of names, such as ['believed']; models of your own go into "
+            "models, increments of your own into the recording"
+        )
     title = f"Evaluation: {recording.name}"
     if recording.imu is None:
         if compensations or restart_every_s is not None or models:
