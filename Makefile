@@ -10,6 +10,7 @@ PIP := $(VENV)/bin/python -m pip --disable-pip-version-check
 export OPENBLAS_NUM_THREADS := 1
 
 RUN_OPTIONS = $(if $(WORKERS),--workers "$(WORKERS)") $(if $(SEED),--seed "$(SEED)")
+CLUSTER = $(if $(SCHEDULER),--scheduler "$(SCHEDULER)")
 
 .DEFAULT_GOAL := help
 .PHONY: help env flight-report paper-report loop-report check-cep concealed real-report bench bench-check test test-all lint wheel lock clean
@@ -36,17 +37,17 @@ $(STAMP): pyproject.toml requirements.lock
 	@$(VENV)/bin/python -m ins_eval.prepare
 	@touch $(STAMP)
 
-flight-report: env ## how good is this INS? writes reports/flight/ (MODEL=my.py:MyModel PROFILE= INSTRUMENTS= MISSIONS= MISSIONS_FROM= FLIGHTS= STORAGE_YEARS= SEED= WORKERS=)
-	@$(VENV)/bin/ins-eval flight-report $(if $(MODEL),--model "$(MODEL)") $(if $(PROFILE),--profile "$(PROFILE)") $(if $(STORAGE_YEARS),--storage-years "$(STORAGE_YEARS)") $(if $(INSTRUMENTS),--ensemble "$(INSTRUMENTS)") $(if $(MISSIONS),--missions "$(MISSIONS)") $(if $(MISSIONS_FROM),--missions-from "$(MISSIONS_FROM)") $(if $(FLIGHTS),--flights $(FLIGHTS)) $(RUN_OPTIONS)
+flight-report: env ## how good is this INS? writes reports/flight/ (MODEL=my.py:MyModel PROFILE= INSTRUMENTS= MISSIONS= MISSIONS_FROM= FLIGHTS= STORAGE_YEARS= SEED= WORKERS= SCHEDULER=)
+	@$(VENV)/bin/ins-eval flight-report $(if $(MODEL),--model "$(MODEL)") $(if $(PROFILE),--profile "$(PROFILE)") $(if $(STORAGE_YEARS),--storage-years "$(STORAGE_YEARS)") $(if $(INSTRUMENTS),--ensemble "$(INSTRUMENTS)") $(if $(MISSIONS),--missions "$(MISSIONS)") $(if $(MISSIONS_FROM),--missions-from "$(MISSIONS_FROM)") $(if $(FLIGHTS),--flights $(FLIGHTS)) $(RUN_OPTIONS) $(CLUSTER)
 
 paper-report: env ## each number of Paper A beside ours; writes reports/paper-a/ (SEED= WORKERS=)
-	@$(VENV)/bin/ins-eval paper-report $(RUN_OPTIONS)
+	@$(VENV)/bin/ins-eval paper-report $(RUN_OPTIONS) $(CLUSTER)
 
 loop-report: env ## each number of Paper B beside ours; writes reports/paper-b/ (SEED= WORKERS=)
 	@$(VENV)/bin/ins-eval loop-report $(RUN_OPTIONS)
 
 check-cep: env ## the gate: is hysteresis compensation still better than simple? (SEED= WORKERS=)
-	@$(VENV)/bin/ins-eval check-cep $(RUN_OPTIONS)
+	@$(VENV)/bin/ins-eval check-cep $(RUN_OPTIONS) $(CLUSTER)
 
 # Cases of each kind in the sealed set of concealed effects.
 SEALED_SEED ?= 3
@@ -61,17 +62,17 @@ REAL_SET = .cache/concealed/real-$(REAL_SEED)
 ifdef REAL
 concealed: env
 	@$(VENV)/bin/python -m benchmark.runners.make_real --seed $(REAL_SEED) -o $(REAL_SET)
-	@$(VENV)/bin/python -m benchmark.runners.run $(REAL_SET)/recordings $(REAL_SET)/answers --workers $(or $(WORKERS),2) --limit $(REAL_LIMIT)
+	@$(VENV)/bin/python -m benchmark.runners.run $(REAL_SET)/recordings $(REAL_SET)/answers --workers $(or $(WORKERS),2) $(CLUSTER) --limit $(REAL_LIMIT)
 	@$(VENV)/bin/python -m benchmark.runners.report_real $(REAL_SET) $(REAL_SET)/answers --output reports/concealed-real
 else
 concealed: env ## effects concealed in recordings: does diagnose find them? writes reports/concealed/ (SEALED_SEED= WORKERS= REAL=1: in real ones, reports/concealed-real/)
 	@for each in $(SEALED); do \
 	    $(VENV)/bin/python -m benchmark.runners.make --set sealed --seed $(SEALED_SEED) --rate 20 --kind $${each%:*} \
-	        --count $${each#*:} --workers $(or $(WORKERS),2) -o $(CONCEALED) || exit 1; done
-	@$(VENV)/bin/python -m benchmark.runners.run $(CONCEALED)/recordings $(CONCEALED)/answers --workers $(or $(WORKERS),2)
-	@$(VENV)/bin/python -m benchmark.runners.bound $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
+	        --count $${each#*:} --workers $(or $(WORKERS),2) $(CLUSTER) -o $(CONCEALED) || exit 1; done
+	@$(VENV)/bin/python -m benchmark.runners.run $(CONCEALED)/recordings $(CONCEALED)/answers --workers $(or $(WORKERS),2) $(CLUSTER)
+	@$(VENV)/bin/python -m benchmark.runners.bound $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2) $(CLUSTER)
 	@$(VENV)/bin/python -m benchmark.runners.experiments $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
-	@$(VENV)/bin/python -m benchmark.runners.navigation $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2)
+	@$(VENV)/bin/python -m benchmark.runners.navigation $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2) $(CLUSTER)
 	@$(VENV)/bin/python -m benchmark.runners.report $(CONCEALED) $(CONCEALED)/answers
 endif
 
@@ -99,7 +100,7 @@ wheel: env ## build the wheel into dist/
 	@$(PIP) wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
 
 lock: ## remake requirements.lock (maintainers; needs uv)
-	uv pip compile pyproject.toml --extra formats --group dev --universal --python-version 3.11 --generate-hashes --no-header -o requirements.lock
+	uv pip compile pyproject.toml --extra formats --extra docs --group dev --universal --python-version 3.11 --generate-hashes --no-header -o requirements.lock
 
 clean: ## remove results, wheels and caches; .venv stays
 	@find reports -mindepth 1 -maxdepth 1 ! -name README.md ! -name concealed -exec rm -rf {} +

@@ -47,27 +47,38 @@ _PUBLIC = {
     "four_point": "calibration.four_point",
     "align": "alignment",
     "navigate": "strapdown",
-    "read": "interface",
-    "simulate": "interface",
-    "evaluate": "interface",
-    "compare": "interface",
-    "calibrate": "interface",
-    "diagnose": "interface",
-    "fly": "interface",
-    "Result": "interface",
+    "read": "interface.read",
+    "import_file": "interface.import_file",
+    "simulate": "analysis.simulate",
+    "evaluate": "interface.evaluate",
+    "compare": "interface.compare",
+    "calibrate": "interface.calibrate",
+    "diagnose": "interface.diagnose",
+    "fly": "interface.fly",
+    "results": "interface.results",
+    "Result": "interface.result",
 }
-_MODULES = ("metrics", "units")
+_MODULES = ("ensemble", "figures", "metrics", "readers", "units")
 
 __all__ = [*_PUBLIC, *_MODULES, "__version__"]
 
 if TYPE_CHECKING:
-    from ins_eval import metrics, units
+    from ins_eval import ensemble, figures, metrics, readers, units
     from ins_eval.alignment import align
+    from ins_eval.analysis.simulate import simulate
     from ins_eval.calibration.four_point import four_point
     from ins_eval.compensation import CompensationModel, Samples
     from ins_eval.compensation.check import check_model
     from ins_eval.compensation.registry import load_model
-    from ins_eval.interface import Result, calibrate, compare, diagnose, evaluate, fly, read, simulate
+    from ins_eval.interface.calibrate import calibrate
+    from ins_eval.interface.compare import compare
+    from ins_eval.interface.diagnose import diagnose
+    from ins_eval.interface.evaluate import evaluate
+    from ins_eval.interface.fly import fly
+    from ins_eval.interface.import_file import import_file
+    from ins_eval.interface.read import read
+    from ins_eval.interface.result import Result
+    from ins_eval.interface.results import results
     from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start
     from ins_eval.strapdown import navigate
 

@@ -10,8 +10,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from filterpy.common import van_loan_discretization
-from filterpy.kalman import KalmanFilter
 from scipy.spatial.transform import Rotation
 
 from ins_eval.earth import EARTH_RATE, gravity, radii
@@ -139,6 +137,9 @@ def filter_gains(
     latitude_rad: float, height_m: float, step_s: float, noise: AlignmentNoise, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Transition (8, 8), gains of `count` updates (count, 8, 2), covariance after them: no measurement enters them."""
+    from filterpy.common import van_loan_discretization  # imported here, for both take long
+    from filterpy.kalman import KalmanFilter
+
     g = gravity(latitude_rad, height_m)
     meridian, transverse = (r + height_m for r in radii(latitude_rad))
     north_rate, down_rate = EARTH_RATE * np.cos(latitude_rad), -EARTH_RATE * np.sin(latitude_rad)

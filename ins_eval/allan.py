@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq, nnls
-from scipy.stats import chi2, pearson3
+from scipy.special import chdtrc, gammainc, gammaincc, ndtr
 
 TERMS = ("quantisation", "white", "flicker", "random_walk")  # Q, N, B, K
 CONFIDENCE = 0.95
@@ -22,6 +22,7 @@ FITTED_SHARE = 0.125  # longer times have too few independent differences for a 
 ROUNDS = 6  # of weights by the fit itself
 FREQUENCIES = 10_000
 LARGEST_FACTOR = 1e4  # of a coefficient squared, where nothing bounds it from above
+LEAST_SKEWNESS = 1.6e-5  # below it a distribution counts as normal
 LEAST_SAMPLES = 32
 MISFIT_CHANCE = 1e-3
 
@@ -127,7 +128,7 @@ def _excess(residual: np.ndarray, covariance: np.ndarray, terms: int) -> float:
     """By how much the fit misses in variance, above what chance allows; 1 where the model holds."""
     freedom = residual.size - terms
     squares = float(residual @ np.linalg.solve(covariance, residual))
-    return squares / freedom if chi2.sf(squares, freedom) < MISFIT_CHANCE else 1.0
+    return squares / freedom if chdtrc(freedom, squares) < MISFIT_CHANCE else 1.0
 
 
 def _octaves(seen: AllanDeviation) -> np.ndarray:
@@ -190,7 +191,7 @@ def _coefficient(
         second, third = excess * second, excess**1.5 * third
         if second == 0.0:
             return float(seen > true)
-        return float(pearson3.cdf(seen, third / second**1.5, true, np.sqrt(second)))
+        return _chance_below((seen - true) / np.sqrt(second), third / second**1.5)
 
     tail = 0.5 * (1.0 - CONFIDENCE)
     least = float(np.sqrt(excess * spectra.cumulants(theta, weights)[0]))
@@ -203,6 +204,16 @@ def _coefficient(
         high = _crossing(chance, tail, (0.5 * high, high))
     value, low, high = (float(np.sqrt(v)) for v in (theta[k], low, max(high, theta[k])))
     return Coefficient(value, low, high, visible)
+
+
+def _chance_below(at: float, skewness: float) -> float:
+    """Pearson's type III distribution function, of mean 0 and variance 1: a shifted gamma distribution."""
+    if abs(skewness) < LEAST_SKEWNESS:
+        return float(ndtr(at))
+    beta = 2.0 / skewness
+    shape = beta * beta
+    past_end = max(beta * (at + shape / beta), 0.0)
+    return float((gammainc if skewness > 0.0 else gammaincc)(shape, past_end))
 
 
 def _crossing(chance: Callable[[float], float], level: float, between: tuple[float, float]) -> float:

@@ -16,7 +16,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal, stats
+from scipy import signal
+from scipy.special import stdtrit
 
 from ins_eval.errors import DataRefused
 from ins_eval.trajectory import Increments
@@ -271,7 +272,7 @@ def _jackknife(
         ]
     )
     error = np.sqrt((BLOCKS - 1) / BLOCKS * np.square(without - without.mean(axis=0)).sum(axis=0))
-    reach = stats.t.ppf(0.975, BLOCKS - 1) * error
+    reach = stdtrit(BLOCKS - 1, 0.975) * error
     return [
         ChannelEstimate(float(v), float(e), float(v - r), float(v + r))
         for v, e, r in zip(whole, error, reach, strict=True)

@@ -210,13 +210,21 @@ def control_faults(paper: Quantities, committed: Committed) -> list[str]:
     return faults
 
 
-def fly(output: Path, profile: str, seed: int, sizes: Sizes, workers: int | None, quiet: bool) -> dict[str, Arms]:
+def fly(
+    output: Path,
+    profile: str,
+    seed: int,
+    sizes: Sizes,
+    workers: int | None,
+    quiet: bool,
+    scheduler: str | None = None,
+) -> dict[str, Arms]:
     """Fly so many instruments: what each contributes to every measure, by flight."""
     plans = {
         "paper": (Plan(profile=profile, arms=(*ARMS, MIRRORED), seed=seed), sizes.paper),
         "missions": (Plan(profile=profile, arms=ARMS, seed=seed, missions=MISSIONS), sizes.missions),
     }
-    members = ensemble.run(plans, output / "members", workers, quiet)
+    members = ensemble.run(plans, output / "members", workers, quiet, scheduler)
     groups = {flight: ensemble.stacked(of_flight) for flight, of_flight in members.items()}
     return {flight: {arm: groups[flight][arm] for arm in plan.arms} for flight, (plan, _) in plans.items()}
 

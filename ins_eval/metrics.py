@@ -17,7 +17,7 @@ from math import ceil, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy.special import ndtri
 
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.units import HOUR, NMI
@@ -409,7 +409,7 @@ def power_size(
     """
     if not log_ratio < 0.0:
         raise UsageError(f"ensemble size: the log ratio is {log_ratio:g}, expected below 0: no gain to resolve")
-    z = stats.norm.ppf((1.0 + confidence) / 2.0) + stats.norm.ppf(power)
+    z = float(ndtri((1.0 + confidence) / 2.0) + ndtri(power))
     return max(2, ceil(n * (log_ratio_sd_at_n * z / log_ratio) ** 2))
 
 
@@ -418,7 +418,9 @@ def exceedance(value: float, distribution: np.ndarray) -> Estimate:
 
     The published flight stands at the percentile 100 (1 - fraction) of our distribution.
     """
+    from scipy.stats import binomtest  # imported here, for it takes long and few ask for it
+
     above = int(np.count_nonzero(np.asarray(distribution) > value))
-    result = stats.binomtest(above, np.size(distribution))
+    result = binomtest(above, np.size(distribution))
     interval = result.proportion_ci(confidence_level=CONFIDENCE, method="exact")
     return Estimate(float(result.statistic), float(interval.low), float(interval.high))

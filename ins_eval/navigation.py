@@ -89,7 +89,7 @@ def standstill_to_align_on(recording: Recording) -> Stretch | None:
 
 
 def beginning(recording: Recording, dv_b: np.ndarray) -> Stretch | Initialization | None:
-    """Where and how navigation begins, as `evaluate` takes it; `dv_b` (n, 3) m/s are compensated increments.
+    """Where and how navigation begins, as `evaluate` takes it; `dv_b` (n, 3) m/s as there.
 
     1. None: the attitude of the start is stated, and not to be aligned (see `standstill_to_align_on`).
     2. A stretch at rest, where the gyros find north on it.
@@ -107,7 +107,7 @@ def beginning(recording: Recording, dv_b: np.ndarray) -> Stretch | Initializatio
     else:
         if stretch is None or _finds_north(recording, stretch):
             return stretch
-    return find(recording, without_bias(recording), dv_b)
+    return find(recording, *without_bias(recording, dv_b))
 
 
 def _finds_north(recording: Recording, stretch: Stretch) -> bool:
@@ -118,19 +118,33 @@ def _finds_north(recording: Recording, stretch: Stretch) -> bool:
         return DEG_PER_H * stated < NORTH_RAD * EARTH_RATE * np.cos(latitude)
     time_s = recording.imu.time_s
     inside = (time_s > stretch.start_s) & (time_s <= stretch.end_s)
-    rate_b = without_bias(recording)[inside].sum(axis=0) / stretch.duration_s
+    dtheta_b, _ = without_bias(recording, recording.imu.accelerometer)
+    rate_b = dtheta_b[inside].sum(axis=0) / stretch.duration_s
     up_b = recording.imu.accelerometer[inside].sum(axis=0)
     vertical = float(rate_b @ up_b / np.linalg.norm(up_b)) - EARTH_RATE * np.sin(latitude)
     off = max(abs(float(np.linalg.norm(rate_b)) - EARTH_RATE), abs(vertical))
     return off < EARTH_RATE_TOLERANCE * EARTH_RATE
 
 
-def without_bias(recording: Recording) -> np.ndarray:
-    """Angle increments (n, 3) without the believed bias."""
-    bias = recording.belief.gyro.bias_radps
+def without_bias(recording: Recording, dv_b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angle increments (n, 3) rad and velocity increments (n, 3) m/s without the believed biases.
+
+    dtheta - b_g dt,   dv - b_a dt
+
+    Of accelerometers in pulses the bias is in the compensation that made `dv_b`, and nothing more is taken off.
+    """
+    belief = recording.belief
+    of_force = belief.accelerometer.bias_mps2 if recording.imu.accelerometer_form == "increment" else None
+    return (
+        _less(recording.imu.gyro, belief.gyro.bias_radps, recording.interval_s),
+        _less(dv_b, of_force, recording.interval_s),
+    )
+
+
+def _less(increments: np.ndarray, bias: Sequence[float] | None, interval_s: np.ndarray) -> np.ndarray:
     if bias is None or not any(bias):
-        return recording.imu.gyro
-    return recording.imu.gyro - np.asarray(bias) * recording.interval_s[:, None]
+        return increments
+    return increments - np.asarray(bias) * interval_s[:, None]
 
 
 def _stands(recording: Recording, stretch: Stretch) -> bool:
@@ -157,7 +171,8 @@ def evaluate(
 
     Parameters
     ----------
-    dv_b : (n, 3) compensated velocity increments, m/s
+    dv_b : (n, 3) velocity increments, m/s: of accelerometers in pulses what `compensate` makes of them, else those of
+        the recording; the believed biases of gyros and accelerometers are taken off here (`without_bias`)
     align_on : stretch at rest on which to align; navigation begins at its end. An initialization: navigation begins
         with its state, and the biases that it found are taken off. None: the attitude of the start is taken
     until_s : end of navigation
@@ -167,8 +182,8 @@ def evaluate(
 
     Notes
     -----
-    The recording is one of which the believed effects were taken off (`effects.without_effects`). Its gyros are
-    corrected for the believed bias. Compared with `recording.reference` where there is one, else with its GPS, else
+    The recording is one of which the believed effects were taken off (`effects.without_effects`).
+    Compared with `recording.reference` where there is one, else with its GPS, else
     with the known standstill of a parked recording; for GPS and reference the solution is carried to the antenna and
     the believed time offset is applied.
 
@@ -177,7 +192,7 @@ def evaluate(
     if left := effects_left(recording.belief):
         raise ValueError(f"{recording.name}: take the believed {left[0].name} off first, see effects.without_effects")
     imu, believed = recording.imu, recording.belief
-    dtheta_b = without_bias(recording)
+    dtheta_b, dv_b = without_bias(recording, dv_b)
     begin = start or recording.start
     alignment = found = None
     if isinstance(align_on, Initialization):

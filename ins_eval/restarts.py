@@ -106,14 +106,14 @@ def _from_fixes(
     recording: Recording, dv_b: np.ndarray, every_s: float, begin: Initialization | None
 ) -> Iterator[tuple[float, Errors]]:
     """Begin and errors of each piece, started with the state that the fixes before it give."""
-    dtheta_b = without_bias(recording)
-    state = begin or find(recording, dtheta_b, dv_b)
+    without = without_bias(recording, dv_b)
+    state = begin or find(recording, *without)
     last_s = float(recording.imu.time_s[-1])
     while state.start.time_s + every_s <= last_s:
         at_s = state.start.time_s
         with suppress(DataRefused):  # an outage: nothing to compare with
             yield at_s, evaluate(recording, dv_b, state, until_s=at_s + every_s).errors
-        state = follow(recording, state, dtheta_b, dv_b, at_s + every_s)
+        state = follow(recording, state, *without, at_s + every_s)
 
 
 def _piece(recording, dv_b, fixes: Fixes, k: int, at_s: float, turning: Slerp, every_s: float) -> Errors | None:

@@ -17,7 +17,7 @@ from ins_eval.commands import flight_report
 from ins_eval.ensemble import Plan, World
 from ins_eval.ensemble.ageing import aged
 from ins_eval.errors import UsageError
-from ins_eval.interface import of_flights
+from ins_eval.interface.fly import of_flights
 from ins_eval.report.results import as_json
 from tests.ensemble.conftest import PROFILE
 

@@ -13,7 +13,8 @@ from ins_eval.believed import belief_rows, believed, believed_of_chamber
 from ins_eval.cli import main
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.grade import measure_grade, nearest_unit
-from ins_eval.interface import compare, evaluate
+from ins_eval.interface.compare import compare
+from ins_eval.interface.evaluate import evaluate
 from ins_eval.recording import Fixes, Imu, Recording, Start, form
 from ins_eval.recording.belief import Belief, GyroBelief
 from ins_eval.recording.validation import validate

@@ -168,7 +168,7 @@ def test_a_users_model_of_ten_lines_stands_beside_the_others(folder: Path) -> No
     assert "mine/simple" in numbers["ensemble"]["improvement"]
     assert "mine_refined/hysteresis_refined" in numbers["ensemble"]["improvement"]
     assert (folder / "out" / "report.txt").read_text() in result.stdout
-    assert "instruments" in result.stderr and "<00:00" in result.stderr  # progress with the time to go
+    assert result.stderr == ""  # a bar is for a terminal
     manifest = json.loads((folder / "out" / "manifest.json").read_text())
     assert {"hop.toml", "my.py", "worldwide.toml"} == set(manifest["inputs"])
     assert str(folder) not in (folder / "out" / "metrics.json").read_text()

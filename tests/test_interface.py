@@ -13,6 +13,7 @@ import pytest
 import ins_eval as ie
 from ins_eval.cli import main
 from ins_eval.errors import UsageError
+from tests.recording.readers.conftest import CSV_MAPPING, csv_rows, drive
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +65,23 @@ def test_models_from_memory_are_those_of_the_files(flight, result):
     """A researcher's own triad needs no file."""
     own = ie.evaluate(flight.recording, models={"mine": flight.models["hysteresis"]}, compensations=["mine"])
     assert own.to_frame().loc["mine"].to_numpy() == pytest.approx(result.to_frame().loc["hysteresis"].to_numpy())
+
+
+@pytest.mark.parametrize("given", ["believed", np.zeros((4, 3))], ids=["text", "increments"])
+def test_compensations_that_are_no_names_are_refused(flight, given):
+    with pytest.raises(UsageError, match="compensations are a list of names"):
+        ie.evaluate(flight.recording, given)
+
+
+def test_a_file_is_imported_as_the_command_line_does(tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_bytes(csv_rows(drive(10.0, 60.0)))
+    log.with_suffix(".toml").write_text(CSV_MAPPING)
+    (recording,) = ie.import_file("csv", log)
+    assert main(["import", "csv", str(log), "-o", str(tmp_path / "out"), "--quiet"]) == 0
+    again = ie.read(tmp_path / "out")
+    assert recording.notes == again.notes
+    np.testing.assert_array_equal(recording.imu.gyro, again.imu.gyro)
 
 
 def test_instruments_that_fly_are_those_of_the_report(tmp_path):

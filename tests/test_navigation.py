@@ -251,17 +251,22 @@ def test_a_parked_vehicle_is_compared_with_its_place(flight: Recording, trajecto
     assert abs(errors.down_m[-1]) < 0.05  # Coriolis of the velocity east lifts it a little
 
 
-def test_a_believed_gyro_bias_is_taken_out(flight: Recording, trajectory: Trajectory) -> None:
-    """Adding a bias to the gyros and believing in it changes nothing; not believing in it does."""
-    bias = np.array([1.0, -2.0, 3.0]) * DEG_PER_H
-    biased = replace(
-        flight,
-        start=aligned_start(trajectory, -STILL_S),
-        imu=replace(flight.imu, gyro=flight.imu.gyro + bias / RATE_HZ),
-    )
-    believed = with_belief(biased, gyro={"bias_radps": tuple(bias)})
-    velocity = flight.imu.accelerometer
-    with_it, without = evaluate(believed, velocity).errors, evaluate(biased, velocity).errors
+@pytest.mark.parametrize(
+    ("sensor", "bias", "key"),
+    [
+        ("gyro", np.array([1.0, -2.0, 3.0]) * DEG_PER_H, "bias_radps"),
+        ("accelerometer", np.array([100.0, -200.0, 300.0]) * UG, "bias_mps2"),
+    ],
+    ids=["gyro", "accelerometer"],
+)
+def test_a_believed_bias_is_taken_out(
+    flight: Recording, trajectory: Trajectory, sensor: str, bias: np.ndarray, key: str
+) -> None:
+    """Adding a bias to either sensor and believing in it changes nothing; not believing in it does."""
+    imu = replace(flight.imu, **{sensor: getattr(flight.imu, sensor) + bias / RATE_HZ})
+    biased = replace(flight, start=aligned_start(trajectory, -STILL_S), imu=imu)
+    believed = with_belief(biased, **{sensor: {key: tuple(bias)}})
+    with_it, without = (evaluate(one, imu.accelerometer).errors for one in (believed, biased))
     assert np.hypot(with_it.north_m, with_it.east_m).max() < FLOOR_M
     assert np.hypot(without.north_m, without.east_m).max() > 100.0
 

@@ -11,7 +11,7 @@ import pytest
 from ins_eval.analysis.results import regression
 from ins_eval.cli import main
 from ins_eval.errors import DataRefused, UsageError
-from ins_eval.interface import results
+from ins_eval.interface.results import results
 
 RUNS = 40
 # of RUNS whose true change is the limit: 2.5 % on one side of the interval, 5 % where 30 recordings with large errors

@@ -14,7 +14,7 @@ from ins_eval.analysis.solution import evaluate_solution
 from ins_eval.cli import main
 from ins_eval.earth import radii
 from ins_eval.errors import DataRefused
-from ins_eval.interface import evaluate_several
+from ins_eval.interface.evaluate import evaluate_several
 from ins_eval.recording import Fixes, Recording, Start, form
 from ins_eval.report.solution import solution_answer, solution_blocks
 from ins_eval.units import DEG

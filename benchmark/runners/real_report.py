@@ -42,7 +42,7 @@ def study(one: Study, recorded: Recorded, output: Path, limit_s: float) -> dict:
         answer.parent.mkdir(parents=True, exist_ok=True)
         if not folder.exists():
             one.change(recorded).save(folder)
-        code, words, seconds, used = run.diagnose([str(folder)], str(answer), limit_s, "--report", str(page))
+        code, words, seconds, used = run.diagnose([str(folder)], str(answer), limit_s, "--output", str(page))
         runs[name] = {"seconds": round(seconds, 1), "processor_s": round(used, 1), "package": run.package_hash(),
                       "said": words.splitlines()[-1] if code else ""}  # fmt: skip
         if code:

@@ -7,10 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import pandas as pd
 
 from ins_eval.calibration import FITS, CalibratedModel, Calibration, Coefficient, calibrate
 from ins_eval.compensation import CompensationModel
@@ -18,6 +17,9 @@ from ins_eval.compensation.registry import RESERVED, load_model, model_names
 from ins_eval.compensation.scale_and_bias import ScaleAndBias
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.recording import ChamberReadings
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 WANTED = "hysteresis"
 INSTEAD = ("quadratic", "simple", "none")  # the first that the readings determine
@@ -66,6 +68,8 @@ class ChamberCalibration:
 
     def to_frame(self) -> pd.DataFrame:
         """One row a coefficient of a model of an accelerometer, with its 95 % interval."""
+        import pandas as pd
+
         rows = [
             {"accelerometer": one.name, "model": name, "curve": curve, **_term(coefficient)}
             for one in self.accelerometers

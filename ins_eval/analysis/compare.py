@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from ins_eval import channels
 from ins_eval.alignment import Alignment, align
@@ -22,6 +21,9 @@ from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.stillness import ENOUGH_FOR_ALIGNMENT_S, Stretch, choose_alignment, still_stretches
 from ins_eval.trajectory import Increments
 from ins_eval.units import DEG
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 WINDOW_S = 1.0  # at least, and never below the spacing of the reference's epochs
 STANDSTILL_WINDOW_S, LONG_STANDSTILL_S = 5.0, 300.0  # coarse counts average out where there is time enough
@@ -93,6 +95,8 @@ class RecordingComparison:
 
     def to_frame(self) -> pd.DataFrame:
         """One row a channel: bias and scale factor with 95 % intervals, RMS as recorded and after the fit; SI."""
+        import pandas as pd
+
         rows = {}
         for channel in self.fitted:
             bias, scale = channel.bias or channel.mean_difference, channel.terms[channel.axis]

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from ins_eval.metrics import CONFIDENCE, Estimate
 
@@ -69,7 +69,7 @@ def mean(values: np.ndarray) -> Estimate:
     if independent < FEWEST_INDEPENDENT:
         return Estimate(value, np.nan, np.nan)
     variance = float(np.var(values)) * n / (n - tau) if n > tau else np.nan
-    half = stats.t.ppf((1.0 + CONFIDENCE) / 2.0, independent - 1.0) * np.sqrt(variance / independent)
+    half = stdtrit(independent - 1.0, (1.0 + CONFIDENCE) / 2.0) * np.sqrt(variance / independent)
     return Estimate(value, value - half, value + half)
 
 
@@ -107,7 +107,7 @@ def regress(several: Sequence[Series]) -> Fit | None:
     freedom = max(1.0, independent - parameters)
     n = sum(one.values.size for one in several)
     covariance = bread @ meat @ bread * n / (n - parameters)
-    return Fit(coefficients, covariance, float(stats.t.ppf((1.0 + CONFIDENCE) / 2.0, freedom)))
+    return Fit(coefficients, covariance, float(stdtrit(freedom, (1.0 + CONFIDENCE) / 2.0)))
 
 
 def _whitened(one: Series, rho: float) -> tuple[np.ndarray, np.ndarray]:

@@ -6,9 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from ins_eval.believed import belief_rows, believed, believed_of_chamber
 from ins_eval.diagnosis.answer.answer import answer
@@ -24,6 +22,9 @@ from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.form.description import CHAMBER, open_folder
 from ins_eval.recording.mending import FAMILY
 from ins_eval.tables import parse, read_toml
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 STEPS = 4  # of the search, beside one for each recording
 
@@ -47,6 +48,8 @@ class RecordingsDiagnosis:
 
     def to_frame(self) -> pd.DataFrame:
         """One row an effect that was found, as the answer states it; empty where none was."""
+        import pandas as pd
+
         return pd.json_normalize(self.answer["effects"], max_level=0)
 
 

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import pandas as pd
 
 from ins_eval.analysis.solution import SolutionEvaluation, evaluate_solution
 from ins_eval.bandwidth import FastMotion, fast_motion
 from ins_eval.believed import belief_rows, believed, recorded_velocity
 from ins_eval.compensation import CompensationModel
-from ins_eval.compensation.file import SINGLE, believed_model, read_model
+from ins_eval.compensation.file import believed_model, read_triad
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.effects import without_effects
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
@@ -46,13 +45,15 @@ from ins_eval.navigation import (
 )
 from ins_eval.profile import load
 from ins_eval.recording import Imu, Recording, Start
-from ins_eval.recording.belief import Belief
+from ins_eval.recording.belief import ZERO, Belief
 from ins_eval.recording.stillness import Stretch
 from ins_eval.restarts import Restarts, restarts
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
-from ins_eval.tables import read_toml
 from ins_eval.trajectory import MAX_RATE_HZ, MIN_RATE_HZ
 from ins_eval.units import DEG, DEG_PER_H, UG
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 AS_RECORDED, BELIEVED = "none", "believed"
 SHORTEST_NAVIGATION_S = 10.0
@@ -113,6 +114,8 @@ class RecordingEvaluation:
 
     def to_frame(self) -> pd.DataFrame:
         """One row a compensation: velocity RMS in m/s, radial error rates in nmi/h, last radial error in m."""
+        import pandas as pd
+
         rows = {
             name: {
                 **{f"velocity_rms_{axis}_mps": value for axis, value in found.get("velocity_rms_mps", {}).items()},
@@ -125,6 +128,8 @@ class RecordingEvaluation:
 
     def errors_to_frame(self) -> pd.DataFrame:
         """North, east and down errors of position in m and velocity in m/s at each epoch, by compensation."""
+        import pandas as pd
+
         frames = {}
         for name, navigated in self.navigated.items():
             errors, time_s = since_start(navigated)
@@ -193,13 +198,11 @@ def evaluate_recording(
     """
     recording = believed(recording)
     arms = _arms(recording, compensations, models or {})
-    files = {name: file for name, file in _model_files(recording.folder, arms).items() if name in arms}
-    alike = [name for name, file in files.items() if SINGLE in read_toml(file)]
-    notes = [f"{name}: the one accelerometer of this file was taken for x, y and z alike." for name in alike]
-    recording = replace(recording, notes=(*recording.notes, *notes))
-    evaluations, pieces, stand, fast = {}, {}, None, None
+    evaluations, pieces, notes, stand, fast = {}, {}, [], None, None
     for name, make in arms.items():
         arm = make()  # one at a time: the increments of a day at 200 Hz take 0.4 GB
+        if arm.alike:
+            notes.append(f"{name}: the one accelerometer of this file was taken for x, y and z alike.")
         begin = beginning(arm.recording, arm.velocity)
         stand = begin if stand is None and isinstance(begin, Stretch) else stand
         end_s = recording.start.time_s
@@ -217,7 +220,7 @@ def evaluate_recording(
         if restart_every_s is not None:
             pieces[name] = restarts(arm.recording, arm.velocity, restart_every_s, one.initialization)
     polar = _near_a_pole(next(iter(evaluations.values())).solution, recording)
-    recording = replace(recording, notes=(*recording.notes, *polar, *([str(fast)] if fast.warned else [])))
+    recording = replace(recording, notes=(*recording.notes, *notes, *polar, *([str(fast)] if fast.warned else [])))
     solution = None if recording.solution is None else evaluate_solution(recording)
     return RecordingEvaluation(recording, stand, evaluations, pieces, fast, solution)
 
@@ -245,10 +248,14 @@ def _near_a_pole(solution: Solution, recording: Recording) -> list[str]:
 
 @dataclass(frozen=True)
 class _Arm:
-    """One compensation of a recording: what is believed with it, and the velocity increments it makes."""
+    """One compensation of a recording: what is believed with it, and the velocity increments it makes.
+
+    `alike`: one model of a file does for the three axes.
+    """
 
     recording: Recording
     velocity: np.ndarray
+    alike: bool = False
 
 
 def _arms(
@@ -273,9 +280,8 @@ def _of_pulses(
     triads: dict[str, Sequence[CompensationModel]] = {}
     if all(getattr(believed, axis) is not None for axis in "xyz"):
         triads[BELIEVED] = [believed_model(recording.belief, axis, folder) for axis in "xyz"]
-    for name, file in _model_files(folder, wanted).items():
-        triads[name] = [read_model(file, axis) for axis in "xyz"]
-    triads |= models
+    files = {name: read_triad(file) for name, file in _model_files(folder, wanted).items()}
+    triads |= files | dict(models)
     if not triads:
         raise DataRefused(
             f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
@@ -285,7 +291,8 @@ def _of_pulses(
 
     def made(name: str) -> _Arm:
         velocity = compensate(samples(recording), triads[name], recording.interval_s)
-        return _Arm(*without_effects(recording if name == BELIEVED else other, velocity, folder))
+        alike = name in files and triads[name] is files[name] and files[name][0] is files[name][1]
+        return _Arm(*without_effects(recording if name == BELIEVED else other, velocity, folder), alike)
 
     return {name: partial(made, name) for name in triads}
 
@@ -310,18 +317,20 @@ def _model_files(folder: Path, wanted: Sequence[str]) -> dict[str, Path]:
 def _of_increments(recording: Recording) -> dict[str, Callable[[], _Arm]]:
     belief = recording.belief
     bare = belief.model_copy(
-        update={"gyro": belief.gyro.model_copy(update={"bias_radps": (0.0, 0.0, 0.0)}), "effects": ()}
+        update={
+            "gyro": belief.gyro.model_copy(update={"bias_radps": ZERO}),
+            "accelerometer": belief.accelerometer.model_copy(update={"bias_mps2": ZERO}),
+            "effects": (),
+        }
     )
-    bias = np.asarray(belief.accelerometer.bias_mps2)
 
     def as_recorded() -> _Arm:
         return _Arm(replace(recording, belief=bare), recording.imu.accelerometer)
 
     def as_believed() -> _Arm:
-        velocity = recording.imu.accelerometer - bias * recording.interval_s[:, None]
-        return _Arm(*without_effects(recording, velocity, recording.folder))
+        return _Arm(*without_effects(recording, recording.imu.accelerometer, recording.folder))
 
-    believes = bias.any() or any(belief.gyro.bias_radps) or bool(belief.effects)
+    believes = any(belief.accelerometer.bias_mps2) or any(belief.gyro.bias_radps) or bool(belief.effects)
     return {AS_RECORDED: as_recorded} | ({BELIEVED: as_believed} if believes else {})
 
 
@@ -404,14 +413,17 @@ def _vertical(recording: Recording) -> str:
 
 def _floor(recording: Recording, duration_s: float, rate_hz: float) -> dict[str, Any]:
     """The same navigation of an IMU without errors: at the same place for as long, or on the shipped flight."""
-    if recording.kind in PARKED:
-        name, ideal = "standstill", _at_rest(recording, duration_s, rate_hz)
-    else:
-        rate_hz = float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ))
-        profile = load("climb-cruise-landing")
-        name, ideal = profile.name, Mission(profile, rate_hz).ideal()
-    _, horizontal_m, velocity_mps = numeric_floor(ideal)
-    return {"rate_hz": rate_hz, "profile": name, "horizontal_m": horizontal_m, "velocity_mps": velocity_mps}
+    if recording.kind not in PARKED:
+        return _floor_of_flight(float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ)))
+    _, horizontal_m, velocity_mps = numeric_floor(_at_rest(recording, duration_s, rate_hz))
+    return {"rate_hz": rate_hz, "profile": "standstill", "horizontal_m": horizontal_m, "velocity_mps": velocity_mps}
+
+
+@cache  # of several recordings the rates are few, and a flight of 8400 s takes as long as all else
+def _floor_of_flight(rate_hz: float) -> dict[str, Any]:
+    profile = load("climb-cruise-landing")
+    _, horizontal_m, velocity_mps = numeric_floor(Mission(profile, rate_hz).ideal())
+    return {"rate_hz": rate_hz, "profile": profile.name, "horizontal_m": horizontal_m, "velocity_mps": velocity_mps}
 
 
 def _at_rest(recording: Recording, duration_s: float, rate_hz: float) -> Recording:

@@ -6,10 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from ins_eval import ensemble
 from ins_eval.analysis import ageing, flight, missions
@@ -20,6 +19,9 @@ from ins_eval.ensemble import ARMS, Plan, World
 from ins_eval.ensemble.ageing import Aged, aged
 from ins_eval.ensemble.linear import AGREED, Agreement, agreement, joined
 from ins_eval.metrics import DEFINITIONS, VelocityRms
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +55,8 @@ class FlightStudy:
 
     def to_frame(self) -> pd.DataFrame:
         """One row an instrument and compensation: velocity RMS of its flight in m/s, what it adds to CEP rates."""
+        import pandas as pd
+
         columns = [f"velocity_rms_{axis}" for axis in VelocityRms._fields]
         columns += [f"cep_rate_{key}" for key in DEFINITIONS]
         frames = {

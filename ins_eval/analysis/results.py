@@ -9,10 +9,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from ins_eval import metrics
 from ins_eval.analysis.several import rows_of
@@ -23,6 +22,9 @@ from ins_eval.limits import OTHER
 from ins_eval.metrics import Estimate
 from ins_eval.printable import LONGEST_VALUE
 from ins_eval.streams import Streams
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 UNITS = {"velocity_rms": "m/s", "cep_rate": "nmi/h", "radial_error_rate": "nmi/h", "final_radial_error": "m"}
 SUFFIX = re.compile(r"_(mps|nmi_per_h|m)$")
@@ -91,6 +93,8 @@ class RunComparison:
 
     def to_frame(self) -> pd.DataFrame:
         """One row a compensation and measure: the value of each run, ratios of the later ones to the first."""
+        import pandas as pd
+
         rows = self.tree["changes"]
         return pd.DataFrame(rows).set_index(["compensation", "measure"])
 

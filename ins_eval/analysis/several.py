@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from ins_eval import metrics
 from ins_eval.analysis.evaluate import RecordingEvaluation
@@ -19,6 +18,9 @@ from ins_eval.recording import Recording
 from ins_eval.reference import Errors
 from ins_eval.streams import Streams
 from ins_eval.tables import pick
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SOLUTION = "solution"  # beside the compensations: what the INS put out itself
 FEWEST_FLIGHTS = 5  # of which a CEP is given
@@ -48,6 +50,8 @@ class SeveralEvaluations:
 
     def to_frame(self) -> pd.DataFrame:
         """One row a recording and compensation (or its own solution): the figures of `tree`, and why it was refused."""
+        import pandas as pd
+
         return pd.DataFrame(self.tree["recordings"]).set_index(["name", "compensation"])
 
     @cached_property

@@ -41,7 +41,7 @@ class Simulated:
             write_model(Path(output) / "compensation" / f"{name}.toml", triad)
 
 
-def simulate_recording(
+def simulate(
     profile: str = "climb-cruise-landing",
     kind: Literal["flight", "oven"] = "flight",
     population: str = "jb-kt8",

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import pandas as pd
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -22,6 +21,9 @@ from ins_eval.navigation import PARKED, at_antenna
 from ins_eval.recording import Fixes, Recording
 from ins_eval.reference import MISSING_ROW_FACTOR, Errors, compare, standstill
 from ins_eval.strapdown import Solution
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SHORTEST_FOR_RATE_S = 0.5 * SCHULER_PERIOD_S  # below it a radial error over time is the start, not the instrument
 CLOCK_LIMIT_S = 0.2  # half an interval, beyond which the motion does not determine the offset of the clocks
@@ -67,6 +69,8 @@ class SolutionEvaluation:
 
     def to_frame(self) -> pd.DataFrame:
         """One row: velocity RMS and mean velocity errors in m/s, radial error rates in nmi/h, clock offset in s."""
+        import pandas as pd
+
         tree = self.tree["solution"]
         row = {f"velocity_rms_{k}_mps": v["value"] for k, v in tree.get("velocity_rms_mps", {}).items()}
         row |= {f"velocity_mean_{k}_mps": v["value"] for k, v in tree.get("velocity_mean_mps", {}).items()}

@@ -6,7 +6,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ins_eval.interface import calibrate
+from ins_eval.commands.delivery import deliver
+from ins_eval.interface.calibrate import calibrate
 
 
 def run(
@@ -15,6 +16,8 @@ def run(
     compensation: str | None = None,
     unit: str | None = None,
     output: Path | None = None,
+    export: Sequence[str] = (),
+    json: Path | None = None,
     quiet: bool = False,
 ) -> int:
     """Calibrate one accelerometer, or those of the three axes, report it and write its compensation file.
@@ -26,7 +29,7 @@ def run(
     names = [one.folder.resolve().name for one in result.found.accelerometers]
     if unit is not None:
         names.append(re.sub(r"\W+", "-", unit).strip("-"))
-    result.write(output or Path("reports") / f"{'-'.join(names)}-calibration", quiet)
+    deliver(result, output or Path("reports") / f"{'-'.join(names)}-calibration", quiet, json, export)
     if not quiet and model_file is not None:
         print(f"model: {model_file}")
     return 0

@@ -8,6 +8,7 @@ from ins_eval import gate
 from ins_eval.errors import GateNotMet
 from ins_eval.files import write_whole
 from ins_eval.gate import MEASURES, Committed, Condition, Quantities, Sizes
+from ins_eval.report.json_file import write_json
 from ins_eval.tables import parse, read_toml
 
 COMMIT_SIZES = Sizes(paper=2400, missions=1000)
@@ -25,9 +26,11 @@ def run(
     profile: str,
     seed: int,
     workers: int | None,
+    scheduler: str | None,
     quiet: bool,
     size: int | None = None,
     commit: bool = False,
+    json: Path | None = None,
 ) -> int:
     """Run the ensembles, print each condition and each control, raise GateNotMet where one does not hold.
 
@@ -37,17 +40,21 @@ def run(
     committed_file = committed_file or gate.COMMITTED_FILE
     if commit:
         sizes = Sizes(paper=size, missions=size) if size else COMMIT_SIZES
-        flown = gate.fly(output, profile, seed, sizes, workers, quiet)
+        flown = gate.fly(output, profile, seed, sizes, workers, quiet, scheduler)
         write_whole(committed_file, gate.commit(flown, sizes, seed).encode())
-        print(f"committed: {committed_file}")
+        write_json(json, {"format": "ins-eval-gate/1", "committed": str(committed_file)})
+        if not quiet:
+            print(f"committed: {committed_file}")
         return 0
     committed = parse(Committed, read_toml(committed_file), str(committed_file))
     size = size or committed.power_size
     sizes = Sizes(paper=size, missions=size)
-    seen = gate.compare(gate.fly(output, profile, seed, sizes, workers, quiet), seed)
+    seen = gate.compare(gate.fly(output, profile, seed, sizes, workers, quiet, scheduler), seed)
     conditions = gate.conditions(seen, committed, size)
     if not quiet:
         _print(conditions, seen["paper"], committed, size, seed)
+    held = [one._asdict() | {"met": one.met} for one in conditions]
+    write_json(json, {"format": "ins-eval-gate/1", "size": size, "seed": seed, "conditions": held})
     failures = [f"condition {c.subject}: {c.seen:.3f}, expected {c.limits}" for c in conditions if not c.met]
     failures += gate.control_faults(seen["paper"], committed)
     if failures:

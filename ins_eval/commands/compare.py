@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from ins_eval.interface import compare, read
+from ins_eval.commands.delivery import deliver
+from ins_eval.interface.compare import compare
+from ins_eval.interface.read import read
 
 
 def run(
     recording_folder: Path,
     output: Path | None,
+    json: Path | None,
+    export: Sequence[str],
     quiet: bool,
     use_found_offset: bool = False,
     unit: str | None = None,
@@ -20,5 +25,5 @@ def run(
     the believed one.
     """
     output = output or Path("reports") / f"{recording_folder.name}-compare"
-    compare(read(recording_folder, unit=unit), use_found_offset).write(output, quiet)
+    deliver(compare(read(recording_folder, unit=unit), use_found_offset), output, quiet, json, export)
     return 0

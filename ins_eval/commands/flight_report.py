@@ -11,9 +11,10 @@ from typing import Any
 from ins_eval import ensemble
 from ins_eval.analysis.fly import fly
 from ins_eval.analysis.missions import POPULATION
+from ins_eval.commands.delivery import deliver
 from ins_eval.ensemble import Plan
 from ins_eval.files import write_whole
-from ins_eval.interface import of_flights
+from ins_eval.interface.fly import of_flights
 from ins_eval.report.manifest import manifest
 from ins_eval.report.results import as_json
 
@@ -33,15 +34,25 @@ class Options:
     population_of_missions: str = POPULATION
 
 
-def run(output: Path, workers: int | None, quiet: bool, **options: Any) -> int:
+def run(
+    output: Path,
+    workers: int | None,
+    json: Path | None,
+    quiet: bool,
+    export: Sequence[str] = (),
+    scheduler: str | None = None,
+    **options: Any,
+) -> int:
     """Compute, write ``metrics.json``, ``manifest.json``, figures, page and text into `output`, print the text.
 
     `options` are the fields of `Options`.
     """
     of = Options(**options)
     plan = Plan(of.profile, of.population, seed=of.seed, missions=of.population_of_missions)
-    run_members = partial(ensemble.run, folder=output / "members", workers=workers, quiet=quiet)
+    run_members = partial(
+        ensemble.run, folder=output / "members", workers=workers, quiet=quiet, scheduler=scheduler
+    )
     found = fly(plan, of.size, run_members, of.model, of.storage_years, of.missions, of.flights)
     write_whole(output / "manifest.json", as_json(manifest(found.plan, found.plans)))
-    of_flights(found).write(output, quiet)
+    deliver(of_flights(found), output, quiet, json, export)
     return 0

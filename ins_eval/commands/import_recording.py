@@ -5,30 +5,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ins_eval.believed import believed
 from ins_eval.errors import UsageError
-from ins_eval.readers import doctor, find, read
-from ins_eval.readers.stretches import stretches
+from ins_eval.interface.import_file import import_file
 from ins_eval.recording import form
-from ins_eval.recording.validation import validate
+from ins_eval.report.json_file import write_json
 
 
-def run(format_name: str, file: Path, output: Path, assume: Sequence[str] = ()) -> int:
+def run(
+    format_name: str,
+    file: Path,
+    output: Path,
+    assume: Sequence[str] = (),
+    json: Path | None = None,
+    quiet: bool = False,
+) -> int:
     """Read, examine, validate, fill in what is believed, write into `output`, print the notes.
 
     `assume` holds KEY=VALUE each. Where gaps cut the recording, each stretch is written into a folder of its own,
     `output`-1 and on.
     """
-    assumed = _assumed(assume)
-    keys = find(format_name).keys
-    whole = stretches(read(format_name, file, assumed))
-    parts = [believed(validate(doctor.examine(part, assumed, keys))) for part in whole]
+    parts = import_file(format_name, file, _assumed(assume))
+    written = []
     for k, recording in enumerate(parts, start=1):
         folder = output if len(parts) == 1 else output.with_name(f"{output.name}-{k}")
         form.write(recording, folder)
-        for note in recording.notes:
-            print(note)
-        print(f"recording: {folder}")
+        written.append({"recording": str(folder), "notes": list(recording.notes)})
+        if not quiet:
+            print("\n".join([*recording.notes, f"recording: {folder}"]))
+    write_json(json, {"format": "ins-eval-imported/1", "recordings": written})
     return 0
 
 

@@ -20,6 +20,7 @@ from ins_eval.errors import UsageError
 from ins_eval.files import write_whole
 from ins_eval.report import text
 from ins_eval.report.content import Paragraph, Section, Table
+from ins_eval.report.json_file import write_json
 from ins_eval.report.results import as_json, made_with
 from ins_eval.streams import Streams
 
@@ -37,8 +38,9 @@ def simulate(
     forward_ppm: float = -200.0,
     feedback_ppm: float = 200.0,
     through: Literal["gain", "resistor"] = "gain",
-    unit: int = 0,
+    instrument: int = 0,
     seed: int = 1,
+    json: Path | None = None,
     quiet: bool = False,
 ) -> int:
     """Take one accelerometer through the paper's procedure and write what its bench recorded into `output`.
@@ -52,15 +54,15 @@ def simulate(
     loop = load(preset_or_file)
     margins = stability.margins(loop)  # an unstable loop has nothing to record
     streams = Streams(seed).at("digital loop")
-    drawn = population.draw(streams, unit, loop)
+    drawn = population.draw(streams, instrument, loop)
     injection = Injection(forward_ppm, feedback_ppm, through)
-    done = bench.procedure(drawn, streams.at("unit", unit, "bench"), injection)
+    done = bench.procedure(drawn, streams.at("unit", instrument, "bench"), injection)
     _write_tests(done, loop.counts_per_g, output)
     manifest = {
         "format": "ins-eval-loop/1",
         "loop": preset_or_file,
         "parameters": loop.parameters.model_dump(),
-        "unit": unit,
+        "instrument": instrument,
         "seed": seed,
         "injected": asdict(injection),
         "truth": {
@@ -73,6 +75,7 @@ def simulate(
         "made_with": made_with(),
     }
     write_whole(output / "manifest.json", as_json(manifest))
+    write_json(json, manifest)
     if not quiet:
         print(f"scan.csv, current.csv, static.csv and manifest.json: {output}")
         print(f"the gains they give: ins-eval loop calibrate {output / 'scan.csv'} {output / 'current.csv'}")
@@ -118,9 +121,8 @@ def calibrate(
                 "no drift; check that reference and test are of the same accelerometer with the same settings"
             )
     compensation = _compensation(found, reference_code)
-    if json is not None:
-        tree = {"format": "ins-eval-loop-gains/1", **{name: _tree(result) for name, result in found.items()}}
-        write_whole(json, as_json({**tree, "compensation": compensation, "unseen": list(loop_gains.UNSEEN)}))
+    tree = {"format": "ins-eval-loop-gains/1", **{name: _tree(result) for name, result in found.items()}}
+    write_json(json, {**tree, "compensation": compensation, "unseen": list(loop_gains.UNSEEN)})
     if not quiet:
         print(text.render("Gains of the loop", _answer(found), _sections(found, compensation)), end="")
     return 0

@@ -22,6 +22,7 @@ from ins_eval.gyro import GyroPopulation
 from ins_eval.laboratory import Chamber
 from ins_eval.laboratory.creep_rig import CreepRig
 from ins_eval.printable import printable
+from ins_eval.report.json_file import write_json
 from ins_eval.tables import read_toml
 
 
@@ -35,16 +36,22 @@ class Preset:
     text: Callable[[], str]
 
 
-def run(name: str | None) -> int:
+def run(name: str | None, json: Path | None = None, quiet: bool = False) -> int:
     """List all presets, or print those of that name in full. Raises UsageError for a name that none has."""
     known = list(_all())
+    found = [preset for preset in known if name in (None, preset.name)]
+    if not found:
+        raise UsageError(f"no preset '{name}'{did_you_mean(str(name), {preset.name for preset in known})}")
+    rows = [{"kind": one.kind, "name": one.name, "words": one.words} for one in found]
+    if name is not None:
+        rows = [row | {"text": one.text()} for row, one in zip(rows, found, strict=True)]
+    write_json(json, {"format": "ins-eval-presets/1", "presets": rows})
+    if quiet:
+        return 0
     if name is None:
         _print_list(known)
-        return 0
-    found = [preset for preset in known if preset.name == name]
-    if not found:
-        raise UsageError(f"no preset '{name}'{did_you_mean(name, {preset.name for preset in known})}")
-    print("\n\n".join(f"{preset.kind}: {preset.name}\n\n{preset.text().rstrip()}" for preset in found))
+    else:
+        print("\n\n".join(f"{preset.kind}: {preset.name}\n\n{preset.text().rstrip()}" for preset in found))
     return 0
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Literal
 
-from ins_eval.analysis.simulate import chamber_of, simulate_chamber, simulate_recording
+from ins_eval.analysis.simulate import chamber_of, simulate, simulate_chamber
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
+from ins_eval.report.json_file import write_json
 
 
 def run(
@@ -18,6 +19,7 @@ def run(
     seed: int = 1,
     instrument: int = 0,
     rate_hz: float | None = None,
+    json: Path | None = None,
     quiet: bool = False,
     **of_chamber: Any,
 ) -> int:
@@ -34,7 +36,8 @@ def run(
         options = {"--axis": "axis", "--unit": "unit", "--ramps": "ramps_c_per_min", "--dwell": "dwell_s"}
         if wrong := [option for option, name in options.items() if of_chamber.get(name) is not None]:
             raise UsageError(f"simulate {kind}: {wrong[0]} is of a chamber; leave it away or simulate a chamber")
-        simulate_recording(profile, kind, population, seed, instrument, rate_hz).write(output)
+        simulate(profile, kind, population, seed, instrument, rate_hz).write(output)
+    write_json(json, {"format": "ins-eval-simulated/1", "kind": kind, "seed": seed, "recording": str(output)})
     if not quiet:
         print(f"recording: {output}")
     return 0

@@ -177,12 +177,18 @@ def read_model(path: str | Path, axis: str | None = None) -> CompensationModel:
     A model read from a file gives specific force; it cannot be fitted anew.
     Raises UsageError with the key that is wrong.
     """
-    path = Path(path)
-    try:
-        table = read_toml(path)
-    except (ValueError, RecursionError) as fault:  # a number of thousands of digits, brackets a thousand deep
-        raise UsageError(f"{path}: not valid TOML ({type(fault).__name__}); correct the file") from None
-    file = parse(ModelFile, table, str(path))
+    return _of_axis(parse(ModelFile, read_toml(Path(path)), str(path)), path, axis)
+
+
+def read_triad(path: str | Path) -> list[CompensationModel]:
+    """Read the fitted models of x, y and z; the single one of the file three times. Raises UsageError."""
+    file = parse(ModelFile, read_toml(Path(path)), str(path))
+    if file.accelerometer is not None:
+        return [_of_axis(file, path, None)] * 3
+    return [_of_axis(file, path, axis) for axis in AXES]
+
+
+def _of_axis(file: ModelFile, path: str | Path, axis: str | None) -> CompensationModel:
     if file.accelerometer is not None:
         return file.accelerometer.model(file.name)
     held = [key for key in AXES if getattr(file, key) is not None]

@@ -15,7 +15,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from ins_eval.digital_loop import bench
 from ins_eval.digital_loop.injector import Injection
@@ -23,6 +22,7 @@ from ins_eval.digital_loop.model import Loop, load
 from ins_eval.digital_loop.parameters import DEFAULT
 from ins_eval.digital_loop.unit import Unit
 from ins_eval.metrics import Estimate, central
+from ins_eval.progress import progress
 from ins_eval.streams import Streams
 
 SIZE = 200
@@ -85,7 +85,12 @@ def of_each(found: Callable[[int], Any], size: int, workers: int | None, quiet: 
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
         done = pool.map(found, range(size))
         try:
-            return list(tqdm(done, total=size, desc=words, unit="", disable=quiet, mininterval=0.5))
+            kept = []
+            with progress(size, words, quiet) as bar:
+                for one in done:
+                    kept.append(one)
+                    bar.update()
+            return kept
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise

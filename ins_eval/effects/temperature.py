@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import AccelerometerBelief
@@ -65,7 +64,7 @@ def temperature(recording: Recording) -> SmoothedTemperature | None:
     window = min(int(SMOOTHING_S / GRID_S) // 2 * 2 + 1, (grid.size - 1) // 2 * 2 - 1)
     belief = recording.belief.accelerometer
     smooth = [np.interp(grid, time_s, column) for column in columns]
-    smooth = [savgol_filter(column, window, 2) if window > 3 else column for column in smooth]
+    smooth = [_smoothed(column, window) for column in smooth]
     rates = [filtered_rate(grid, column, belief.rate_filter_s) for column in smooth]
     return _three(grid, smooth, rates, belief)
 
@@ -101,4 +100,11 @@ def _smooth(readings: ChamberReadings, rows: np.ndarray) -> np.ndarray:
         if np.std(reading_c - best) < GOOD_FIT_STEPS * max(step, 0.01):
             return best
     window = min(FEW_READINGS, (rows.size - 1) // 2 * 2 + 1)
-    return savgol_filter(reading_c, window, 2) if window > 3 else reading_c
+    return _smoothed(reading_c, window)
+
+
+def _smoothed(column: np.ndarray, window: int) -> np.ndarray:
+    """Parabolas through `window` points; as it is where that is too few."""
+    from scipy.signal import savgol_filter  # imported here, for it takes long and few recordings need it
+
+    return savgol_filter(column, window, 2) if window > 3 else column

@@ -8,13 +8,13 @@ from importlib import import_module
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from ins_eval import parallel
 from ins_eval.ensemble.plan import Plan
 from ins_eval.ensemble.store import Store
 from ins_eval.ensemble.world import World
 from ins_eval.errors import StorageError
+from ins_eval.progress import progress
 
 
 @lru_cache(maxsize=64)
@@ -50,7 +50,7 @@ def run(
                 missing.setdefault(index, []).append(label)
     jobs = {index: (index, [plans[label][0] for label in labels]) for index, labels in missing.items()}
     count = sum(map(len, missing.values()))
-    with tqdm(total=count, desc="instruments", unit="", disable=quiet or not missing, mininterval=0.5) as bar:
+    with progress(count, "instruments", quiet or not missing) as bar:
         for index, members in parallel.results(_members, jobs, workers, scheduler):
             for label, member in zip(missing[index], members, strict=True):
                 stores[label].write(index, member)

@@ -179,9 +179,13 @@ def decimate(time_s: np.ndarray, values: np.ndarray, limit: int = 800) -> tuple[
     finite = np.isfinite(values)
     edges = np.linspace(0, n, limit // 2 + 1).astype(int)
     keep = [0, n - 1, *(np.flatnonzero(np.diff(finite)) + 1), *np.flatnonzero(np.diff(finite))]
-    for start, end in zip(edges[:-1], edges[1:], strict=True):
-        if finite[start:end].any():
-            keep += [start + np.nanargmin(values[start:end]), start + np.nanargmax(values[start:end])]
+    stretch = np.repeat(np.arange(edges.size - 1), np.diff(edges))
+    known = np.logical_or.reduceat(finite, edges[:-1])
+    for signed in (values, -values):  # the first of the lowest, then of the highest
+        lowest = np.fmin.reduceat(signed, edges[:-1])
+        at = np.flatnonzero(signed == lowest[stretch])
+        stretches, first = np.unique(stretch[at], return_index=True)
+        keep += [*at[first][known[stretches]]]
     kept = np.unique(keep)
     return time_s[kept], values[kept]
 

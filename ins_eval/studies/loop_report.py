@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from ins_eval.digital_loop import Loop, chamber, load, population, sampled, stability
 from ins_eval.files import write_whole
+from ins_eval.report.json_file import write_json
 from ins_eval.report.results import as_json, made_with, write_results
 from ins_eval.streams import Streams
 from ins_eval.studies.diagrams import diagrams
@@ -25,7 +26,7 @@ STEPS_PPM = {"as built": 0.0, "−200 ppm": -200.0, "−50 %": -5e5, "+100 %": 1
 STEP_S = 0.02
 
 
-def run(output: Path, size: int, seed: int, workers: int | None, quiet: bool) -> int:
+def run(output: Path, size: int, seed: int, workers: int | None, quiet: bool, json: Path | None = None) -> int:
     """Compute, write ``rows.json``, ``metrics.json``, figures, page and text into `output`, print the text."""
     plan = population.ProcedurePlan(seed=seed)
     members = population.run(plan, size, workers, quiet)
@@ -36,6 +37,7 @@ def run(output: Path, size: int, seed: int, workers: int | None, quiet: bool) ->
     answer, sections = paper_b_content(found, computed.results)
     drawn = _figures(members, computed)
     write_results(output, "Paper B, statement by statement", answer, sections, computed.results, drawn, quiet)
+    write_json(json, computed.results)
     return 0
 
 

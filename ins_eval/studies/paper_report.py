@@ -20,6 +20,7 @@ from ins_eval.laboratory import Chamber, draw_printed_units
 from ins_eval.laboratory.creep_rig import CreepRig
 from ins_eval.laboratory.magnet import loop, opening
 from ins_eval.report.flight_figures import ensemble_figures, flight_figures
+from ins_eval.report.json_file import write_json
 from ins_eval.report.manifest import manifest
 from ins_eval.report.recording_figures import metres_per_arcmin
 from ins_eval.report.results import as_json, write_results
@@ -35,7 +36,15 @@ from ins_eval.units import DEG
 SOAK_C, LOOPS_C = 22.0, ((-60.0, 70.0), (-30.0, 40.0), (-10.0, 30.0), (5.0, 25.0))  # what the magnet is led through
 
 
-def run(output: Path, size: int, seed: int, workers: int | None, quiet: bool) -> int:
+def run(
+    output: Path,
+    size: int,
+    seed: int,
+    workers: int | None,
+    quiet: bool,
+    json: Path | None = None,
+    scheduler: str | None = None,
+) -> int:
     """Compute, write ``rows.json``, ``metrics.json``, figures, page and text into `output`, print the text."""
     flight = Plan(seed=seed)
     plans = {
@@ -44,7 +53,7 @@ def run(output: Path, size: int, seed: int, workers: int | None, quiet: bool) ->
         "chamber": (replace(chamber.PLAN, seed=seed), chamber.SIZE),
         **{f"sensitivity/{case}": plan for case, plan in sensitivity.plans(seed).items()},
     }
-    members = ensemble.run(plans, output / "members", workers, quiet)
+    members = ensemble.run(plans, output / "members", workers, quiet, scheduler)
     shown = flight_study.fly_shown(World(flight), flight_study.SHOWN_ARMS, {arm: arm for arm in ARMS})
     results = _results(flight, size, members, shown)
     found = rows(results)
@@ -53,6 +62,7 @@ def run(output: Path, size: int, seed: int, workers: int | None, quiet: bool) ->
     answer, sections = paper_a_content(found, results)
     drawn = _figures(members, results, shown)
     write_results(output, "Paper A, statement by statement", answer, sections, results, drawn, quiet)
+    write_json(json, results)
     return 0
 
 

@@ -18,7 +18,7 @@ from ins_eval.diagnosis.estimate.description import _of_matrix, wrong_descriptio
 from ins_eval.diagnosis.model.library import COARSEST_PPM, LARGEST_OF, sized
 from ins_eval.effects.parts import SENSORS, conditions
 from ins_eval.effects.vocabulary import VOCABULARY
-from ins_eval.interface import diagnose
+from ins_eval.interface.diagnose import diagnose
 from ins_eval.recording import Imu, Recording, Start, form
 from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief
 from ins_eval.recording.consistency.alternatives import MATRICES

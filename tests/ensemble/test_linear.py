@@ -18,7 +18,7 @@ from ins_eval.ensemble.linear import agreement, fly_linearly, joined, unfit
 from ins_eval.ensemble.linear.course import epochs_of
 from ins_eval.gyro import GyroPopulation
 from ins_eval.imu import Mission
-from ins_eval.interface import fly as fly_instruments
+from ins_eval.interface.fly import fly as fly_instruments
 from ins_eval.laboratory import Chamber
 from ins_eval.many_streams import ManyStreams
 from ins_eval.profile import load

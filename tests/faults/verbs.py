@@ -68,7 +68,7 @@ def verbs(folder: Path) -> dict[str, Verb]:
         [
             "calibrate",
             f"{folder / 'chamber'}",
-            "-o",
+            "--write-model",
             f"{folder / 'model.toml'}",
             "--output",
             f"{folder / 'c'}",
@@ -108,7 +108,7 @@ def verbs(folder: Path) -> dict[str, Verb]:
         "diagnose": Verb(
             unit,
             lambda at: [
-                *("diagnose", f"{at / 'unit'}", "--json", f"{at / 'out.json'}", "--report", f"{at / 'out'}", "--quiet"),
+                *("diagnose", f"{at / 'unit'}", "--json", f"{at / 'out.json'}", "--output", f"{at / 'out'}", "--quiet"),
             ],
         ),
         "diagnose, chamber": Verb(

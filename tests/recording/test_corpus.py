@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
-from ins_eval.analysis.simulate import simulate_recording
+from ins_eval.analysis.simulate import simulate
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.readers import doctor, find, read
 from ins_eval.recording import consistency
@@ -151,5 +151,5 @@ def test_the_whole_corpus(tmp_path, logs):
 @pytest.mark.slow
 @pytest.mark.parametrize("profile", ["climb-cruise-landing", "box", "straight", "wing-rock"])
 def test_a_simulated_flight_contradicts_nothing(profile):
-    recording = simulate_recording(profile, rate_hz=20.0).recording
+    recording = simulate(profile, rate_hz=20.0).recording
     assert not [found.seen for found in consistency.findings(recording) if found.decided]

@@ -22,7 +22,7 @@ SIZE = "3"
 
 
 def report(folder: Path, workers: str) -> Path:
-    assert main(["loop-report", "--population", SIZE, "--workers", workers, "--output", str(folder), "--quiet"]) == 0
+    assert main(["loop-report", "--ensemble", SIZE, "--workers", workers, "--output", str(folder), "--quiet"]) == 0
     return folder
 
 

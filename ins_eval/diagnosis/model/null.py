@@ -15,7 +15,7 @@ from ins_eval.earth import EARTH_RATE
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, HEADING_SIGMA_RAD, TILT_SIGMA_RAD, Initialization, find, track
-from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on
+from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on, without_bias
 from ins_eval.recording import Start
 from ins_eval.recording.mending import mended
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
@@ -73,10 +73,11 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     Raises DataRefused where nothing says what a pulse is worth, or where there is nothing to align on.
     """
     finds_north = recording.belief.earth.rotation
-    recording, gyro, velocity = _compensated(recording, folder)
+    recording, compensated = _compensated(recording, folder)
+    gyro, velocity = without_bias(recording, compensated)
     imu, belief = recording.imu, recording.belief
     start, sigma_n = recording.start, None
-    stand = beginning(recording, velocity) if finds_north else standstill_to_align_on(recording)
+    stand = beginning(recording, compensated) if finds_north else standstill_to_align_on(recording)
     if isinstance(stand, Initialization):  # what it found of the biases stays in: it is what a diagnosis looks for
         start, sigma_n, stand = stand.start, stand.sigmas[ATTITUDE], None
     elif stand is not None:
@@ -104,7 +105,8 @@ def begin_afresh(recording: Recording, folder: str | Path = ".") -> tuple[Believ
 
     For what is navigated in arcs (`begun_at`).
     """
-    recording, gyro, velocity = _compensated(_judged(recording), folder)
+    recording, compensated = _compensated(_judged(recording), folder)
+    gyro, velocity = without_bias(recording, compensated)
     found = find(recording, gyro, velocity)
     path = found.path if recording.kind in PARKED else track(recording, found, gyro, velocity)
     return _wide(recording, start_at(path, recording.start.time_s), (gyro, velocity), folder), found, path
@@ -115,8 +117,8 @@ def begun_at(recording: Recording, start: Start, folder: str | Path = ".") -> Be
 
     Of a parked unit the start that is stated with sigmas is what is known.
     """
-    recording, gyro, velocity = _compensated(_judged(recording), folder)
-    return _wide(recording, start, (gyro, velocity), folder)
+    recording, compensated = _compensated(_judged(recording), folder)
+    return _wide(recording, start, without_bias(recording, compensated), folder)
 
 
 def _judged(recording: Recording) -> Recording:
@@ -155,13 +157,10 @@ def start_at(path: Solution, time_s: float) -> Start:
     )
 
 
-def _compensated(recording: Recording, folder: str | Path) -> tuple[Recording, np.ndarray, np.ndarray]:
-    """The recording without the effects that it believes in, its angle and velocity increments (n, 3)."""
+def _compensated(recording: Recording, folder: str | Path) -> tuple[Recording, np.ndarray]:
+    """The recording without the effects that it believes in, and its compensated velocity increments (n, 3)."""
     recording = mended(recording)
-    interval_s = recording.interval_s[:, None]
-    recording, velocity = without_effects(recording, _velocity(recording, folder, interval_s), folder)
-    gyro, bias = recording.imu.gyro, np.asarray(recording.belief.gyro.bias_radps or 0.0)
-    return recording, gyro - bias * interval_s if bias.any() else gyro, velocity
+    return without_effects(recording, _velocity(recording, folder), folder)
 
 
 def _begun(recording: Recording, start: Start, increments, sigma_n: np.ndarray, folder: str | Path) -> Believed:
@@ -200,11 +199,10 @@ def corrected(believed: Believed, gyro_bias: np.ndarray, force_bias: np.ndarray)
     return replace(believed, gyro=gyro, velocity=velocity)
 
 
-def _velocity(recording: Recording, folder: str | Path, interval_s: np.ndarray) -> np.ndarray:
+def _velocity(recording: Recording, folder: str | Path) -> np.ndarray:
     believed = recording.belief.accelerometer
     if recording.imu.accelerometer_form != "pulse":
-        velocity, bias = recording.imu.accelerometer, np.asarray(believed.bias_mps2 or 0.0)
-        return velocity - bias * interval_s if bias.any() else velocity
+        return recording.imu.accelerometer
     if any(getattr(believed, axis) is None for axis in "xyz"):
         raise DataRefused(
             f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
