@@ -53,6 +53,7 @@ _PUBLIC = {
     "compare": "interface",
     "calibrate": "interface",
     "diagnose": "interface",
+    "predict": "interface",
     "fly": "interface",
     "Result": "interface",
 }
@@ -67,7 +68,7 @@ if TYPE_CHECKING:
     from ins_eval.compensation import CompensationModel, Samples
     from ins_eval.compensation.check import check_model
     from ins_eval.compensation.registry import load_model
-    from ins_eval.interface import Result, calibrate, compare, diagnose, evaluate, fly, read, simulate
+    from ins_eval.interface import Result, calibrate, compare, diagnose, evaluate, fly, predict, read, simulate
     from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start
     from ins_eval.strapdown import navigate
 

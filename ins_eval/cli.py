@@ -41,7 +41,7 @@ def _parser() -> argparse.ArgumentParser:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     for add in (
         *(_flight_report, _paper_report, _loop_report, _presets, _evaluate, _results, _simulate),
-        *(_calibrate, _import, _compare, _diagnose, _loop, _check_model, _check_cep),
+        *(_calibrate, _import, _compare, _diagnose, _predict, _loop, _check_model, _check_cep),
     ):
         add(verbs)
     for verb in _leaves(verbs):
@@ -259,9 +259,17 @@ def _diagnose(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the answer, ins-diagnosis/1")
     parser.add_argument("--report", type=Path, metavar="DIR", help="folder of the page")
     parser.add_argument(
-        "--write-model", type=Path, metavar="FILE", help="write the belief with the effects found in it"
+        "--write-model", type=Path, metavar="FILE", help="write the belief with all effects, each with what it may be"
     )
     parser.add_argument("--quiet", action="store_true", help="no progress and no text on the terminal")
+
+
+def _predict(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("predict", help="what a model that diagnose wrote is expected to gain on a flight")
+    parser.add_argument("model", type=Path, metavar="MODEL", help="a file of diagnose --write-model")
+    parser.add_argument("flight", type=Path, metavar="PROFILE|DIR", help="a profile, or a recording with its course")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write medians and intervals")
+    parser.add_argument("--quiet", action="store_true", help="no text on the terminal")
 
 
 def _loop(verbs: argparse._SubParsersAction) -> None:

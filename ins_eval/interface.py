@@ -27,6 +27,7 @@ from ins_eval.analysis.diagnose import RecordingsDiagnosis, belief_of, diagnose_
 from ins_eval.analysis.evaluate import RecordingEvaluation, evaluate_recording
 from ins_eval.analysis.fly import FlightStudy
 from ins_eval.analysis.fly import fly as fly_instruments
+from ins_eval.analysis.predict import Prediction, planned, predict_flight
 from ins_eval.analysis.results import RunComparison, compare_results
 from ins_eval.analysis.several import SeveralEvaluations, Summary
 from ins_eval.analysis.simulate import Simulated, simulate_recording
@@ -34,7 +35,7 @@ from ins_eval.analysis.solution import SolutionEvaluation, evaluate_solution
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.file import write_model
 from ins_eval.compensation.registry import FILE
-from ins_eval.diagnosis.estimate.case import with_effects
+from ins_eval.diagnosis.estimate.case import with_effects, without_roots
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.initialization.magnetic import with_magnetic_heading
 from ins_eval.readers import psins_text
@@ -54,6 +55,7 @@ from ins_eval.report.evaluation import evaluation_content
 from ins_eval.report.evaluation_figures import evaluation_figures
 from ins_eval.report.flight import flight_content
 from ins_eval.report.flight_figures import study_figures
+from ins_eval.report.prediction import prediction_content
 from ins_eval.report.results import write_results
 from ins_eval.report.runs import runs_content
 from ins_eval.report.several import several_content
@@ -273,19 +275,36 @@ def diagnose(
 ) -> Result[RecordingsDiagnosis]:
     """Where recordings of one instrument leave what is believed of them: see `analysis.diagnose.diagnose_folders`.
 
-    `belief` replaces that of all recordings; `model_file` gets a belief with the effects that were found; `unit` names
+    `belief` replaces that of all recordings; `model_file` gets a belief with the posterior of all effects; `unit` names
     the data sheet that fills what nobody stated.
     ``result.found.answer`` is the answer in the form ins-eval-diagnosis.
     """
     folders, belief_file = [Path(folder) for folder in recordings], None if belief is None else Path(belief)
     found = diagnose_folders(folders, belief_file, step, unit)
     if model_file is not None:
-        found = replace(found, written=found.diagnosis.predicted)
+        found = replace(found, written=found.diagnosis.forecast)
         _, where = belief_of(folders[0], belief_file)
-        form.write_belief(Path(model_file), with_effects(found.belief, found.written), where)
+        form.write_belief(Path(model_file), with_effects(without_roots(found.belief), found.written), where)
     tree, draw = page_of_diagnosis(found.diagnosis, found.answer, found.written)
     tree["belief"] = found.stated
     return Result(TITLE, found, tree, *diagnosis_content(tree), draw)
+
+
+def predict(model: PathLike, flight: PathLike) -> Result[Prediction]:
+    """What a model expects to gain on a flight: see `analysis.predict.predict_flight`.
+
+    Parameters
+    ----------
+    model : a belief that `diagnose` wrote
+    flight : a profile, shipped or a TOML file, or the folder of a recording with the course and temperatures
+    """
+    stated, where = belief_of(Path(), Path(model))
+    folder = Path(flight)
+    if folder.is_dir():
+        found = predict_flight(stated, form.read(folder), where)
+    else:
+        found = predict_flight(stated, planned(str(flight), stated), where)
+    return Result(f"Prediction: {found.flight}", found, found.tree, *prediction_content(found.tree), dict)
 
 
 def fly(
