@@ -54,6 +54,7 @@ _PUBLIC = {
     "compare": "interface.compare",
     "calibrate": "interface.calibrate",
     "diagnose": "interface.diagnose",
+    "predict": "interface.predict",
     "fly": "interface.fly",
     "results": "interface.results",
     "Result": "interface.result",
@@ -76,6 +77,7 @@ if TYPE_CHECKING:
     from ins_eval.interface.evaluate import evaluate
     from ins_eval.interface.fly import fly
     from ins_eval.interface.import_file import import_file
+    from ins_eval.interface.predict import predict
     from ins_eval.interface.read import read
     from ins_eval.interface.result import Result
     from ins_eval.interface.results import results

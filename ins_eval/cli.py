@@ -34,7 +34,7 @@ def make_parser() -> argparse.ArgumentParser:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     for add in (
         *(_flight_report, _paper_report, _loop_report, _presets, _evaluate, _results, _simulate),
-        *(_calibrate, _import, _compare, _diagnose, _loop, _check_model, _check_cep),
+        *(_calibrate, _import, _compare, _diagnose, _predict, _loop, _check_model, _check_cep),
     ):
         add(verbs)
     for verb in leaves(verbs):
@@ -258,8 +258,14 @@ def _diagnose(verbs: argparse._SubParsersAction) -> None:
         type=Path,
         dest="model_file",
         metavar="FILE.toml",
-        help="write the belief with the effects found",
+        help="write the belief with all effects, each with what it may be",
     )
+
+
+def _predict(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("predict", help="what a model that diagnose wrote is expected to gain on a flight")
+    parser.add_argument("model", type=Path, metavar="MODEL", help="a file of diagnose --write-model")
+    parser.add_argument("flight", type=Path, metavar="PROFILE|DIR", help="a profile, or a recording with its course")
 
 
 def _loop(verbs: argparse._SubParsersAction) -> None:

@@ -145,6 +145,7 @@ class EffectBelief(FormTable):
     axis: Literal["x", "y", "z", "north", "east", "down"] | None = None
     value: float
     unit: str | None = None  # None: that of the vocabulary
+    root: tuple[float, ...] | None = None  # row of a root L of the covariance L L' of all values; None: exact
     recording: str | None = None
     other_axis: Literal["x", "y", "z"] | None = None
     time_constant_s: Annotated[float, Field(gt=0.0)] | None = None

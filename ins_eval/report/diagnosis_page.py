@@ -54,7 +54,7 @@ def page(
             "families": [_family(one) for one in places[:FAMILIES]],
         },
         "located": [_located(entry, one, k, len(diagnosis.effects) > 1) for k, (entry, one) in enumerate(seen)],
-        "written": [{"unit": VOCABULARY[one.name].unit} | one.model_dump(exclude_none=True) for one in written],
+        "written": [_written(one) for one in written],
         "limits": [asdict(one) for one in limits(of)],
         # the Earth is asked about where the belief leaves a term out, what is composed where a column suggests it
         "absent": [name for name, one in VOCABULARY.items() if name not in asked and one.enters not in NOT_SHOWN],
@@ -138,6 +138,12 @@ def _family(one: EffectEvidence) -> dict[str, Any]:
         "log_bayes_factor": one.log_bayes_factor,
         "named": one.named,
     }
+
+
+def _written(one: EffectBelief) -> dict[str, Any]:
+    """An effect of a written belief, and one sigma of its value where that is not exact."""
+    sigma = {} if one.root is None else {"sigma": float(np.linalg.norm(one.root))}
+    return {"unit": VOCABULARY[one.name].unit} | one.model_dump(exclude_none=True, exclude={"root"}) | sigma
 
 
 def _located(entry: Mapping[str, Any] | None, one: Located, k: int, several: bool) -> dict[str, Any]:

@@ -167,14 +167,16 @@ def _written(tree: Mapping) -> list[Block]:
             if parameter.name in one
         ]
         further += [f"only in {one['recording']}"] if "recording" in one else []
-        rows.append((effect_words(one), figures(one["value"]), one["unit"], ", ".join(further) or MISSING))
+        sigma = figures(one["sigma"]) if "sigma" in one else MISSING
+        rows.append((effect_words(one), figures(one["value"]), sigma, one["unit"], ", ".join(further) or MISSING))
     note = (
-        "For other recordings of the instrument. An effect is named above only if it is sure. Where a thermal one of "
-        "an accelerometer is, others are to be expected: then the values here are means with every effect of sensors, "
-        "start and receiver free at once, each drawn towards 0 as far as it is not sure, and thermal effects of "
-        "accelerometers and their constants that are only likely stand beside those that are named."
+        "For other recordings of the instrument. An effect is named above only if it is sure. The values here are "
+        "means with every effect of the sensors free at once, each drawn towards 0 as far as it is not sure; of a time "
+        "or a width several values stand beside one another. The file holds their covariance; ins-eval predict says "
+        "what they are expected to gain on a flight."
     )
-    return table("Effects in the written belief", ("effect", "value", "unit", "further"), rows, note, align="lrll")
+    header = ("effect", "value", "one sigma", "unit", "further")
+    return table("Effects in the written belief", header, rows, note, align="lrrll")
 
 
 def _where(tree: Mapping) -> list[Block]:

@@ -274,12 +274,12 @@ def test_the_belief_that_was_written_is_told() -> None:
     assert not [one for one in sections_of(told) if one.heading == "The belief that was written"]
     told["written"] = [
         {"name": "accelerometer.bias_creep", "axis": "z", "value": 4.812, "unit": "ug/degC", "time_constant_s": 2400.0},
-        {"name": "accelerometer.bias", "axis": "z", "value": 37.42, "unit": "ug"},
+        {"name": "accelerometer.bias", "axis": "z", "value": 37.42, "unit": "ug", "sigma": 21.04},
     ]
     (table,) = blocks(sections_of(told), "The belief that was written", Table)
     assert table.rows == [
-        ("accelerometer bias creep, z", "4.81", "ug/degC", "time constant 2400 s"),
-        ("accelerometer bias, z", "37.4", "ug", MISSING),
+        ("accelerometer bias creep, z", "4.81", MISSING, "ug/degC", "time constant 2400 s"),
+        ("accelerometer bias, z", "37.4", "21.0", "ug", MISSING),
     ]
 
 

@@ -6,14 +6,19 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
+from ins_eval.diagnosis.estimate.forecast import forecast, persistent, root_of
 from ins_eval.diagnosis.estimate.refine import believed_effect
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.lag import NAME as LAG
 from ins_eval.effects.parts import SENSORS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ins_eval.diagnosis.estimate.case import Case
+    from ins_eval.diagnosis.estimate.forecast import Forecast
     from ins_eval.diagnosis.estimate.linearisation import Linearisation
     from ins_eval.diagnosis.estimate.noise import Fitted
     from ins_eval.diagnosis.estimate.study import Hypothesis
@@ -24,6 +29,7 @@ if TYPE_CHECKING:
 NO_MISMATCH, EXPLAINED, NOT_IDENTIFIABLE = "no mismatch", "explained", "not identifiable"
 PARTLY, UNEXPLAINED = "partly explained", "unexplained"
 Q95 = 1.96  # sigmas to either end of a 95 % interval
+DIGITS = 5  # of what is written of a covariance
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,13 +104,26 @@ class Diagnosis:
         ]
 
     @property
-    def predicted(self) -> list[EffectBelief]:
-        """What is believed of the instrument's next recordings: see `Linearisation.predicted`."""
-        mended = [self._of_recording(one) for one in self.described]
-        if not self.effects:
-            return mended
-        found = [believed_effect(one, coefficient, self.cases) for one, coefficient in self.linearisation.predicted]
-        return [*mended, *found]
+    def forecast(self) -> list[EffectBelief]:
+        """What is believed of the instrument's next recordings.
+
+        Wrong descriptions and named effects that are not of a sensor, or of one recording only, as they are stated; of
+        the sensors the posterior of all persistent effects, see `estimate.forecast`. The chance that sensors have
+        stands in `root`: the rows of a root of the covariance, in units of the values.
+        """
+        known, found = self.linearisation, [self._of_recording(one) for one in self.described]
+        named: list[tuple[Hypothesis, float, float]] = []
+        if self.effects:
+            coefficients = {one.hypothesis: one.value / one.hypothesis.candidate.nominal for one in self.effects}
+            off = dict(zip(known.hypotheses, known.point, strict=True))
+            named = [(one, coefficient, float(off[one])) for one, coefficient in coefficients.items()]
+            named += [(known.hypotheses[k], float(known.point[k]), float(known.point[k])) for k in known.taken_beside]
+            stated = [one for one in coefficients if not persistent(one)]
+            found += [believed_effect(one, coefficients[one], self.cases) for one in stated]
+        around = self.cases if known is None else known.cases
+        with threadpool_limits(1):  # as in `judge`
+            posterior = forecast(around, self.fitted, named)
+        return [*found, *_with_roots(posterior, self.cases)]
 
     def _of_recording(self, one: FoundEffect) -> EffectBelief:
         """A wrong description as a belief states it: of one recording, where not all have it."""
@@ -113,6 +132,18 @@ class Diagnosis:
         ]
         effect = believed_effect(one.hypothesis, one.value, self.cases)
         return effect if len(here) == len(self.cases) else effect.model_copy(update={"recording": here[0]})
+
+
+def _with_roots(posterior: Forecast, cases: Sequence[Case]) -> list[EffectBelief]:
+    """The effects of a posterior as a belief states them, each with its row of a root of the covariance."""
+    nominal = np.array([one.candidate.nominal for one in posterior.effects])
+    root = nominal[:, None] * root_of(posterior.covariance)
+    return [
+        believed_effect(one, float(mean), cases).model_copy(
+            update={"root": tuple(float(f"{x:.{DIGITS}g}") for x in row[: k + 1])}
+        )
+        for k, (one, mean, row) in enumerate(zip(posterior.effects, posterior.mean, root, strict=True))
+    ]
 
 
 def channel_of(name: str, axis: str | None, parameters: dict) -> str:

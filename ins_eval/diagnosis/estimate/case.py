@@ -177,6 +177,12 @@ def with_effects(belief: Belief, effects: Sequence[EffectBelief]) -> Belief:
     return belief.model_copy(update={"effects": (*belief.effects, *effects)})
 
 
+def without_roots(belief: Belief) -> Belief:
+    """A belief whose effects are exact: what is found beside them says how far they are not."""
+    exact = tuple(one.model_copy(update={"root": None}) for one in belief.effects)
+    return belief.model_copy(update={"effects": exact})
+
+
 def nuisances(believed: Believed) -> list[Column]:
     """What is uncertain whatever the answer, each column carrying one sigma of the belief."""
     belief, start = believed.recording.belief, believed.start

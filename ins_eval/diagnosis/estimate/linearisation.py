@@ -21,7 +21,6 @@ from ins_eval.diagnosis.estimate.search import (
     search,
 )
 from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space, sums, union
-from ins_eval.effects.composed import NAME as COMPOSED
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
@@ -29,9 +28,6 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.refine import RefinedFit
     from ins_eval.diagnosis.policy import Policy
 
-TOLD = 0.3  # nominal sizes from which on a mean is believed of other recordings
-WITHIN_PRIOR = 3.0  # sigmas of the prior within which an effect that is sure must lie
-THERMAL = ("temperature", "creep", "hysteresis")  # in the name of an effect of an accelerometer
 CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
 
 
@@ -129,56 +125,6 @@ class Linearisation:
     def taken_beside(self) -> list[int]:
         """Hypotheses that were taken off the recordings and are not in the best set."""
         return [int(k) for k in np.flatnonzero(self.point) if k not in self.best.members]
-
-    @cached_property
-    def _thermal(self) -> np.ndarray:
-        """Which of the hypotheses (m,) are thermal effects of accelerometers."""
-        names = [one.candidate.name for one in self.hypotheses]
-        return np.array([not name.startswith("gyro.") and any(word in name for word in THERMAL) for name in names])
-
-    @cached_property
-    def predicted(self) -> list[tuple[Hypothesis, float]]:
-        """What is believed of other recordings of the instrument: hypotheses, each with its coefficient.
-
-        To be named, an effect must be sure, for it is one of many that could have been. But once one accelerometer is
-        known to have thermal errors that it was not calibrated for, others are to be expected, and the best forecast is
-        a mean: all effects of sensors, start and receiver are free at once with priors of their nominal size, those of
-        the best set wide enough that what was found lies within `WITHIN_PRIOR` sigmas. So each takes its part of what
-        was seen. Of what differs in a time or a width the one with the largest part is kept. Written are the best set
-        and, where the mean is at least `TOLD` nominal sizes, thermal effects of accelerometers and their constants,
-        which were calibrated as if there were none.
-        """
-        members = list(self.best.members)
-        found, _ = self.coefficients
-        if not self._thermal[members].any():
-            return [(self.hypotheses[k], float(p)) for k, p in zip(members, found, strict=True)]
-        sigma = np.ones(len(self.hypotheses))
-        fixed = self.space.centre[members] != 0.0
-        sigma[members] = np.where(fixed, 1.0, np.maximum(1.0, np.abs(found) / WITHIN_PRIOR))
-        m = np.array([*members, *np.flatnonzero(self._free)])
-        mean, instead = self._mean(m, sigma), self._alternatives[m]
-        m = m[[max(np.flatnonzero(instead == one), key=lambda i: abs(mean[i])) for one in dict.fromkeys(instead)]]
-        mean = self._mean(m, sigma)
-        constant = np.array([one.candidate.name in CONSTANTS for one in self.hypotheses])
-        written = (self._thermal | constant)[m] & (np.abs(mean) >= TOLD) | np.isin(m, members)
-        return [(self.hypotheses[k], float(p)) for k, p in zip(m[written], mean[written], strict=True)]
-
-    @property
-    def _free(self) -> np.ndarray:
-        """Which hypotheses may take a part beside the best set: no jump, no description, nothing that is fixed."""
-        ones = [one.candidate for one in self.hypotheses]
-        fixed = [one.centre != 0.0 or one.name == COMPOSED or "at_s" in one.parameters for one in ones]
-        return ~np.array(fixed) & ~np.isin(self._alternatives, self._alternatives[list(self.best.members)])
-
-    @cached_property
-    def _alternatives(self) -> np.ndarray:
-        """A number for each hypothesis: that of its family, of which one is right, or its own where it is local."""
-        local = [one.candidate.local for one in self.hypotheses]
-        return np.where(local, -1 - np.arange(len(local)), self.space.families)
-
-    def _mean(self, m: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-        """Coefficients (k,) of the hypotheses `m` together, with `sigma` (hypotheses,) of their priors."""
-        return posterior(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m], sigma[m])[0]
 
     @cached_property
     def held_out(self) -> dict[str, float | str]:

@@ -149,7 +149,8 @@ class NoiseModel:
             parts["slow_heading"] = by.slow_sigma[HEADING]
         if "jitter" in v:
             white = np.hypot(self.white, v["jitter"] * self.later)
-            parts["jitter"] = v["jitter"] * (by.white * self.later**2 / white).sum()
+            share = np.divide(self.later**2, white, out=np.zeros_like(white), where=white > 0.0)  # 0: not measured
+            parts["jitter"] = v["jitter"] * (by.white * share).sum()
         if "sampling" in v:
             parts["sampling"] = 2.0 * v["sampling"] * (by.force @ self.bent[:, 0] + by.rate @ self.bent[:, 1])
         if "gyro_wander_time" in v:

@@ -1,0 +1,64 @@
+"""A linear Gaussian observer of whole instruments: what could be known of the next flight by one who knows the noise.
+
+All persistent errors of all sensors are free at once, normal with the sigmas from which they were drawn, and so are the
+turn-on biases, the start and the branch on which each magnet begins. It knows every level of the noise, and linearises
+about the truth. It does not know time constants and widths: values on a grid stand side by side, each with its part of
+the variance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmark.scores.oracle import Moving, chamber_whitened, reduced
+from benchmark.worlds.effects import AXES, Effect
+from benchmark.worlds.record import Made
+from benchmark.worlds.whole import POPULATIONS, Instrument, others
+
+TIMES_S = tuple(np.geomspace(300.0, 15000.0, 6))
+WIDTHS_C = tuple(np.geomspace(0.5, 9.0, 5))
+
+
+def candidates(population: str) -> tuple[list[Effect], list[Effect]]:
+    """Every persistent error at one sigma of its prior, and what the beginning of a magnet adds on a day."""
+    found, of_day = [], []
+    for name, sigma in POPULATIONS[population].items():
+        for axis in AXES:
+            if name.endswith("creep"):
+                size = sigma / np.sqrt(len(TIMES_S))
+                found += [Effect(name, axis, size, {"time_constant_s": float(t), "law": "one"}) for t in TIMES_S]
+            elif name.endswith("hysteresis"):
+                size = sigma / np.sqrt(len(WIDTHS_C))
+                found += [Effect(name, axis, size, {"branch_width_c": float(w), "begin": 0.0}) for w in WIDTHS_C]
+                of_day += [Effect(name, axis, size, {"branch_width_c": float(w), "begin": 1.0}) for w in WIDTHS_C]
+            else:
+                found += [Effect(name, axis, sigma, {} if o is None else {"other_axis": o}) for o in others(name, axis)]
+    return found, of_day
+
+
+def observed(instrument: Instrument, recordings: Sequence[Made]) -> list[Effect]:
+    """The errors that the observer believes after these recordings: posterior means."""
+    own, of_day = candidates(instrument.population)
+    k = len(own)
+    places = [next(i for i, one in enumerate(own) if _same(one, other)) for other in of_day]
+    a, b = np.zeros((k, k)), np.zeros(k)
+    for made in recordings:
+        every = [*own, *of_day]
+        sheet, true = instrument.unit.sheet, instrument.unit.noise
+        if made.kind == "chamber":
+            data, columns, nuisances = chamber_whitened(made, sheet, true, every)
+        else:
+            data, columns, nuisances = Moving(made, sheet, true).whitened(every)
+        begins = columns[:, k:] - columns[:, places]  # a magnet that begins at one end, less one in the middle
+        one = reduced(data, columns[:, :k], np.column_stack([nuisances, begins]))
+        a, b = a + one[0], b + one[1]
+    mean = np.linalg.solve(a + np.eye(k), b)
+    return [Effect(e.name, e.axis, float(m * e.value), e.parameters) for e, m in zip(own, mean, strict=True)]
+
+
+def _same(a: Effect, b: Effect) -> bool:
+    """Whether two effects differ in where a magnet begins only."""
+    one, other = ({k: x for k, x in effect.parameters.items() if k != "begin"} for effect in (a, b))
+    return (a.name, a.axis, one) == (b.name, b.axis, other)
