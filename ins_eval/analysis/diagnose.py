@@ -107,9 +107,9 @@ def _made_ready(
         return prepare_chamber(form.read_chamber(folder), belief, name, where), belief, [], []
     doubted = form.read(folder, belief=belief, doubted=True)
     doubted = doubted if unit is None else replace(doubted, unit=unit)
-    wrong = wrong_descriptions(replace(doubted, name=name, folder=where))
+    wrong, found = wrong_descriptions(replace(doubted, name=name, folder=where))
     right = replace(doubted, belief=with_effects(belief, [one.effect for one in wrong]))
-    recording = believed(replace(form.validated(right), name=name, folder=where))
+    recording = believed(replace(form.validated(right, found), name=name, folder=where))
     stated = tuple(one for one in belief.effects if one.name.startswith(FAMILY))  # mended, and still believed
     return prepare(recording, where), with_effects(recording.belief, stated), belief_rows(recording), wrong
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -37,13 +38,14 @@ PILE_UP = 10  # times the next value, and that often at least, before the larges
 CHANNELS = ("gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z")
 
 
-def validate(recording: Recording) -> Recording:
+def validate(recording: Recording, found: Sequence[consistency.Finding] | None = None) -> Recording:
     """Return the recording with suspicions added to its notes.
 
     Checked are shapes, finite values, time (strictly increasing, no step beyond 1.5 times the median) and
     plausible magnitudes; of a recording at rest also that the specific force is gravity, on the axis and with
     the sign that the start's attitude gives it (level if there is none), and that the gyros show about Earth rate.
-    Then the list of `consistency`, the same for the form and for every importer. Raises `DataRefused`.
+    Then the list of `consistency`, the same for the form and for every importer; `found` where it is known already.
+    Raises `DataRefused`.
     """
     where = f"recording '{recording.name}'"
     for table, fixes in (("gps", recording.gps), ("reference", recording.reference), ("solution", recording.solution)):
@@ -59,7 +61,7 @@ def validate(recording: Recording) -> Recording:
     if recording.kind in ("oven", "static"):
         _check_rest(recording, where)
     suspicions = [
-        *consistency.report(recording, consistency.findings(recording), where),
+        *consistency.report(recording, consistency.findings(recording) if found is None else found, where),
         *_suspicions(recording, step_s),
     ]
     return replace(recording, notes=(*recording.notes, *(note for note in suspicions if note not in recording.notes)))

@@ -66,7 +66,7 @@ def spoilt(folder: Path, grade: str, *wrong: tuple, trajectory: str = "drive") -
 
 
 def said(folder: Path) -> list[tuple]:
-    found = wrong_descriptions(form.read(folder, doubted=True))
+    found, _ = wrong_descriptions(form.read(folder, doubted=True))
     return [(one.effect.name, one.effect.axis, one.effect.value, one.effect.sensor) for one in found]
 
 

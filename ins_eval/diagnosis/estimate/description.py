@@ -63,20 +63,24 @@ class _Changes:
         return replace(recording, belief=with_effects(recording.belief, effects))
 
 
-def wrong_descriptions(recording: Recording) -> list[WrongDescription]:
-    """What the description of a recording has wrong, as far as its parts tell; nothing where they fit each other."""
+def wrong_descriptions(recording: Recording) -> tuple[list[WrongDescription], list[Finding] | None]:
+    """What the description of a recording has wrong, as far as its parts tell, and what `consistency` finds beside it.
+
+    The latter is None where that was not looked at.
+    """
     changes = _Changes(np.eye(3), np.eye(3))
     if recording.imu is None:
-        return []
+        return [], None
     for _ in range(TURNS):
         here = changes.on(recording)
-        found = [one for one in consistency.findings(mended(here)) if one.decided]
-        options = next(((one, all_of) for one in found if (all_of := list(_options(one, changes)))), None)
+        found = consistency.findings(mended(here))
+        decided = (one for one in found if one.decided)
+        options = next(((one, all_of) for one in decided if (all_of := list(_options(one, changes)))), None)
         best = None if options is None else _best(recording, here, *options)
         if best is None:
-            break
+            return changes.described, found
         changes = best
-    return changes.described
+    return changes.described, None
 
 
 def _best(recording: Recording, here: Recording, found: Finding, options: Sequence[_Changes]) -> _Changes | None:

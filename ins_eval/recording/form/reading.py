@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from ins_eval.limits import BY_NAME, limits_of
 from ins_eval.printable import printable, shown
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start, whole_rows
 from ins_eval.recording.belief import Belief
+from ins_eval.recording.consistency import Finding
 from ins_eval.recording.form.columns import Columns, open_table
 from ins_eval.recording.form.description import CHAMBER, ImuTable, Opened, open_folder
 from ins_eval.recording.form.names import (
@@ -305,15 +307,19 @@ def _check_halves(table: Columns, motion: np.ndarray) -> None:
             )
 
 
-def validated(recording: Recording) -> Recording:
-    """The recording with what `validate` has to say of it; of an incomplete reference it sees nothing."""
+def validated(recording: Recording, found: Sequence[Finding] | None = None) -> Recording:
+    """The recording with what `validate` has to say of it; of an incomplete reference it sees nothing.
+
+    `found` is what `consistency` finds of the recording as it is mended, where that is known already.
+    """
     right = mended(recording)
     reference = right.reference
     complete = reference is not None and bool(
         np.isfinite([reference.latitude_rad, reference.longitude_rad, reference.height_m]).any(axis=1).all()
     )
     try:
-        checked = validate(right if complete else replace(right, reference=None))
+        whole = complete or reference is None
+        checked = validate(right, found) if whole else validate(replace(right, reference=None))
         check_plausible(right)
     except DataRefused as refused:
         raise DataRefused(printable(f"{recording.folder}: {refused}")) from None
