@@ -231,8 +231,17 @@ def _shown(value: object) -> str:
     return f"[{', '.join(f'{one:.6g}' for one in value)}]" if isinstance(value, tuple) else f"{value:g}"
 
 
-def belief_rows(recording: Recording) -> list[dict[str, str]]:
-    """What is believed of gyros, accelerometers and GPS: ``key``, ``value`` and ``source`` of each, for a page."""
+@dataclass(frozen=True)
+class BeliefRow:
+    """A believed value in words, and where it comes from."""
+
+    key: str
+    value: str
+    source: str
+
+
+def belief_rows(recording: Recording) -> list[BeliefRow]:
+    """What is believed of gyros, accelerometers and GPS."""
     belief = recording.belief
     keys = {
         "gyro": ("bias_radps", "bias_sigma_deg_per_h", "angle_random_walk_deg_per_sqrt_h"),
@@ -255,5 +264,5 @@ def belief_rows(recording: Recording) -> list[dict[str, str]]:
             else:
                 source = own.get(key) or (STATED if own or not of.source else of.source)
             shown = "none" if value is None else _shown(value)
-            rows.append({"key": f"[{table}] {key}", "value": shown, "source": source})
+            rows.append(BeliefRow(f"[{table}] {key}", shown, source))
     return rows

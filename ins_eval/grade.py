@@ -15,6 +15,7 @@ from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.recording import Imu, Recording
 from ins_eval.recording.stillness import Stretch, still_stretches
 from ins_eval.temperature_law import TemperatureLaw, temperature_laws
+from ins_eval.tree import as_tree
 from ins_eval.units import ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, UG
 
 BIAS = {"gyro": "bias_repeatability_deg_per_h", "accelerometer": "bias_repeatability_ug"}
@@ -30,6 +31,34 @@ PIECE_S, QUIETEST_SHARE = 10.0, 0.1  # of a recording that never rests
 ANGLE_RANDOM_WALK, VELOCITY_RANDOM_WALK = "angle_random_walk_deg_per_sqrt_h", "velocity_random_walk_ug_per_sqrt_hz"
 
 
+@dataclass(frozen=True)
+class NoiseTerm:
+    """A coefficient of noise with its 95 % interval in the field's unit; not visible: no more than its upper end."""
+
+    value: float
+    interval95: tuple[float, float]
+    visible: bool
+    unit: str
+
+
+@dataclass(frozen=True)
+class Offset:
+    """An offset at rest with one sigma."""
+
+    value: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Slope:
+    """How a channel at rest moves with temperature."""
+
+    slope: float
+    interval95: tuple[float, float]
+    unit: str
+    reference_c: float
+
+
 @dataclass(frozen=True, eq=False)
 class ChannelNoise:
     """The noise of one channel at rest in SI; `fit` is None where the rest is too short or no noise is seen."""
@@ -37,6 +66,15 @@ class ChannelNoise:
     name: str
     allan: AllanDeviation
     fit: NoiseFit | None
+
+    @property
+    def terms(self) -> dict[str, NoiseTerm]:
+        """Each term of the fit in the field's unit; empty where there is none."""
+        found = {}
+        for term, (unit, si) in units_of(self.name).items() if self.fit else ():
+            one = getattr(self.fit, term)
+            found[term] = NoiseTerm(one.value / si, (one.low / si, one.high / si), bool(one.visible), unit)
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,8 +158,7 @@ class Grade:
             f"included (nearest sheet: {near})."
         )
 
-    @cached_property
-    def tree(self) -> dict[str, Any]:
+    def as_tree(self) -> dict[str, Any]:
         """The part ``grade`` of ``metrics.json``, in the field's units."""
         tree: dict[str, Any] = {
             "grade": self.grade,
@@ -130,25 +167,38 @@ class Grade:
             "rests_s": [[rest.start_s, rest.end_s] for rest in self.rests],
             "temperature_c": None if self.temperature_c is None else list(self.temperature_c),
             "bounds": dict(self.bounds),
-            "noise": {channel.name: _noise(channel) for channel in self.channels if channel.fit is not None},
+            "noise": {channel.name: as_tree(channel.terms) for channel in self.channels if channel.fit is not None},
         }
         if self.gyro_offset is not None:
-            offsets = np.stack([self.gyro_offset, self.gyro_offset_sigma], axis=1) / DEG_PER_H
-            tree["gyro_offset_deg_per_h"] = {
-                axis: {"value": float(value), "sigma": float(sigma)}
-                for axis, (value, sigma) in zip("xyz", offsets, strict=True)
-            }
+            tree["gyro_offset_deg_per_h"] = as_tree(self.gyro_offset_deg_per_h)
         if self.force_offset is not None:
-            tree["force_offset_ug"] = {"value": self.force_offset / UG, "sigma": self.force_offset_sigma / UG}
+            tree["force_offset_ug"] = as_tree(self.force_offset_ug)
         if self.laws:
-            tree["temperature_laws"] = {law.name: _law(law) for law in self.laws}
+            tree["temperature_laws"] = as_tree(self.laws_in_units)
         return tree
 
+    @property
+    def gyro_offset_deg_per_h(self) -> dict[str, Offset]:
+        """Offset of each gyro; empty without a rest."""
+        if self.gyro_offset is None:
+            return {}
+        both = np.stack([self.gyro_offset, self.gyro_offset_sigma], axis=1) / DEG_PER_H
+        return {axis: Offset(float(v), float(s)) for axis, (v, s) in zip("xyz", both, strict=True)}
 
-def _law(law: TemperatureLaw) -> dict[str, Any]:
-    unit, si = units_of(law.name)["flicker"]
-    interval = [bound / si for bound in law.interval95]
-    return {"slope": law.slope / si, "interval95": interval, "unit": f"{unit}/degC", "reference_c": law.reference_c}
+    @property
+    def force_offset_ug(self) -> Offset | None:
+        """Offset of the norm of specific force."""
+        return None if self.force_offset is None else Offset(self.force_offset / UG, self.force_offset_sigma / UG)
+
+    @property
+    def laws_in_units(self) -> dict[str, Slope]:
+        """How each channel moves with temperature, in the field's units."""
+        found = {}
+        for law in self.laws:
+            unit, si = units_of(law.name)["flicker"]
+            low, high = (bound / si for bound in law.interval95)
+            found[law.name] = Slope(law.slope / si, (low, high), f"{unit}/degC", law.reference_c)
+        return found
 
 
 def units_of(channel: str) -> dict[str, tuple[str, float]]:
@@ -166,19 +216,6 @@ def units_of(channel: str) -> dict[str, tuple[str, float]]:
         "flicker": ("ug", UG),
         "random_walk": ("ug/sqrt(s)", UG),
     }
-
-
-def _noise(channel: ChannelNoise) -> dict[str, Any]:
-    found = {}
-    for term, (unit, si) in units_of(channel.name).items():
-        one = getattr(channel.fit, term)
-        found[term] = {
-            "value": one.value / si,
-            "interval95": [one.low / si, one.high / si],
-            "visible": bool(one.visible),
-            "unit": unit,
-        }
-    return found
 
 
 def measure_grade(recording: Recording, velocity: np.ndarray | None) -> Grade:

@@ -260,9 +260,14 @@ class Estimate(NamedTuple):
     low: float | np.ndarray
     high: float | np.ndarray
 
-    def as_tree(self) -> dict[str, float | list[float]]:
-        """Of floats: ``{"value", "interval95"}``, as an estimate stands in every report's numbers."""
-        return {"value": float(self.value), "interval95": [float(self.low), float(self.high)]}
+    def as_tree(self) -> dict[str, float | list[float] | None]:
+        """Of floats: ``{"value", "interval95"}``, as an estimate stands in every report; None: no interval."""
+        return {"value": float(self.value), "interval95": [float(self.low), float(self.high)] if self.known else None}
+
+    @property
+    def known(self) -> bool:
+        """Whether there is an interval."""
+        return bool(np.isfinite([self.low, self.high]).all())
 
 
 def central(values: np.ndarray) -> Estimate:

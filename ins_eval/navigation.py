@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -325,26 +325,41 @@ def since_start(evaluation: Evaluation) -> tuple[Errors, np.ndarray]:
     return evaluation.errors, evaluation.errors.time_s - evaluation.solution.time_s[0]
 
 
-def measures(evaluation: Evaluation) -> dict[str, dict[str, float]]:
-    """Velocity RMS, radial error rates and attitude RMS of one navigated recording, by the names that metrics have.
+@dataclass(frozen=True)
+class Measures:
+    """Velocity RMS by axis, radial error rates by definition and attitude RMS by axis of one navigated recording.
 
-    A group that the comparison lacks is left out.
+    A group that the comparison lacks is empty. `final_radial_error_m` is that at the last epoch with a position.
     """
+
+    velocity_rms_mps: Mapping[str, float] = field(default_factory=dict)
+    radial_error_rate_nmi_per_h: Mapping[str, float] = field(default_factory=dict)
+    attitude_rms_deg: Mapping[str, float] = field(default_factory=dict)
+    final_radial_error_m: float | None = None
+
+
+def measures(evaluation: Evaluation) -> Measures:
+    """Measure the errors of one navigated recording, see `metrics`; the final radial error is left open."""
     errors, time_s = since_start(evaluation)
     later = errors.valid & (time_s > 0.0) & np.isfinite(errors.north_m + errors.east_m)
     moving = errors.valid & np.isfinite(errors.velocity_n[:, :2]).all(axis=1)
-    found: dict[str, dict[str, float]] = {}
+    velocity, rates, attitude = {}, {}, {}
     if moving.any():
         rms = metrics.velocity_rms(errors.velocity_n, moving)
-        found["velocity_rms_mps"] = {a: float(value) for a, value in rms._asdict().items() if np.isfinite(value)}
+        velocity = {a: float(value) for a, value in rms._asdict().items() if np.isfinite(value)}
     if later.any():
-        rates = metrics.radial_error_rates(np.column_stack([errors.north_m, errors.east_m])[later], time_s[later])
-        found["radial_error_rate_nmi_per_h"] = {
-            "final": float(rates.final),
-            "least_squares": float(rates.least_squares),
-            "radial_error_rate_rms": float(rates.rms),
-        }
+        rates = radial_error_rates(np.column_stack([errors.north_m, errors.east_m])[later], time_s[later])
     if evaluation.attitude is not None:
         rms_deg = metrics.root_mean_square(evaluation.attitude.phi_n.T) / DEG
-        found["attitude_rms_deg"] = dict(zip(("north", "east", "down"), rms_deg.tolist(), strict=True))
-    return found
+        attitude = dict(zip(("north", "east", "down"), rms_deg.tolist(), strict=True))
+    return Measures(velocity, rates, attitude)
+
+
+def radial_error_rates(position_m: np.ndarray, time_s: np.ndarray) -> dict[str, float]:
+    """Radial error rates in nmi/h of errors (m, 2) in m at times (m,) since the start, by definition."""
+    rates = metrics.radial_error_rates(position_m, time_s)
+    return {
+        "final": float(rates.final),
+        "least_squares": float(rates.least_squares),
+        "radial_error_rate_rms": float(rates.rms),
+    }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -32,6 +33,29 @@ class Restarts:
     position_interval_m: np.ndarray
     velocity_interval_mps: np.ndarray
     count: int
+
+    @property
+    def has_velocity(self) -> bool:
+        """Whether the fixes have velocities."""
+        return bool(np.isfinite(self.velocity_rms_mps).all())
+
+    def as_tree(self) -> dict[str, Any]:
+        """A branch of ``restarts`` of ``metrics.json``; without what the fixes have no velocities for."""
+        found = {
+            "count": self.count,
+            "after_s": self.after_s.tolist(),
+            "position_rms_m": self.position_rms_m.tolist(),
+            "position_interval95_m": _listed(self.position_interval_m),
+        }
+        if self.has_velocity:
+            found["velocity_rms_mps"] = self.velocity_rms_mps.tolist()
+            found["velocity_interval95_mps"] = _listed(self.velocity_interval_mps)
+        return found
+
+
+def _listed(interval: np.ndarray) -> list[list[float]] | None:
+    """Pairs of low and high; None where there are too few pieces for an interval."""
+    return interval.T.tolist() if np.isfinite(interval).all() else None
 
 
 def restarts(recording: Recording, dv_b: np.ndarray, every_s: float, begin: Initialization | None = None) -> Restarts:

@@ -6,8 +6,10 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
+from ins_eval.metrics import Estimate
+
 Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
-Ratio = Mapping[str, Any]  # {"ratio": float, "interval95": [low, high]}
+Ratio = Estimate | Mapping[str, Any]  # {"ratio": float, "interval95": [low, high]}
 Verdict = Literal["better", "worse", "open", "equal"]
 
 MISSING = "–"
@@ -21,7 +23,7 @@ SHORT_VERDICT: dict[Verdict, str] = {
 
 def verdict(ratio: Ratio) -> Verdict:
     """What a ratio of errors (below 1: smaller error) and its 95 % interval establish."""
-    low, high = ratio["interval95"]
+    _, low, high = _three(ratio)
     if low == high == 1.0:
         return "equal"
     if high < 1.0:
@@ -31,25 +33,23 @@ def verdict(ratio: Ratio) -> Verdict:
 
 def change(ratio: Ratio) -> str:
     """A ratio as a change in per cent with its interval, such as ``−19 % [−24, −14]``."""
-    low, high = ratio["interval95"]
-    percent = [100.0 * (x - 1.0) for x in (ratio["ratio"], low, high)]
-    value, low, high = _alike(percent, signed=True)
+    value, low, high = _alike([100.0 * (x - 1.0) for x in _three(ratio)], signed=True)
     return f"{value} % [{low}, {high}]"
 
 
 def effect(who: str, what: str, ratio: Ratio) -> str:
     """``<who> lowers <what> by 19 % (95 % interval 14 to 24 %)``, or what else the interval allows to say."""
-    low, high = ratio["interval95"]
+    middle, low, high = _three(ratio)
     decided = verdict(ratio)
     if decided == "equal":
         return f"{who} leaves {what} exactly as it is"
     if decided == "better":
-        value, least, most = _alike([100.0 * (1.0 - x) for x in (ratio["ratio"], high, low)])
+        value, least, most = _alike([100.0 * (1.0 - x) for x in (middle, high, low)])
         return f"{who} lowers {what} by {value} % (95 % interval {least} to {most} %)"
     if decided == "worse":
-        value, least, most = _alike([100.0 * (x - 1.0) for x in (ratio["ratio"], low, high)])
+        value, least, most = _alike([100.0 * (x - 1.0) for x in (middle, low, high)])
         return f"{who} raises {what} by {value} % (95 % interval {least} to {most} %)"
-    value, least, most = _alike([100.0 * (x - 1.0) for x in (ratio["ratio"], low, high)], signed=True)
+    value, least, most = _alike([100.0 * (x - 1.0) for x in (middle, low, high)], signed=True)
     return f"{who} changes {what} by {value} % (95 % interval {least} to {most} %)"
 
 
@@ -65,14 +65,16 @@ def certainty(ratio: Ratio) -> str:
 
 def at_most(ratio: Ratio) -> float:
     """The largest change in per cent, of either sign, that the 95 % interval leaves possible."""
-    low, high = ratio["interval95"]
+    _, low, high = _three(ratio)
     return 100.0 * max(abs(low - 1.0), abs(high - 1.0))
 
 
-def with_interval(entry: Statistic | None, digits: int = 2) -> str:
+def with_interval(entry: Estimate | Statistic | None, digits: int = 2) -> str:
     """``1.26 [1.18, 1.35]``; the value alone where there is no interval."""
     if entry is None:
         return MISSING
+    if isinstance(entry, Estimate):
+        entry = entry.as_tree()
     if not isinstance(entry, Mapping):
         return fixed(entry, digits)
     value = entry.get("value", entry.get("ratio"))
@@ -125,6 +127,11 @@ def unbroken(text: str) -> str:
     """With no-break spaces between a number and its unit, so that no line ends between them; ``Table 7`` too."""
     text = re.sub(r"\b(Paper|Table|Fig\.) (?=[\dA])", "\\1\u00a0", text)
     return re.sub(r"(?<=\d) (?=(?:%|m/s|nmi/h|nmi|Hz|min|[mkµn]?[ms])(?![\w/]))", "\u00a0", text)
+
+
+def _three(ratio: Ratio) -> tuple[float, float, float]:
+    """Ratio, low and high end."""
+    return tuple(ratio) if isinstance(ratio, Estimate) else (ratio["ratio"], *ratio["interval95"])
 
 
 def _alike(values: Sequence[float], signed: bool = False) -> list[str]:

@@ -171,8 +171,8 @@ def test_what_is_stated_stays_and_a_full_belief_comes_back_as_it_is() -> None:
     assert believed(recording) is recording
     some = believed(parked(belief=Belief(gyro=GyroBelief(angle_random_walk_deg_per_sqrt_h=0.7))))
     assert some.belief.gyro.angle_random_walk_deg_per_sqrt_h == 0.7
-    row = next(row for row in belief_rows(some) if row["key"] == "[gyro] angle_random_walk_deg_per_sqrt_h")
-    assert row["value"] == "0.7" and row["source"] == "stated"
+    row = next(row for row in belief_rows(some) if row.key == "[gyro] angle_random_walk_deg_per_sqrt_h")
+    assert row.value == "0.7" and row.source == "stated"
 
 
 def test_a_named_unit_fills_before_measurement() -> None:
@@ -226,7 +226,7 @@ def test_pages_say_first_what_is_believed(tmp_path) -> None:
     recording = parked(120.0, offset_radps=np.zeros(3), arw=0.002, vrw=10.0, start=AIMED)
     for result in (evaluate(recording), compare(recording)):
         assert result.sections[0].heading == "What is believed"
-        rows = {row["key"]: row for row in result.metrics["belief"]}
+        rows = {row.key: row for row in result.metrics["belief"]}
         assert "data sheets of grade navigation" in rows["[gyro] bias_sigma_deg_per_h"]["source"]
         assert rows["[gyro] bias_sigma_deg_per_h"]["source"] in str(result).replace("\n", " ")
     assert "What grade it is" in str(evaluate(recording))
@@ -241,7 +241,7 @@ def test_what_was_filled_in_is_written_with_its_source_and_read_again(tmp_path) 
     again = form.read(tmp_path / "one")
     assert again.belief.gyro == filled.belief.gyro and again.unit == "mti-1"
     assert believed(again) is again
-    rows = {row["key"]: row["source"] for row in belief_rows(again)}
+    rows = {row.key: row.source for row in belief_rows(again)}
     assert "data sheet of MTi-1" in rows["[gyro] angle_random_walk_deg_per_sqrt_h"]
 
 

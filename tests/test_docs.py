@@ -26,6 +26,7 @@ from ins_eval.recording import form
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.form.description import Description
 from ins_eval.recording.form.names import AIR, READINGS, UNIT
+from ins_eval.tree import as_tree
 from ins_eval.units import HOUR, NMI
 from tests.diagnosis.test_diagnose import CHANNELS, OF_VERDICT, VERDICTS, answer
 from tests.recording.test_form import flight_of
@@ -420,7 +421,7 @@ class _Flight:
 
 
 def test_the_figures_of_one_flight_stand_in_the_page() -> None:
-    found = measures(_Flight())
+    found = as_tree(measures(_Flight()))
     page = {named(row["key"])[0]: row for row in rows("metrics.md", "key", "One flight")}
     assert set(page) == {f"{group}.{key}" for group, of in found.items() for key in of}
     assert {row["unit"] for key, row in page.items() if key.startswith("velocity")} == {"m/s"}

@@ -83,7 +83,7 @@ def test_several_rests_and_the_range_of_temperature_are_said(grade: Grade) -> No
     assert len(grade.rests) > 1 and 300.0 < grade.rest_s < AT_REST_S[1] - AT_REST_S[0]
     low, high = grade.temperature_c
     assert 9.0 < low < 10.5 and 14.5 < high < 16.0
-    words = str(grade_section({"grade": grade.tree}).blocks)
+    words = str(grade_section(grade).blocks)
     assert "Thermometer" in words and "218 s from 403 s" in words
 
 

@@ -365,11 +365,11 @@ def test_measures_of_a_velocity_that_is_wrong_by_a_constant(flight: Recording, t
         velocity_n=np.tile([speed, 0.0, 0.0], (time_s.size, 1)),
     )
     numbers = measures(replace(found, errors=drift))
-    rates = numbers["radial_error_rate_nmi_per_h"]
+    rates = numbers.radial_error_rate_nmi_per_h
     assert rates["final"] == pytest.approx(1.0)
     assert rates["least_squares"] == pytest.approx(1.0)
     assert rates["radial_error_rate_rms"] == pytest.approx(1.0)
-    rms = numbers["velocity_rms_mps"]
+    rms = numbers.velocity_rms_mps
     assert (rms["north"], rms["east"], rms["down"]) == pytest.approx((speed, 0.0, 0.0))
 
 

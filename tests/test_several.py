@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ins_eval.analysis.evaluation_numbers import SolutionNumbers
 from ins_eval.analysis.several import summary
 from ins_eval.analysis.solution import evaluate_solution
 from ins_eval.cli import main
@@ -52,26 +53,26 @@ def without(fixes: Fixes, group: str, rows: slice = slice(None)) -> Fixes:
     return replace(fixes, latitude_rad=latitude, longitude_rad=longitude, height_m=height, velocity_n=velocity)
 
 
-def evaluated(recording: Recording, folder: Path) -> dict:
-    """The branch ``solution`` of what is evaluated from disk."""
+def evaluated(recording: Recording, folder: Path) -> SolutionNumbers:
+    """What is found of the solution, from disk."""
     where = form.write(recording, folder / recording.name)
     return evaluate_solution(form.read(where, solution_alone=True)).numbers
 
 
 def test_a_steady_drift_has_its_rate(tmp_path):
     found = evaluated(drive(), tmp_path)
-    assert found["radial_error_rate_nmi_per_h"]["final"] == pytest.approx(OFF_MPS * 3600.0 / 1852.0, rel=1e-6)
-    assert found["velocity_mean_mps"]["east"]["value"] == pytest.approx(OFF_MPS)
-    assert found["final_radial_error_m"] == pytest.approx(OFF_MPS * 3600.0, rel=1e-6)
+    assert found.radial_error_rate_nmi_per_h["final"] == pytest.approx(OFF_MPS * 3600.0 / 1852.0, rel=1e-6)
+    assert found.velocity_mean_mps["east"].value == pytest.approx(OFF_MPS)
+    assert found.final_radial_error_m == pytest.approx(OFF_MPS * 3600.0, rel=1e-6)
 
 
 @pytest.mark.parametrize("group", ["position", "velocity"])
 def test_a_receiver_may_lack_a_group(group, tmp_path):
     recording = drive()
     found = evaluated(replace(recording, gps=without(recording.gps, group)), tmp_path)
-    assert ("velocity_rms_mps" in found) == (group == "position")
-    assert ("final_radial_error_m" in found) == (group == "velocity")
-    assert any(note.startswith(f"No {group}") for note in found["notes"])
+    assert bool(found.velocity_rms_mps) == (group == "position")
+    assert (found.final_radial_error_m is not None) == (group == "velocity")
+    assert any(note.startswith(f"No {group}") for note in found.notes)
     assert f"no {group}" in " ".join(str(block) for block in solution_blocks(found)).lower()
     assert "None" not in solution_answer(found)
 
@@ -83,8 +84,8 @@ def test_groups_may_have_rows_of_their_own(tmp_path):
     back = form.read(folder, solution_alone=True).gps
     assert back.valid.all() and np.isnan(back.latitude_rad[1]) and np.isnan(back.velocity_n[0]).all()
     found = evaluated(replace(recording, gps=apart, name="again"), tmp_path)
-    assert found["velocity_mean_mps"]["east"]["value"] == pytest.approx(OFF_MPS)
-    assert found["radial_error_rate_nmi_per_h"]["final"] == pytest.approx(OFF_MPS * 3600.0 / 1852.0, rel=1e-6)
+    assert found.velocity_mean_mps["east"].value == pytest.approx(OFF_MPS)
+    assert found.radial_error_rate_nmi_per_h["final"] == pytest.approx(OFF_MPS * 3600.0 / 1852.0, rel=1e-6)
 
 
 def test_rows_that_the_solution_lacks_count_in_nothing(tmp_path):
@@ -93,7 +94,7 @@ def test_rows_that_the_solution_lacks_count_in_nothing(tmp_path):
     kept[1000:2000] = False
     fewer = Fixes(*(getattr(recording.solution, f)[kept] for f in (
         "time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "valid")))  # fmt: skip
-    assert evaluated(replace(recording, solution=fewer), tmp_path)["epochs"] == 2601
+    assert evaluated(replace(recording, solution=fewer), tmp_path).epochs == 2601
 
 
 def test_half_a_position_is_refused(tmp_path, capsys):
@@ -112,7 +113,7 @@ def test_nothing_to_compare_with_is_refused():
 def test_a_solution_at_rest_is_compared_with_its_start(tmp_path):
     parked = replace(drive(), kind="static", gps=None, solution=eastward(3600.0, OFF_MPS - EAST_MPS))
     found = evaluated(parked, tmp_path)
-    assert found["reference"] == "standstill" and found["velocity_mean_mps"]["east"]["value"] == pytest.approx(OFF_MPS)
+    assert found.reference == "standstill" and found.velocity_mean_mps["east"].value == pytest.approx(OFF_MPS)
 
 
 @pytest.mark.parametrize("verb", ["compare", "diagnose"])

@@ -163,8 +163,8 @@ def errors(recording: Recording, velocity: np.ndarray) -> Errors:
     align_on = standstill_to_align_on(recording)
     found = measures(evaluate(*without_effects(recording, velocity), align_on=align_on))
     return {
-        "velocity_rms_mps": found["velocity_rms_mps"]["horizontal"],
-        "radial_error_rate_nmi_per_h": found["radial_error_rate_nmi_per_h"]["radial_error_rate_rms"],
+        "velocity_rms_mps": found.velocity_rms_mps["horizontal"],
+        "radial_error_rate_nmi_per_h": found.radial_error_rate_nmi_per_h["radial_error_rate_rms"],
     }
 
 

@@ -20,6 +20,7 @@ from ins_eval.navigation import PARKED, compensate, samples
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.stillness import ENOUGH_FOR_ALIGNMENT_S, Stretch, choose_alignment, still_stretches
 from ins_eval.trajectory import Increments
+from ins_eval.tree import as_tree
 from ins_eval.units import DEG
 
 if TYPE_CHECKING:
@@ -181,7 +182,7 @@ class RecordingComparison:
                 "duration_s": self.duration_s,
                 "notes": list(recording.notes),
             },
-            "belief": belief_rows(recording),
+            "belief": as_tree(belief_rows(recording)),
             "reference": reference,
             "clock": clock,
             **{sensor: {one.axis: _channel(one) for one in triad} for sensor, triad in self.channels.items()},

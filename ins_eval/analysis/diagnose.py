@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ins_eval.believed import belief_rows, believed, believed_of_chamber
+from ins_eval.believed import BeliefRow, belief_rows, believed, believed_of_chamber
 from ins_eval.diagnosis.answer.answer import answer
 from ins_eval.diagnosis.answer.described import with_descriptions
 from ins_eval.diagnosis.answer.judge import judge
@@ -38,7 +38,7 @@ class RecordingsDiagnosis:
 
     diagnosis: Diagnosis
     belief: Belief
-    stated: Mapping[str, Sequence[Mapping[str, str]]]
+    stated: Mapping[str, Sequence[BeliefRow]]
     written: Sequence[EffectBelief] = ()
 
     @cached_property
@@ -94,7 +94,7 @@ def belief_of(folder: Path, belief_file: Path | None) -> tuple[Belief, Path]:
 
 def _made_ready(
     folder: Path, name: str, belief_file: Path | None = None, unit: str | None = None
-) -> tuple[Case, Belief, list[dict[str, str]], list[WrongDescription]]:
+) -> tuple[Case, Belief, list[BeliefRow], list[WrongDescription]]:
     """A recording made ready to be judged, its belief, the same as rows for the page, and what was mended in it."""
     if not folder.is_dir():
         raise UsageError(

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property, partial
-from pathlib import Path
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from ins_eval.analysis.compensations import arms_of
+from ins_eval.analysis.evaluation_numbers import (
+    ComparedWith,
+    EvaluationNumbers,
+    FoundStart,
+    NavigatedSpan,
+    NumericFloor,
+    RecordingFacts,
+    StartAttitude,
+)
 from ins_eval.analysis.solution import SolutionEvaluation, evaluate_solution
 from ins_eval.bandwidth import FastMotion, fast_motion
 from ins_eval.believed import belief_rows, believed, recorded_velocity
 from ins_eval.compensation import CompensationModel
-from ins_eval.compensation.file import believed_model, read_triad
 from ins_eval.earth import EARTH_RATE, gravity
-from ins_eval.effects import without_effects
-from ins_eval.errors import DataRefused, UsageError, did_you_mean
+from ins_eval.errors import DataRefused
 from ins_eval.grade import Grade, measure_grade
 from ins_eval.imu import Mission
 from ins_eval.initialization import (
@@ -33,29 +40,28 @@ from ins_eval.initialization import (
 from ins_eval.navigation import (
     PARKED,
     Evaluation,
+    Measures,
     beginning,
-    compensate,
     evaluate,
     height_aid,
     measures,
     numeric_floor,
     polar_error_m,
-    samples,
     since_start,
 )
 from ins_eval.profile import load
 from ins_eval.recording import Imu, Recording, Start
-from ins_eval.recording.belief import ZERO, Belief
 from ins_eval.recording.stillness import Stretch
+from ins_eval.reference import Errors
 from ins_eval.restarts import Restarts, restarts
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 from ins_eval.trajectory import MAX_RATE_HZ, MIN_RATE_HZ
+from ins_eval.tree import as_tree
 from ins_eval.units import DEG, DEG_PER_H, UG
 
 if TYPE_CHECKING:
     import pandas as pd
 
-AS_RECORDED, BELIEVED = "none", "believed"
 SHORTEST_NAVIGATION_S = 10.0
 MOST_ROWS = 500_000  # of a solution that is kept beside its errors: 2.8 h at 200 Hz whole
 POLAR_M = 0.01  # a hundred times what navigation leaves in the same time at 34 degrees and 10 Hz
@@ -107,7 +113,7 @@ class RecordingEvaluation:
         return measure_grade(self.recording, recorded_velocity(self.recording))
 
     @cached_property
-    def floor(self) -> dict[str, Any]:
+    def floor(self) -> NumericFloor:
         """The same navigation of an IMU without errors: at the same place for as long, or on the shipped flight."""
         time_s = self.first.solution.time_s
         return _floor(self.recording, float(time_s[-1] - time_s[0]), self.rate_hz)
@@ -118,11 +124,11 @@ class RecordingEvaluation:
 
         rows = {
             name: {
-                **{f"velocity_rms_{axis}_mps": value for axis, value in found.get("velocity_rms_mps", {}).items()},
-                **{f"{rate}_nmi_per_h": v for rate, v in found.get("radial_error_rate_nmi_per_h", {}).items()},
-                "final_radial_error_m": found.get("final_radial_error_m"),
+                **{f"velocity_rms_{axis}_mps": value for axis, value in found.velocity_rms_mps.items()},
+                **{f"{rate}_nmi_per_h": value for rate, value in found.radial_error_rate_nmi_per_h.items()},
+                "final_radial_error_m": found.final_radial_error_m,
             }
-            for name, found in self.tree["compensations"].items()
+            for name, found in self.measures.items()
         }
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("compensation")
 
@@ -139,45 +145,52 @@ class RecordingEvaluation:
         return pd.concat(frames, names=["compensation", "epoch"])
 
     @cached_property
+    def measures(self) -> dict[str, Measures]:
+        """Errors of each compensation in numbers."""
+        return {
+            name: replace(measures(one), final_radial_error_m=_final_m(one.errors))
+            for name, one in self.navigated.items()
+        }
+
+    @cached_property
     def tree(self) -> dict[str, Any]:
         """The tree ``ins-eval-evaluation/1`` of ``metrics.json``."""
+        return as_tree(self.numbers)
+
+    @cached_property
+    def numbers(self) -> EvaluationNumbers:
+        """What was found, in numbers."""
         recording, first = self.recording, self.first
         errors, time_s = since_start(first)
-        result: dict[str, Any] = {
-            "format": "ins-eval-evaluation/1",
-            "recording": {
-                "name": recording.name,
-                "kind": recording.kind,
-                "rate_hz": self.rate_hz,
-                "duration_s": float(recording.imu.time_s[-1] - recording.start.time_s),
-                "filled_samples": 0 if recording.imu.filled is None else int(recording.imu.filled.sum()),
-                "notes": list(recording.notes),
-            },
-            "belief": belief_rows(recording),
-            "grade": None if self.grade is None else self.grade.tree,
-            "alignment": _alignment(recording, self.standstill, first),
-            "navigation": {
-                "start_s": float(first.solution.time_s[0]),
-                "end_s": float(first.solution.time_s[-1]),
-                "vertical": _vertical(recording),
-            },
-            "compensations": {name: {**measures(e), **_final(e)} for name, e in self.navigated.items()},
-            "floor": self.floor,
-            "reference": {
-                "kind": self.reference,
-                "epochs": int(errors.valid.sum()),
-                "attitude_epochs": 0 if first.attitude is None else first.attitude.time_s.size,
-                "outages": len(errors.gaps),
-                "outage_s": float(sum(gap.duration_s for gap in errors.gaps)),
-                "first_s": float(time_s[0]),
-                "last_s": float(time_s[-1]),
-            },
-        }
-        if self.solution is not None:
-            result["solution"] = self.solution.numbers
-        if self.restarts:
-            result["restarts"] = {name: _growth(piece) for name, piece in self.restarts.items()}
-        return result
+        return EvaluationNumbers(
+            recording=RecordingFacts(
+                recording.name,
+                recording.kind,
+                float(recording.imu.time_s[-1] - recording.start.time_s),
+                recording.notes,
+                self.rate_hz,
+                0 if recording.imu.filled is None else int(recording.imu.filled.sum()),
+            ),
+            belief=tuple(belief_rows(recording)),
+            grade=self.grade,
+            alignment=_attitude(recording, self.standstill, first),
+            navigation=NavigatedSpan(
+                float(first.solution.time_s[0]), float(first.solution.time_s[-1]), _vertical(recording)
+            ),
+            compensations=self.measures,
+            floor=self.floor,
+            reference=ComparedWith(
+                kind=self.reference,
+                epochs=int(errors.valid.sum()),
+                attitude_epochs=0 if first.attitude is None else first.attitude.time_s.size,
+                outages=len(errors.gaps),
+                outage_s=float(sum(gap.duration_s for gap in errors.gaps)),
+                first_s=float(time_s[0]),
+                last_s=float(time_s[-1]),
+            ),
+            solution=None if self.solution is None else self.solution.numbers,
+            restarts=self.restarts,
+        )
 
 
 def evaluate_recording(
@@ -197,7 +210,7 @@ def evaluate_recording(
     Raises: DataRefused, UsageError.
     """
     recording = believed(recording)
-    arms = _arms(recording, compensations, models or {})
+    arms = arms_of(recording, compensations, models or {})
     evaluations, pieces, notes, stand, fast = {}, {}, [], None, None
     for name, make in arms.items():
         arm = make()  # one at a time: the increments of a day at 200 Hz take 0.4 GB
@@ -246,159 +259,53 @@ def _near_a_pole(solution: Solution, recording: Recording) -> list[str]:
     ]
 
 
-@dataclass(frozen=True)
-class _Arm:
-    """One compensation of a recording: what is believed with it, and the velocity increments it makes.
-
-    `alike`: one model of a file does for the three axes.
-    """
-
-    recording: Recording
-    velocity: np.ndarray
-    alike: bool = False
-
-
-def _arms(
-    recording: Recording, wanted: Sequence[str], models: Mapping[str, Sequence[CompensationModel]]
-) -> dict[str, Callable[[], _Arm]]:
-    found = (
-        _of_pulses(recording, wanted, models)
-        if recording.imu.accelerometer_form == "pulse"
-        else _of_increments(recording)
-    )
-    unknown = [name for name in wanted if name not in found]
-    if unknown:
-        raise UsageError(f"{recording.name}: no compensation '{unknown[0]}' in it{did_you_mean(unknown[0], found)}")
-    return {name: arm for name, arm in found.items() if not wanted or name in wanted}
-
-
-def _of_pulses(
-    recording: Recording, wanted: Sequence[str], models: Mapping[str, Sequence[CompensationModel]]
-) -> dict[str, Callable[[], _Arm]]:
-    folder = recording.folder
-    believed = recording.belief.accelerometer
-    triads: dict[str, Sequence[CompensationModel]] = {}
-    if all(getattr(believed, axis) is not None for axis in "xyz"):
-        triads[BELIEVED] = [believed_model(recording.belief, axis, folder) for axis in "xyz"]
-    files = {name: read_triad(file) for name, file in _model_files(folder, wanted).items()}
-    triads |= files | dict(models)
-    if not triads:
-        raise DataRefused(
-            f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
-            "[accelerometer.x], .y and .z in recording.toml, or a model with --compensation FILE.toml"
-        )
-    other = replace(recording, belief=_of_other_accelerometers(recording.belief))
-
-    def made(name: str) -> _Arm:
-        velocity = compensate(samples(recording), triads[name], recording.interval_s)
-        alike = name in files and triads[name] is files[name] and files[name][0] is files[name][1]
-        return _Arm(*without_effects(recording if name == BELIEVED else other, velocity, folder), alike)
-
-    return {name: partial(made, name) for name in triads}
-
-
-def _of_other_accelerometers(belief: Belief) -> Belief:
-    """A belief without the effects that hold for its own compensation of the accelerometers only."""
-    own = ("accelerometer.", "temperature.")
-    kept = [
-        one
-        for one in belief.effects
-        if not one.name.startswith(own) and not (one.form or "").startswith("accelerometer")
-    ]
-    return belief.model_copy(update={"effects": tuple(kept)})
-
-
-def _model_files(folder: Path, wanted: Sequence[str]) -> dict[str, Path]:
-    """Compensation files beside the recording, and those that were asked for."""
-    files = {file.stem: file for file in sorted((folder / "compensation").glob("*.toml"))}
-    return files | {name: Path(name) for name in wanted if name.endswith(".toml")}
-
-
-def _of_increments(recording: Recording) -> dict[str, Callable[[], _Arm]]:
-    belief = recording.belief
-    bare = belief.model_copy(
-        update={
-            "gyro": belief.gyro.model_copy(update={"bias_radps": ZERO}),
-            "accelerometer": belief.accelerometer.model_copy(update={"bias_mps2": ZERO}),
-            "effects": (),
-        }
-    )
-
-    def as_recorded() -> _Arm:
-        return _Arm(replace(recording, belief=bare), recording.imu.accelerometer)
-
-    def as_believed() -> _Arm:
-        return _Arm(*without_effects(recording, recording.imu.accelerometer, recording.folder))
-
-    believes = any(belief.accelerometer.bias_mps2) or any(belief.gyro.bias_radps) or bool(belief.effects)
-    return {AS_RECORDED: as_recorded} | ({BELIEVED: as_believed} if believes else {})
-
-
-def _growth(piece: Restarts) -> dict[str, Any]:
-    """The numbers of `restarts`; those of the velocity are left out where the fixes have none."""
-    found = {
-        "count": piece.count,
-        "after_s": piece.after_s.tolist(),
-        "position_rms_m": piece.position_rms_m.tolist(),
-        "position_interval95_m": _listed(piece.position_interval_m),
-    }
-    if np.isfinite(piece.velocity_rms_mps).all():
-        found["velocity_rms_mps"] = piece.velocity_rms_mps.tolist()
-        found["velocity_interval95_mps"] = _listed(piece.velocity_interval_mps)
-    return found
-
-
-def _listed(interval: np.ndarray) -> list[list[float]] | None:
-    """Pairs of low and high; None where there are too few pieces for an interval."""
-    return interval.T.tolist() if np.isfinite(interval).all() else None
-
-
-def _final(evaluation: Evaluation) -> dict[str, float]:
+def _final_m(errors: Errors) -> float | None:
     """The radial error at the last epoch that has a position, where one has."""
-    errors = evaluation.errors
     placed = np.flatnonzero(errors.valid & np.isfinite(errors.north_m + errors.east_m))
-    if not placed.size:
-        return {}
-    return {"final_radial_error_m": float(np.hypot(errors.north_m[placed[-1]], errors.east_m[placed[-1]]))}
+    return float(np.hypot(errors.north_m[placed[-1]], errors.east_m[placed[-1]])) if placed.size else None
 
 
-def _alignment(recording: Recording, stand: Stretch | None, evaluation: Evaluation) -> dict[str, Any]:
-    found_start = evaluation.initialization
-    begin = recording.start if found_start is None else found_start.start
-    begin = begin if evaluation.alignment is None else evaluation.alignment.start
-    roll, pitch, heading = (float(a / DEG) for a in begin.attitude_rad)
-    found = {"roll_deg": roll, "pitch_deg": pitch, "heading_deg": heading % 360.0}
-    if evaluation.alignment is not None:
-        found["stretch_s"] = [stand.start_s, stand.end_s]
-        found["heading_sigma_deg"] = evaluation.alignment.heading_sigma_rad / DEG
-        if recording.start.attitude_rad is not None:
-            found["documented_heading_deg"] = float(recording.start.attitude_rad[2] / DEG) % 360.0
-    if found_start is not None:
-        found |= _initialization(found_start)
-    return found
+def _attitude(recording: Recording, stand: Stretch | None, evaluation: Evaluation) -> StartAttitude:
+    """With what attitude navigation began, and how it was found."""
+    found, aligned = evaluation.initialization, evaluation.alignment
+    begin = recording.start if found is None else found.start
+    begin = begin if aligned is None else aligned.start
+    roll_deg, pitch_deg, heading_deg = (float(a / DEG) for a in begin.attitude_rad)
+    angles = {"roll_deg": roll_deg, "pitch_deg": pitch_deg, "heading_deg": heading_deg % 360.0}
+    if found is not None:
+        return _found_start(angles, found)
+    if aligned is None:
+        return StartAttitude(**angles)
+    stated = recording.start.attitude_rad
+    return StartAttitude(
+        **angles,
+        stretch_s=(stand.start_s, stand.end_s),
+        heading_sigma_deg=aligned.heading_sigma_rad / DEG,
+        documented_heading_deg=None if stated is None else float(stated[2] / DEG) % 360.0,
+    )
 
 
-def _initialization(found: Initialization) -> dict[str, Any]:
-    """How a start was found that nobody stated, with one sigma of everything."""
+def _found_start(angles: Mapping[str, float], found: Initialization) -> FoundStart:
     sigma = found.sigmas
-    return {
-        "window_s": [found.window.start_s, found.window.end_s],
-        "roll_pitch_sigma_deg": float(np.hypot(*sigma[ATTITUDE][:2]) / np.sqrt(2.0) / DEG),
-        "heading_sigma_deg": found.heading_sigma_rad / DEG,
-        "heading_known": found.heading_known,
-        "rival_headings_deg": [one / DEG % 360.0 for one in found.rival_headings_rad],
-        "velocity_sigma_mps": sigma[VELOCITY].tolist(),
-        "position_sigma_m": sigma[POSITION].tolist(),
-        "gyro_bias_deg_per_h": (found.gyro_bias_radps / DEG_PER_H).tolist(),
-        "gyro_bias_sigma_deg_per_h": (sigma[GYRO_BIAS] / DEG_PER_H).tolist(),
-        "accelerometer_bias_ug": (found.accelerometer_bias_mps2 / UG).tolist(),
-        "accelerometer_bias_sigma_ug": (sigma[ACCELEROMETER_BIAS] / UG).tolist(),
-        "gyro_scale_ppm": (1e6 * found.gyro_scale).tolist(),
-        "gyro_scale_sigma_ppm": (1e6 * sigma[GYRO_SCALE]).tolist(),
-        "accelerometer_scale_ppm": (1e6 * found.accelerometer_scale).tolist(),
-        "accelerometer_scale_sigma_ppm": (1e6 * sigma[ACCELEROMETER_SCALE]).tolist(),
-        "fix_scale": list(found.fix_scale),
-    }
+    return FoundStart(
+        **angles,
+        window_s=(found.window.start_s, found.window.end_s),
+        roll_pitch_sigma_deg=float(np.hypot(*sigma[ATTITUDE][:2]) / np.sqrt(2.0) / DEG),
+        heading_sigma_deg=found.heading_sigma_rad / DEG,
+        heading_known=found.heading_known,
+        rival_headings_deg=tuple(one / DEG % 360.0 for one in found.rival_headings_rad),
+        velocity_sigma_mps=tuple(sigma[VELOCITY].tolist()),
+        position_sigma_m=tuple(sigma[POSITION].tolist()),
+        gyro_bias_deg_per_h=tuple((found.gyro_bias_radps / DEG_PER_H).tolist()),
+        gyro_bias_sigma_deg_per_h=tuple((sigma[GYRO_BIAS] / DEG_PER_H).tolist()),
+        accelerometer_bias_ug=tuple((found.accelerometer_bias_mps2 / UG).tolist()),
+        accelerometer_bias_sigma_ug=tuple((sigma[ACCELEROMETER_BIAS] / UG).tolist()),
+        gyro_scale_ppm=tuple((1e6 * found.gyro_scale).tolist()),
+        gyro_scale_sigma_ppm=tuple((1e6 * sigma[GYRO_SCALE]).tolist()),
+        accelerometer_scale_ppm=tuple((1e6 * found.accelerometer_scale).tolist()),
+        accelerometer_scale_sigma_ppm=tuple((1e6 * sigma[ACCELEROMETER_SCALE]).tolist()),
+        fix_scale=tuple(found.fix_scale),
+    )
 
 
 def _vertical(recording: Recording) -> str:
@@ -411,19 +318,19 @@ def _vertical(recording: Recording) -> str:
     return "damped by the known height" if recording.kind in PARKED else "free: no height was recorded to steady it"
 
 
-def _floor(recording: Recording, duration_s: float, rate_hz: float) -> dict[str, Any]:
+def _floor(recording: Recording, duration_s: float, rate_hz: float) -> NumericFloor:
     """The same navigation of an IMU without errors: at the same place for as long, or on the shipped flight."""
     if recording.kind not in PARKED:
         return _floor_of_flight(float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ)))
     _, horizontal_m, velocity_mps = numeric_floor(_at_rest(recording, duration_s, rate_hz))
-    return {"rate_hz": rate_hz, "profile": "standstill", "horizontal_m": horizontal_m, "velocity_mps": velocity_mps}
+    return NumericFloor(rate_hz, "standstill", horizontal_m, velocity_mps)
 
 
 @cache  # of several recordings the rates are few, and a flight of 8400 s takes as long as all else
-def _floor_of_flight(rate_hz: float) -> dict[str, Any]:
+def _floor_of_flight(rate_hz: float) -> NumericFloor:
     profile = load("climb-cruise-landing")
     _, horizontal_m, velocity_mps = numeric_floor(Mission(profile, rate_hz).ideal())
-    return {"rate_hz": rate_hz, "profile": profile.name, "horizontal_m": horizontal_m, "velocity_mps": velocity_mps}
+    return NumericFloor(rate_hz, profile.name, horizontal_m, velocity_mps)
 
 
 def _at_rest(recording: Recording, duration_s: float, rate_hz: float) -> Recording:

@@ -30,6 +30,7 @@ from ins_eval.published_flight import FLIGHT as PAPER
 from ins_eval.recording import Fixes, Recording
 from ins_eval.reference import outages, summary
 from ins_eval.streams import Streams
+from ins_eval.tree import as_tree
 from ins_eval.units import ARCSEC, HOUR, NMI
 
 SHOWN_RATE_HZ = 100.0
@@ -118,7 +119,7 @@ def numbers(
             "size_beside": min(size, BESIDE_SIZE),
             **{s: _budget(ensemble.stacked(members[s]), rng) for s in SOURCES},
         },
-        "flight": {name: measures(e) for name, e in shown.navigated.items()},
+        "flight": {name: as_tree(measures(e)) for name, e in shown.navigated.items()},
         "gps": _gps(shown.recording.gps),
         "alignment": _alignment_errors(shown),
         "paper": {**PAPER, "percentile_of_paper": _percentiles(arms)},

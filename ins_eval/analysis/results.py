@@ -22,6 +22,7 @@ from ins_eval.limits import OTHER
 from ins_eval.metrics import Estimate
 from ins_eval.printable import LONGEST_VALUE
 from ins_eval.streams import Streams
+from ins_eval.tree import as_tree
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -159,7 +160,7 @@ def read_run(folder: Path, name: str) -> Run:
         several = kind == "ins-eval-evaluations/1"
         with _as_written(file):
             label = tree.get("recording", {}).get("name", "") if file == own else file.parent.name
-            refused += _add(found, tree["recordings"] if several else rows_of(label, tree))
+            refused += _add(found, tree["recordings"] if several else as_tree(rows_of(label, tree)))
     return Run(name, found, tuple(refused))
 
 
@@ -306,7 +307,4 @@ def _number(text: str) -> int | float:
 
 
 def _tree(ratio: Estimate | None) -> dict[str, Any] | None:
-    if ratio is None:
-        return None
-    known = bool(np.isfinite(ratio.low))
-    return {"ratio": ratio.value, "interval95": [float(ratio.low), float(ratio.high)] if known else None}
+    return None if ratio is None else {"ratio": ratio.value, "interval95": ratio.as_tree()["interval95"]}

@@ -14,6 +14,7 @@ fitted as one. Source: Titterton and Weston, Strapdown Inertial Navigation Techn
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -54,6 +55,16 @@ class SchulerFit:
     curve: np.ndarray
     seen: np.ndarray  # (k, 2), averaged over the same blocks
     explained: float  # share of the mean square of what was seen
+
+    def as_tree(self) -> dict[str, Any]:
+        """The branch ``schuler`` of ``metrics.json``."""
+        return {
+            "span_s": self.span_s,
+            "explained": self.explained,
+            "estimates": {name: {**one.as_tree(), "unit": unit_of(name)} for name, one in self.estimates.items()},
+            "alike": [list(group) for group in self.alike],
+            "inseparable": [list(group) for group in self.inseparable],
+        }
 
 
 def unit_of(name: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -11,16 +10,16 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
-from ins_eval import metrics
 from ins_eval.analysis.correlated import Fit, Series, mean, regress, root_mean_square
-from ins_eval.analysis.schuler import SCHULER_PERIOD_S, SchulerFit, fit_schuler, unit_of
+from ins_eval.analysis.evaluation_numbers import ClockOffset, RecordingFacts, SolutionNumbers, Untold
+from ins_eval.analysis.schuler import SCHULER_PERIOD_S, SchulerFit, fit_schuler
 from ins_eval.diagnosis.model.geometry import States
 from ins_eval.errors import DataRefused
-from ins_eval.metrics import Estimate
-from ins_eval.navigation import PARKED, at_antenna
+from ins_eval.navigation import PARKED, at_antenna, radial_error_rates
 from ins_eval.recording import Fixes, Recording
 from ins_eval.reference import MISSING_ROW_FACTOR, Errors, compare, standstill
 from ins_eval.strapdown import Solution
+from ins_eval.tree import as_tree
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,60 +70,59 @@ class SolutionEvaluation:
         """One row: velocity RMS and mean velocity errors in m/s, radial error rates in nmi/h, clock offset in s."""
         import pandas as pd
 
-        tree = self.tree["solution"]
-        row = {f"velocity_rms_{k}_mps": v["value"] for k, v in tree.get("velocity_rms_mps", {}).items()}
-        row |= {f"velocity_mean_{k}_mps": v["value"] for k, v in tree.get("velocity_mean_mps", {}).items()}
-        row |= {f"{k}_nmi_per_h": v for k, v in tree.get("radial_error_rate_nmi_per_h", {}).items()}
-        return pd.DataFrame([{**row, "clock_offset_s": tree["clock"]["found_s"]}], index=["solution"])
+        of = self.numbers
+        row: dict[str, Any] = {f"velocity_rms_{k}_mps": v.value for k, v in of.velocity_rms_mps.items()}
+        row |= {f"velocity_mean_{k}_mps": v.value for k, v in of.velocity_mean_mps.items()}
+        row |= {f"{k}_nmi_per_h": v for k, v in of.radial_error_rate_nmi_per_h.items()}
+        return pd.DataFrame([{**row, "clock_offset_s": of.clock.found_s}], index=["solution"])
+
+    @property
+    def facts(self) -> RecordingFacts:
+        """What was recorded."""
+        time_s = self.recording.solution.time_s
+        return RecordingFacts(
+            self.recording.name, self.recording.kind, float(time_s[-1] - time_s[0]), self.recording.notes
+        )
 
     @cached_property
     def tree(self) -> dict[str, Any]:
         """The tree ``ins-eval-evaluation/1`` of ``metrics.json``, of the solution alone."""
-        recording = self.recording
         return {
             "format": "ins-eval-evaluation/1",
-            "recording": {
-                "name": recording.name,
-                "kind": recording.kind,
-                "duration_s": float(recording.solution.time_s[-1] - recording.solution.time_s[0]),
-                "notes": list(recording.notes),
-            },
-            "solution": self.numbers,
+            "recording": as_tree(self.facts),
+            "solution": as_tree(self.numbers),
         }
 
     @cached_property
-    def numbers(self) -> dict[str, Any]:
-        """The branch ``solution`` of that tree; what is not known is left out."""
-        epochs = max(int(one.valid.sum()) for one in (self.velocity, self.position) if one is not None)
-        result: dict[str, Any] = {
-            "name": self.recording.belief.solution.name,
-            "reference": self.reference,
-            "epochs": epochs,
-            "start_s": float(self.start_s),
-            "end_s": float(self.start_s + self.span_s),
-            "notes": list(self.notes),
-            "clock": self._clock(),
-        }
+    def numbers(self) -> SolutionNumbers:
+        """Its errors in numbers."""
+        rms, means, final_m, rates = {}, {}, None, {}
         if self.velocity is not None:
             error = self.velocity.velocity_n[self.velocity.valid]
             there = [k for k in range(3) if np.isfinite(error[:, k]).all()]
-            rms = {AXES[k]: _tree(root_mean_square(error[:, k] ** 2)) for k in there}
-            rms["horizontal"] = _tree(root_mean_square(error[:, 0] ** 2 + error[:, 1] ** 2))
-            result["velocity_rms_mps"] = rms
-            result["velocity_mean_mps"] = {AXES[k]: _tree(mean(error[:, k])) for k in there}
+            rms = {AXES[k]: root_mean_square(error[:, k] ** 2) for k in there}
+            rms["horizontal"] = root_mean_square(error[:, 0] ** 2 + error[:, 1] ** 2)
+            means = {AXES[k]: mean(error[:, k]) for k in there}
         if self.position is not None:
             last = np.flatnonzero(self.position.valid)[-1]
-            result["final_radial_error_m"] = float(np.hypot(self.position.north_m[last], self.position.east_m[last]))
+            final_m = float(np.hypot(self.position.north_m[last], self.position.east_m[last]))
         if self.rates_follow:
             time_s, position_m = self.track
-            rates = metrics.radial_error_rates(position_m, time_s)
-            result["radial_error_rate_nmi_per_h"] = {
-                "final": float(rates.final),
-                "least_squares": float(rates.least_squares),
-                "radial_error_rate_rms": float(rates.rms),
-            }
-        result["schuler"] = self._schuler()
-        return result
+            rates = radial_error_rates(position_m, time_s)
+        return SolutionNumbers(
+            name=self.recording.belief.solution.name,
+            reference=self.reference,
+            epochs=max(int(one.valid.sum()) for one in (self.velocity, self.position) if one is not None),
+            start_s=float(self.start_s),
+            end_s=float(self.start_s + self.span_s),
+            notes=self.notes,
+            clock=self._clock(),
+            schuler=Untold(self.schuler_reason) if self.schuler is None else self.schuler,
+            velocity_rms_mps=rms,
+            velocity_mean_mps=means,
+            final_radial_error_m=final_m,
+            radial_error_rate_nmi_per_h=rates,
+        )
 
     @property
     def track(self) -> tuple[np.ndarray, np.ndarray]:
@@ -133,29 +131,13 @@ class SolutionEvaluation:
         later = one.valid & (one.time_s > self.start_s)
         return one.time_s[later] - self.start_s, np.column_stack([one.north_m, one.east_m])[later]
 
-    def _clock(self) -> dict[str, Any]:
+    def _clock(self) -> ClockOffset:
         believed_s = _believed_offset(self.recording, self.reference)
         if self.clock is None:
-            return {"believed_s": believed_s, "found_s": None, "reason": self.clock_reason}
+            return ClockOffset(believed_s, None, self.clock_reason)
         found = self.clock.estimate(0)
-        return {
-            "believed_s": believed_s,
-            "found_s": found.value,
-            "interval95_s": [found.low, found.high],
-            "velocity_constant_mps": {AXES[k]: _tree(self.clock.estimate(1 + k)) for k in range(2)},
-        }
-
-    def _schuler(self) -> dict[str, Any]:
-        fit = self.schuler
-        if fit is None:
-            return {"reason": self.schuler_reason}
-        return {
-            "span_s": fit.span_s,
-            "explained": fit.explained,
-            "estimates": {name: {**_tree(e), "unit": unit_of(name)} for name, e in fit.estimates.items()},
-            "alike": [list(group) for group in fit.alike],
-            "inseparable": [list(group) for group in fit.inseparable],
-        }
+        constant = {AXES[k]: self.clock.estimate(1 + k) for k in range(2)}
+        return ClockOffset(believed_s, found.value, None, (found.low, found.high), constant)
 
 
 def evaluate_solution(recording: Recording) -> SolutionEvaluation:
@@ -362,12 +344,3 @@ def _schuler(
         error = error - (clock.coefficients[0] - believed_s) * acceleration
     found = fit_schuler(time_s, error, path, in_body)
     return found, "" if found is not None else "the span is too short for so many unknowns"
-
-
-def _tree(estimate: Estimate) -> Mapping[str, Any]:
-    """A value with its interval, None where too few independent values give none."""
-    known = bool(np.isfinite([estimate.low, estimate.high]).all())
-    return {
-        "value": float(estimate.value),
-        "interval95": [float(estimate.low), float(estimate.high)] if known else None,
-    }

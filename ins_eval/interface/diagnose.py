@@ -12,6 +12,7 @@ from ins_eval.interface.result import PathLike, Result
 from ins_eval.recording import form
 from ins_eval.report.diagnosis import TITLE, diagnosis_content
 from ins_eval.report.diagnosis_page import page
+from ins_eval.tree import as_tree
 
 
 def diagnose(
@@ -35,4 +36,4 @@ def diagnose(
         form.write_belief(Path(model_file), with_effects(found.belief, found.written), where)
     tree, draw = page(found.diagnosis, found.answer, found.written)
     tree["belief"] = found.stated
-    return Result(TITLE, found, tree, *diagnosis_content(tree), draw)
+    return Result(TITLE, found, as_tree(tree), *diagnosis_content(tree), draw)

@@ -12,7 +12,7 @@ from ins_eval.compensation import CompensationModel
 from ins_eval.errors import UsageError
 from ins_eval.interface.result import Result
 from ins_eval.recording import Recording
-from ins_eval.report.evaluation import evaluation_content
+from ins_eval.report.evaluation import evaluation_content, solution_content
 from ins_eval.report.evaluation_figures import evaluation_figures
 from ins_eval.report.several import several_content
 from ins_eval.report.solution_figures import solution_figures
@@ -41,9 +41,10 @@ def evaluate(
                 "compensate or to start afresh; leave --compensation and --restart-every out"
             )
         own = evaluate_solution(recording)
-        return Result(title, own, own.tree, *evaluation_content(own.tree), partial(solution_figures, own))
+        words = solution_content(own.facts, own.numbers)
+        return Result(title, own, own.tree, *words, partial(solution_figures, own))
     found = evaluate_recording(recording, compensations, restart_every_s, models)
-    words = evaluation_content(found.tree)
+    words = evaluation_content(found.numbers)
     return Result(title, found, found.tree, *words, partial(evaluation_figures, found))
 
 
@@ -53,4 +54,4 @@ def evaluate_several(recordings: Sequence[Summary]) -> Result[SeveralEvaluations
     Each is a `summary`, named as the folder below this page in which its own is written.
     """
     found = SeveralEvaluations(recordings)
-    return Result(f"Evaluation of {len(recordings)} recordings", found, found.tree, *several_content(found.tree), dict)
+    return Result(f"Evaluation of {len(recordings)} recordings", found, found.tree, *several_content(found), dict)

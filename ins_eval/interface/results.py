@@ -20,6 +20,6 @@ def results(folders: Sequence[PathLike]) -> Result[RunComparison]:
         f"Results: {' beside '.join(run.name for run in found.runs)}",
         found,
         found.tree,
-        *runs_content(found.tree),
+        *runs_content(found),
         dict,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ins_eval.believed import BeliefRow
 from ins_eval.report.content import Block, Section, table
 
 HEADING = "What is believed"
@@ -13,12 +14,12 @@ NOTE = (
 )
 
 
-def belief_section(rows: Sequence[Mapping[str, str]] | Mapping[str, Sequence[Mapping[str, str]]] | None) -> Section:
+def belief_section(rows: Sequence[BeliefRow] | Mapping[str, Sequence[BeliefRow]]) -> Section:
     """The rows of one recording, or those of several by their names."""
-    named = rows if isinstance(rows, Mapping) else {"": rows or ()}
+    named = rows if isinstance(rows, Mapping) else {"": rows}
     blocks: list[Block] = []
     for name, of in named.items():
         title = f"Believed of {name}" if name and len(named) > 1 else "Belief"
-        cells = [(row["key"], row["value"], row["source"]) for row in of]
+        cells = [(row.key, row.value, row.source) for row in of]
         blocks += table(title, ("key", "value", "from"), cells, NOTE, "lll")
     return Section(HEADING, blocks)

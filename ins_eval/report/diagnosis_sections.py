@@ -41,7 +41,7 @@ BEST = 5  # families in the table of the evidence
 def sections_of(tree: Mapping) -> list[Section]:
     """Every section that has something to say."""
     sections = [
-        belief_section(tree.get("belief")),
+        belief_section(tree.get("belief", ())),
         Section("What was left out", _left_out(tree)),
         Section("What else it could be", _rivals(tree)),
         Section("The belief that was written", _written(tree)),

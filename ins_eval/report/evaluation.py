@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
+import numpy as np
+
+from ins_eval.analysis.evaluation_numbers import (
+    EvaluationNumbers,
+    FoundStart,
+    NavigatedSpan,
+    RecordingFacts,
+    SolutionNumbers,
+    StartAttitude,
+)
+from ins_eval.analysis.schuler import SCHULER_PERIOD_S
 from ins_eval.figures.style import in_order, label
+from ins_eval.navigation import Measures
 from ins_eval.report.belief import belief_section
-from ins_eval.report.content import Block, Picture, Section, definitions_table, paragraphs, table
+from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.grade import grade_section
 from ins_eval.report.solution import solution_answer, solution_blocks
-from ins_eval.tables import pick
+from ins_eval.restarts import Restarts
 from ins_eval.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name
 from ins_eval.wording import MISSING, fixed, joined, sentence, small
 
-SCHULER_PERIOD_S = 84.4 * 60.0
+SOLUTION = "What the INS put out itself"
+AXES = ("north", "east", "down")
 SPOKEN_ONE_BY_ONE = 2  # compensations; of more, the first line names the best and the worst
 SPOKEN_TIMES_S = (10.0,)
 HOPELESS_MPS = 100.0  # horizontal velocity RMS beyond which a pure-inertial solution means nothing
@@ -32,45 +45,43 @@ ATTITUDE_NOTE = (
 )
 
 
-def evaluation_content(metrics: Mapping) -> tuple[str, list[Section]]:
-    """The answer and the sections of the evaluation of one recording; what the metrics lack is left out."""
+def evaluation_content(found: EvaluationNumbers) -> tuple[str, list[Section]]:
+    """The answer and the sections of the evaluation of one recording."""
     sections = [
-        belief_section(metrics.get("belief")),
-        Section("Result", _result(metrics)),
-        grade_section(metrics),
-        Section("Between fixes", _restarts(metrics)),
-        Section("What the INS put out itself", solution_blocks(metrics["solution"]) if "solution" in metrics else []),
-        Section("Alignment", _alignment(metrics)),
-        Section("The recording", _recording(metrics)),
-        Section("Definitions and windows", definitions_table(metrics)),
+        belief_section(found.belief),
+        Section("Result", _result(found)),
+        grade_section(found.grade),
+        Section("Between fixes", _restarts(found)),
+        Section(SOLUTION, [] if found.solution is None else solution_blocks(found.solution)),
+        Section("Alignment", _alignment(found.alignment)),
+        _recording(found.recording),
     ]
-    return _answer(metrics), [section for section in sections if section.blocks]
+    return _answer(found), [section for section in sections if section.blocks]
 
 
-def _arms(metrics: Mapping) -> dict[str, Mapping]:
-    tree = metrics.get("compensations") or {}
-    return {name: tree[name] for name in in_order(tree)}
+def solution_content(recording: RecordingFacts, solution: SolutionNumbers) -> tuple[str, list[Section]]:
+    """The answer and the sections of a recording that holds the solution of an INS alone."""
+    sections = [Section(SOLUTION, solution_blocks(solution)), _recording(recording)]
+    return f"{recording.name}: {solution_answer(solution)}", sections
+
+
+def _arms(found: EvaluationNumbers) -> dict[str, Measures]:
+    return {name: found.compensations[name] for name in in_order(found.compensations)}
 
 
 def _called(name: str) -> str:
     return "without compensation" if name == "none" else f"with {label(name)} compensation"
 
 
-def _answer(metrics: Mapping) -> str:
-    arms = _arms(metrics)
-    name = pick(metrics, "recording", "name") or "this recording"
-    velocities = {arm: v for arm, values in arms.items() if (v := pick(values, "velocity_rms_mps", "horizontal"))}
-    solution = solution_answer(metrics["solution"]) if "solution" in metrics else ""
-    span = f"over {_span(metrics)}"
-    if not arms and solution:
-        return f"{name}: {solution}"
-    if not velocities and arms:
-        attitude = "; ".join(f"{_called(arm)} {said}" for arm, values in arms.items() if (said := _turned(values)))
+def _answer(found: EvaluationNumbers) -> str:
+    arms, name, span = _arms(found), found.recording.name, f"over {_span(found)}"
+    velocities = {arm: rms for arm, one in arms.items() if (rms := one.velocity_rms_mps.get("horizontal"))}
+    solution = "" if found.solution is None else solution_answer(found.solution)
+    if not velocities:
+        attitude = "; ".join(f"{_called(arm)} {said}" for arm, one in arms.items() if (said := _turned(one)))
         said = f": {attitude}, {span}" if attitude else ""
         lines = [f"{name} was navigated, and what it is compared with has no velocity{said}.", solution]
         return "\n".join(lines).strip()
-    if not velocities:
-        return f"{name} was read, but nothing of it was navigated."
     if len(velocities) <= SPOKEN_ONE_BY_ONE:
         results = "; ".join(f"{_called(arm)} {_spoken(arms[arm])}" for arm in velocities)
         lines = [f"{name}: {results}, {span}."]
@@ -80,110 +91,99 @@ def _answer(metrics: Mapping) -> str:
             f"{name}: of {len(velocities)} compensations {label(best)} is the best in horizontal velocity, {span}; "
             f"{_called(best)} {_spoken(arms[best])}, {_called(worst)} it is {fixed(velocities[worst])} m/s."
         ]
-    if growth := _growth(metrics):
+    if growth := _growth(found.restarts):
         lines.append(growth)
     elif min(velocities.values()) > HOPELESS_MPS:
         lines.append(
             "That is no navigation: the instrument drifts too fast to be left alone for so long. --restart-every 30 "
             "shows how far it can be trusted between fixes."
         )
-    if heading := _heading(metrics):
-        lines.append(heading)
-    lines.append("This is one run: a single radial error rate, not a CEP." + _short(metrics))
+    lines.append(_heading(found.alignment))
+    lines.append("This is one run: a single radial error rate, not a CEP." + _short(found.navigation))
     lines += [solution] if solution else []
     return "\n".join(lines)
 
 
-def _spoken(values: Mapping) -> str:
-    rate = pick(values, "radial_error_rate_nmi_per_h", "final")
-    numbers = [f"horizontal velocity RMS is {fixed(pick(values, 'velocity_rms_mps', 'horizontal'))} m/s"]
+def _spoken(one: Measures) -> str:
+    rate = one.radial_error_rate_nmi_per_h.get("final")
+    numbers = [f"horizontal velocity RMS is {fixed(one.velocity_rms_mps['horizontal'])} m/s"]
     numbers += [f"the radial error rate (final) {fixed(rate)} nmi/h"] if rate is not None else []
     return joined(numbers)
 
 
-def _turned(values: Mapping) -> str:
-    if (rms := values.get("attitude_rms_deg")) is None:
+def _turned(one: Measures) -> str:
+    rms = one.attitude_rms_deg
+    if not rms:
         return ""
-    return f"attitude RMS is {joined([f'{fixed(rms[axis])}° about {axis}' for axis in ('north', 'east', 'down')])}"
+    return f"attitude RMS is {joined([f'{fixed(rms[axis])}° about {axis}' for axis in AXES])}"
 
 
-def _growth(metrics: Mapping) -> str:
+def _growth(pieces: Mapping[str, Restarts]) -> str:
     """How far the best compensation can be trusted between fixes."""
-    pieces = metrics.get("restarts") or {}
     if not pieces:
         return ""
-    best = min(pieces, key=lambda name: pieces[name]["position_rms_m"][-1])
-    after_s, position_m = pieces[best]["after_s"], pieces[best]["position_rms_m"]
+    best = min(pieces, key=lambda name: pieces[name].position_rms_m[-1])
+    after_s, position_m = pieces[best].after_s, pieces[best].position_rms_m
     at = [k for k, t in enumerate(after_s) if t in SPOKEN_TIMES_S or k == len(after_s) - 1]
     grown = joined([f"{fixed(position_m[k], 0)} m after {fixed(after_s[k], 0)} s" for k in at])
-    return (
-        f"Started afresh from a fix, {_called(best)}, it is off by {grown} (RMS over {pieces[best]['count']} starts)."
-    )
+    return f"Started afresh from a fix, {_called(best)}, it is off by {grown} (RMS over {pieces[best].count} starts)."
 
 
-def _short(metrics: Mapping) -> str:
+def _short(navigation: NavigatedSpan) -> str:
     """What a run shorter than one Schuler period cannot show."""
-    start, end = pick(metrics, "navigation", "start_s"), pick(metrics, "navigation", "end_s")
-    if start is None or end is None or end - start >= SCHULER_PERIOD_S:
+    if navigation.duration_s >= SCHULER_PERIOD_S:
         return ""
     return (
-        f" It lasts {fixed(100.0 * (end - start) / SCHULER_PERIOD_S, 0)} % of a Schuler period (84.4 min), so the "
-        "rate says nothing about hours of flight."
+        f" It lasts {fixed(100.0 * navigation.duration_s / SCHULER_PERIOD_S, 0)} % of a Schuler period (84.4 min), so "
+        "the rate says nothing about hours of flight."
     )
 
 
-def _span(metrics: Mapping) -> str:
-    start, end = pick(metrics, "navigation", "start_s"), pick(metrics, "navigation", "end_s")
-    if start is None or end is None:
-        return "the navigated stretch"
-    return f"{end - start:.0f} s of pure-inertial navigation"
+def _span(found: EvaluationNumbers) -> str:
+    return f"{found.navigation.duration_s:.0f} s of pure-inertial navigation"
 
 
-def _heading(metrics: Mapping) -> str:
+def _heading(start: StartAttitude) -> str:
     """Heading found, its uncertainty, and how far it is from the documented one."""
-    found, sigma = pick(metrics, "alignment", "heading_deg"), pick(metrics, "alignment", "heading_sigma_deg")
-    if found is None:
-        return ""
-    if pick(metrics, "alignment", "stretch_s") is None and sigma is None:
+    found, sigma = start.heading_deg, start.heading_sigma_deg
+    if sigma is None:
         return f"Heading at the start, as the recording gives it: {fixed(found)}°."
-    if (known := pick(metrics, "alignment", "heading_known")) is False:
+    if isinstance(start, FoundStart) and not start.heading_known:
         return (
             "The heading is unknown: these gyros do not find north, and no motion shows it. It is taken as "
             f"{fixed(found)}°, so that north and east of this page are directions of the box."
         )
-    text = f"Heading from {'self-alignment' if known is None else 'motion and rest'}: {fixed(found)}°"
-    if sigma is not None:
-        text += f" ± {fixed(sigma)}° (1 σ)"
-    documented = pick(metrics, "alignment", "documented_heading_deg")
+    how = "motion and rest" if isinstance(start, FoundStart) else "self-alignment"
+    text = f"Heading from {how}: {fixed(found)}° ± {fixed(sigma)}° (1 σ)"
+    documented = start.documented_heading_deg
     if documented is None:
         return text + "; none is documented to compare with."
     off = (found - documented + 180.0) % 360.0 - 180.0
     text += f", {fixed(abs(off))}° from the documented {fixed(documented)}°"
-    if sigma:
-        text += f", {'within' if abs(off) <= SIGMAS * sigma else 'more than'} {SIGMAS:.0f} σ"
-    return text + "."
+    return text + f", {'within' if abs(off) <= SIGMAS * sigma else 'more than'} {SIGMAS:.0f} σ."
 
 
-def _result(metrics: Mapping) -> list[Block]:
-    arms = _arms(metrics)
-    if not arms:
-        return []
-    velocity = [(f"{c} [m/s]", ("velocity_rms_mps", c), 3) for c in COMPONENTS]
-    radial = [
-        *((f"{definition_name(d)} [nmi/h]", ("radial_error_rate_nmi_per_h", d), 2) for d in MAIN_DEFINITIONS),
-        ("at the end [m]", ("final_radial_error_m",), 0),
-    ]
-    attitude = [(f"{about} [°]", ("attitude_rms_deg", about), 3) for about in ("north", "east", "down")]
-    note = f"Window: {_span(metrics)}."
-    if (floor := pick(metrics, "floor", "horizontal_m")) is not None:
-        of = pick(metrics, "floor", "profile")
-        what = "the same navigation" if of in (None, "standstill") else f"the flight '{of}' at this rate"
-        note += f" Numeric floor, {what} without sensor errors: {small(floor, 'm')} in position."
+def _result(found: EvaluationNumbers) -> list[Block]:
+    arms, floor = _arms(found), found.floor
+    what = "the same navigation" if floor.profile == "standstill" else f"the flight '{floor.profile}' at this rate"
+    note = (
+        f"Window: {_span(found)}. Numeric floor, {what} without sensor errors: {small(floor.horizontal_m, 'm')} in "
+        "position."
+    )
+    velocity = {f"{c} [m/s]": [one.velocity_rms_mps.get(c) for one in arms.values()] for c in COMPONENTS}
+    radial = {
+        f"{definition_name(d)} [nmi/h]": [one.radial_error_rate_nmi_per_h.get(d) for one in arms.values()]
+        for d in MAIN_DEFINITIONS
+    }
+    last = {"at the end [m]": [one.final_radial_error_m for one in arms.values()]}
+    attitude = {f"{axis} [°]": [one.attitude_rms_deg.get(axis) for one in arms.values()] for axis in AXES}
     return [
-        *paragraphs(_against(metrics)),
-        *_by_compensation("Velocity RMS", arms, velocity, note),
-        *_by_compensation("Radial error and its rate", arms, radial, "A rate of one run is not a CEP."),
-        *_by_compensation("Attitude error, RMS", arms, attitude, ATTITUDE_NOTE),
+        *paragraphs(_against(found)),
+        *_by_compensation("Velocity RMS", arms, _cells(velocity, 3), note),
+        *_by_compensation(
+            "Radial error and its rate", arms, _cells(radial, 2) | _cells(last, 0), "A rate of one run is not a CEP."
+        ),
+        *_by_compensation("Attitude error, RMS", arms, _cells(attitude, 3), ATTITUDE_NOTE),
         Picture("attitude_error", "Attitude error about north, east and down, which is that of heading."),
         Picture("east_velocity_error", "East velocity error. A wave of 84.4 min is the Schuler oscillation."),
         Picture("north_velocity_error", "North velocity error."),
@@ -193,142 +193,121 @@ def _result(metrics: Mapping) -> list[Block]:
     ]
 
 
-def _by_compensation(
-    title: str, arms: Mapping[str, Mapping], measures: list[tuple[str, tuple[str, ...], int]], note: str
-) -> list[Block]:
+def _cells(columns: Mapping[str, Sequence[float | None]], digits: int) -> dict[str, list[str]]:
+    return {head: [fixed(value, digits) for value in values] for head, values in columns.items()}
+
+
+def _by_compensation(title: str, arms: Iterable[str], columns: Mapping[str, Sequence[str]], note: str) -> list[Block]:
     """A row for each compensation; a measure that none of them has is left out."""
-    cells = [[fixed(pick(values, *path), digits) for values in arms.values()] for _, path, digits in measures]
-    kept = [k for k, column in enumerate(cells) if set(column) != {MISSING}]
-    rows = [(label(name), *(cells[k][i] for k in kept)) for i, name in enumerate(arms)]
-    return table(title, ("compensation", *(measures[k][0] for k in kept)), rows, note) if kept else []
+    kept = {head: cells for head, cells in columns.items() if set(cells) != {MISSING}}
+    rows = [(label(name), *cells) for name, *cells in zip(arms, *kept.values(), strict=True)]
+    return table(title, ("compensation", *kept), rows, note) if kept else []
 
 
-def _with_interval(piece: Mapping, key: str, interval: str, k: int, digits: int) -> str:
+def _with_interval(value: float, interval: np.ndarray, digits: int) -> str:
     """A value with its 95 % interval, where there is one."""
-    text = fixed(piece[key][k], digits)
-    if piece.get(interval):
-        low, high = piece[interval][k]
-        text += f" ({fixed(low, digits)} to {fixed(high, digits)})"
-    return text
+    text = fixed(value, digits)
+    return text + (f" ({fixed(interval[0], digits)} to {fixed(interval[1], digits)})" if _known(interval) else "")
 
 
-def _restarts(metrics: Mapping) -> list[Block]:
+def _known(interval: np.ndarray) -> bool:
+    return bool(np.isfinite(interval).all())
+
+
+def _restarts(found: EvaluationNumbers) -> list[Block]:
     """How far the instrument can be trusted by itself: errors against the time since a start afresh."""
-    arms = in_order(metrics.get("restarts") or {})
-    if not arms:
+    if not found.restarts:
         return []
-    pieces = [metrics["restarts"][name] for name in arms]
-    after_s = pieces[0]["after_s"]
-    shown = [k for k, t in enumerate(after_s) if t in RESTART_TIMES_S or k == len(after_s) - 1]
-    measures = [
-        ("position [m]", "position_rms_m", "position_interval95_m", 1),
-        ("velocity [m/s]", "velocity_rms_mps", "velocity_interval95_mps", 2),
-    ]
-    measures = [one for one in measures if all(one[1] in piece for piece in pieces)]
-    header = ["time since the start afresh [s]", *(f"{label(name)}: {one[0]}" for name in arms for one in measures)]
+    pieces = {name: found.restarts[name] for name in in_order(found.restarts)}
+    first = next(iter(pieces.values()))
+    columns = {}
+    for name, piece in pieces.items():
+        columns[f"{label(name)}: position [m]"] = piece.position_rms_m, piece.position_interval_m, 1
+        if all(one.has_velocity for one in pieces.values()):
+            columns[f"{label(name)}: velocity [m/s]"] = piece.velocity_rms_mps, piece.velocity_interval_mps, 2
     rows = [
         (
-            fixed(after_s[k], 0),
-            *(
-                cell
-                for piece in pieces
-                for cell in (
-                    _with_interval(piece, value, interval, k, digits) for _, value, interval, digits in measures
-                )
-            ),
+            fixed(first.after_s[k], 0),
+            *(_with_interval(rms[k], interval[:, k], digits) for rms, interval, digits in columns.values()),
         )
-        for k in shown
+        for k, t in enumerate(first.after_s)
+        if t in RESTART_TIMES_S or k == len(first.after_s) - 1
     ]
     return [
         *paragraphs(
-            f"Navigated afresh {pieces[0]['count']} times, each time from a fix and the attitude that the reference "
+            f"Navigated afresh {first.count} times, each time from a fix and the attitude that the reference "
             "has then, or, without one, from the state that all fixes before give. This is how far the instrument can "
             "be trusted by itself."
         ),
         *table(
             "Growth of the horizontal error",
-            header,
+            ["time since the start afresh [s]", *columns],
             rows,
             "RMS over the pieces, relative to the fix each started from, whose noise is in it twice.",
         ),
     ]
 
 
-def _against(metrics: Mapping) -> str:
-    kind = pick(metrics, "reference", "kind")
-    if not kind:
-        return ""
-    text = f"Measured against {REFERENCE_WORDS.get(kind, kind)}"
-    if epochs := pick(metrics, "reference", "epochs"):
-        text += f"; {epochs} epochs"
-    if epochs := pick(metrics, "reference", "attitude_epochs"):
-        text += f"; {epochs} epochs of attitude"
-    if outages := pick(metrics, "reference", "outages"):
+def _against(found: EvaluationNumbers) -> str:
+    reference = found.reference
+    text = f"Measured against {REFERENCE_WORDS[reference.kind]}"
+    if reference.epochs:
+        text += f"; {reference.epochs} epochs"
+    if reference.attitude_epochs:
+        text += f"; {reference.attitude_epochs} epochs of attitude"
+    if outages := reference.outages:
         text += f", {outages} outage{'s' if outages > 1 else ''}, whose epochs count in no RMS"
-    if vertical := pick(metrics, "navigation", "vertical"):
-        text += f". The vertical channel is {vertical}"
-    return text + "."
+    return f"{text}. The vertical channel is {found.navigation.vertical}."
 
 
-def _alignment(metrics: Mapping) -> list[Block]:
-    alignment = metrics.get("alignment") or {}
-    stretch = alignment.get("stretch_s")
-    where = (
-        f"Aligned on {stretch[0]:.0f} to {stretch[1]:.0f} s of the recording, the quiet stretch that the rule found."
-        if stretch
-        else _found_start(alignment)
-    )
-    names = (
-        ("heading_deg", "heading [°]"),
-        ("heading_sigma_deg", "heading, 1 σ [°]"),
-        ("documented_heading_deg", "heading, documented [°]"),
-        ("roll_deg", "roll [°]"),
-        ("pitch_deg", "pitch [°]"),
-    )
-    rows = [(name, fixed(alignment[key], 3)) for key, name in names if alignment.get(key) is not None]
-    return (
-        [
-            *paragraphs(where, _heading(metrics)),
-            *table("Attitude at the end of the alignment", ("angle", "value"), rows),
-            Picture(
-                "activity", "How restless the recording is over time; the shaded stretch was used for the alignment."
-            ),
-            Picture(
-                "attitude",
-                "Roll, pitch and heading while navigating. Of a parked vehicle a slow drift is the gyros'; a step is "
-                "somebody moving it.",
-            ),
-        ]
-        if where or rows
-        else []
-    )
+def _alignment(start: StartAttitude) -> list[Block]:
+    where = ""
+    if start.stretch_s is not None:
+        begin_s, end_s = start.stretch_s
+        where = f"Aligned on {begin_s:.0f} to {end_s:.0f} s of the recording, the quiet stretch that the rule found."
+    elif isinstance(start, FoundStart):
+        where = _found_start(start)
+    angles = {
+        "heading [°]": start.heading_deg,
+        "heading, 1 σ [°]": start.heading_sigma_deg,
+        "heading, documented [°]": start.documented_heading_deg,
+        "roll [°]": start.roll_deg,
+        "pitch [°]": start.pitch_deg,
+    }
+    rows = [(name, fixed(angle, 3)) for name, angle in angles.items() if angle is not None]
+    return [
+        *paragraphs(where, _heading(start)),
+        *table("Attitude at the end of the alignment", ("angle", "value"), rows),
+        Picture("activity", "How restless the recording is over time; the shaded stretch was used for the alignment."),
+        Picture(
+            "attitude",
+            "Roll, pitch and heading while navigating. Of a parked vehicle a slow drift is the gyros'; a step is "
+            "somebody moving it.",
+        ),
+    ]
 
 
-def _found_start(alignment: Mapping) -> str:
+def _found_start(start: FoundStart) -> str:
     """How a start was found that the recording does not state."""
-    if (window := alignment.get("window_s")) is None:
-        return ""
 
-    def triad(key: str) -> str:
-        pairs = zip(
-            alignment[key],
-            alignment[key.replace("_bias_", "_bias_sigma_").replace("_scale_", "_scale_sigma_")],
-            strict=True,
-        )
-        return ", ".join(f"{fixed(value, 0)} ± {sigma:.2g}" for value, sigma in pairs)
+    def triad(values: Sequence[float], sigmas: Sequence[float]) -> str:
+        return ", ".join(f"{fixed(value, 0)} ± {sigma:.2g}" for value, sigma in zip(values, sigmas, strict=True))
 
-    tilt, heading = alignment["roll_pitch_sigma_deg"], alignment["heading_sigma_deg"]
+    gyro_bias = triad(start.gyro_bias_deg_per_h, start.gyro_bias_sigma_deg_per_h)
+    accelerometer_bias = triad(start.accelerometer_bias_ug, start.accelerometer_bias_sigma_ug)
+    gyro_scale = triad(start.gyro_scale_ppm, start.gyro_scale_sigma_ppm)
+    accelerometer_scale = triad(start.accelerometer_scale_ppm, start.accelerometer_scale_sigma_ppm)
     text = (
-        f"The recording states no attitude. It was found from {window[0]:.0f} to {window[1]:.0f} s by least squares, "
-        f"from rest, motion and the fixes: roll and pitch to {fixed(tilt)}°, heading to {fixed(heading)}°, velocity to "
-        f"{fixed(max(alignment['velocity_sigma_mps']))} m/s (1 σ). Taken off are gyro biases of "
-        f"{triad('gyro_bias_deg_per_h')} deg/h and accelerometer biases of {triad('accelerometer_bias_ug')} ug, "
-        f"scale factor errors of {triad('gyro_scale_ppm')} ppm (gyros) and {triad('accelerometer_scale_ppm')} ppm "
-        "(accelerometers) (x, y, z, with 1 σ)."
+        f"The recording states no attitude. It was found from {start.window_s[0]:.0f} to {start.window_s[1]:.0f} s by "
+        f"least squares, from rest, motion and the fixes: roll and pitch to {fixed(start.roll_pitch_sigma_deg)}°, "
+        f"heading to {fixed(start.heading_sigma_deg)}°, velocity to {fixed(max(start.velocity_sigma_mps))} m/s (1 σ). "
+        f"Taken off are gyro biases of {gyro_bias} deg/h and accelerometer biases of {accelerometer_bias} ug, scale "
+        f"factor errors of {gyro_scale} ppm (gyros) and {accelerometer_scale} ppm (accelerometers) (x, y, z, with "
+        "1 σ)."
     )
-    if rivals := alignment.get("rival_headings_deg"):
+    if rivals := start.rival_headings_deg:
         text += f" As likely are headings of {', '.join(fixed(one, 0) for one in rivals)}°."
-    position, velocity = alignment["fix_scale"]
+    position, velocity = start.fix_scale
     if max(position, velocity) > SCATTER:
         text += (
             f" The fixes scatter {fixed(position, 1)} (position) and {fixed(velocity, 1)} (velocity) times as much as "
@@ -337,22 +316,15 @@ def _found_start(alignment: Mapping) -> str:
     return text
 
 
-def _recording(metrics: Mapping) -> list[Block]:
-    recording = metrics.get("recording") or {}
-    facts = [
-        f"{name} {recording[key]:g}{unit}" if isinstance(recording[key], int | float) else f"{name} {recording[key]}"
-        for key, name, unit in (("kind", "kind", ""), ("rate_hz", "rate", " Hz"), ("duration_s", "length", " s"))
-        if recording.get(key) is not None
-    ]
-    if filled := recording.get("filled_samples"):
+def _recording(recording: RecordingFacts) -> Section:
+    facts = [f"kind {recording.kind}"]
+    facts += [] if recording.rate_hz is None else [f"rate {recording.rate_hz:g} Hz"]
+    facts.append(f"length {recording.duration_s:g} s")
+    if filled := recording.filled_samples:
         facts.append(f"{filled} samples that were not recorded and lie on straight lines")
-    words = paragraphs(
-        sentence(", ".join(facts)) if facts else "", *(sentence(note) for note in recording.get("notes") or ())
-    )
-    if not words:
-        return []
-    return [
-        *words,
+    blocks = [
+        *paragraphs(sentence(", ".join(facts)), *(sentence(note) for note in recording.notes)),
         Picture("flight_path", "Path over ground and height, from the reference."),
         Picture("temperature_and_rate", "Temperature of the IMU as read, and the rate that every compensation uses."),
     ]
+    return Section("The recording", blocks)

@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 
 from ins_eval import figures
 from ins_eval.analysis.evaluate import RecordingEvaluation
-from ins_eval.navigation import measures
 from ins_eval.recording import Recording
 from ins_eval.recording.stillness import Stretch
 from ins_eval.report.grade import grade_figures
@@ -27,8 +26,8 @@ def evaluation_figures(evaluation: RecordingEvaluation) -> dict[str, Figure]:
         recording,
         evaluation.navigated,
         reference=REFERENCE_WORDS[evaluation.reference],
-        floor_m=evaluation.floor["horizontal_m"],
-        rms_mps={name: measures(one).get("velocity_rms_mps", {}) for name, one in evaluation.navigated.items()},
+        floor_m=evaluation.floor.horizontal_m,
+        rms_mps={name: one.velocity_rms_mps for name, one in evaluation.measures.items()},
     )
     fixes = recording.reference if evaluation.reference == "ins" else recording.gps
     if fixes is not None and (fixes.valid & np.isfinite(fixes.latitude_rad)).any():

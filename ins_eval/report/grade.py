@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,26 +9,29 @@ from matplotlib.figure import Figure
 
 from ins_eval import figures
 from ins_eval.allan import TERMS
-from ins_eval.grade import Grade, units_of
+from ins_eval.grade import Grade, NoiseTerm, units_of
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
-from ins_eval.tables import pick
 from ins_eval.temperature_law import TemperatureLaw
 from ins_eval.units import DEG_PER_H, UG
 
 FIGURE, LAWS = "allan_deviation", "temperature_laws"
+OFFSETS = (
+    "Gyros: mean rate less the vertical part of Earth rate; the horizontal part, of unknown direction, is in the "
+    "sigma, and so is how the offset wanders. Norm: from normal gravity."
+)
 LETTERS = {"quantisation": "Q", "white": "N", "flicker": "B", "random_walk": "K"}
 
 
-def grade_section(metrics: Mapping) -> Section:
+def grade_section(grade: Grade | None) -> Section:
     """What the stretches at rest show; empty where no grade was measured."""
-    grade = metrics.get("grade")
-    if not grade:
+    if grade is None:
         return Section("What grade it is", [])
-    blocks: list[Block] = [*paragraphs(grade["words"], _where(grade))]
-    blocks += table("Offsets at rest", ("", "offset", "one sigma"), _offsets(grade), _of_offsets(grade))
+    blocks: list[Block] = [*paragraphs(grade.words, _where(grade))]
+    blocks += table("Offsets at rest", ("", "offset", "one sigma"), _offsets(grade), OFFSETS)
     rows = [
-        (name, *(_cell(entry.get(term)) for term in TERMS if term != "quantisation"))
-        for name, entry in grade["noise"].items()
+        (channel.name, *(_cell(channel.terms[term]) for term in TERMS if term != "quantisation"))
+        for channel in grade.channels
+        if channel.fit is not None
     ]
     note = (
         "Value [95 % interval]; below: no more than that is seen. Gyros in deg/sqrt(h), deg/h and deg/h/sqrt(h), "
@@ -39,9 +41,9 @@ def grade_section(metrics: Mapping) -> Section:
     if rows:
         caption = "Allan deviation of each channel at rest, and the noise terms that make it."
         blocks.append(Picture(FIGURE, caption))
-    if laws := grade.get("temperature_laws"):
+    if laws := grade.laws_in_units:
         rows = [
-            (name, f"{law['slope']:.4g}", f"[{law['interval95'][0]:.4g}, {law['interval95'][1]:.4g}]", law["unit"])
+            (name, f"{law.slope:.4g}", f"[{law.interval95[0]:.4g}, {law.interval95[1]:.4g}]", law.unit)
             for name, law in laws.items()
         ]
         note = (
@@ -102,35 +104,23 @@ def _channel(one) -> dict[str, Any]:
     }
 
 
-def _where(grade: Mapping) -> str:
-    rests = grade["rests_s"]
-    if not rests:
+def _where(grade: Grade) -> str:
+    if not grade.rests:
         return ""
-    each = ", ".join(f"{end - start:.0f} s from {start:.0f} s" for start, end in rests)
+    each = ", ".join(f"{rest.end_s - rest.start_s:.0f} s from {rest.start_s:.0f} s" for rest in grade.rests)
     text = f"At rest: {each}."
-    if (span := grade.get("temperature_c")) is not None:
+    if (span := grade.temperature_c) is not None:
         text += f" Thermometer: {span[0]:.2f} to {span[1]:.2f} degC."
     return text
 
 
-def _offsets(grade: Mapping) -> list[tuple[str, str, str]]:
-    rows = []
-    for axis, value in (pick(grade, "gyro_offset_deg_per_h") or {}).items():
-        rows.append((f"gyro {axis} [deg/h]", f"{value['value']:.4g}", f"{value['sigma']:.2g}"))
-    if (force := grade.get("force_offset_ug")) is not None:
-        rows.append(("norm of specific force [ug]", f"{force['value']:.4g}", f"{force['sigma']:.2g}"))
-    return rows
+def _offsets(grade: Grade) -> list[tuple[str, str, str]]:
+    found = {f"gyro {axis} [deg/h]": offset for axis, offset in grade.gyro_offset_deg_per_h.items()}
+    if (force := grade.force_offset_ug) is not None:
+        found["norm of specific force [ug]"] = force
+    return [(name, f"{offset.value:.4g}", f"{offset.sigma:.2g}") for name, offset in found.items()]
 
 
-def _of_offsets(grade: Mapping) -> str:
-    return (
-        "Gyros: mean rate less the vertical part of Earth rate; the horizontal part, of unknown direction, is in the "
-        "sigma, and so is how the offset wanders. Norm: from normal gravity."
-    )
-
-
-def _cell(entry: Mapping | None) -> str:
-    if entry is None:
-        return "–"
-    low, high = entry["interval95"]
-    return f"{entry['value']:.3g} [{low:.3g}, {high:.3g}]" if entry["visible"] else f"below {high:.3g}"
+def _cell(term: NoiseTerm) -> str:
+    low, high = term.interval95
+    return f"{term.value:.3g} [{low:.3g}, {high:.3g}]" if term.visible else f"below {high:.3g}"

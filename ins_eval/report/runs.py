@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
+from ins_eval.analysis.results import UNITS, Change, RunComparison
 from ins_eval.figures.style import label
+from ins_eval.metrics import Estimate
 from ins_eval.report.content import Section, paragraphs, table
 from ins_eval.report.several import called
 from ins_eval.vocabulary import measure_name
 from ins_eval.wording import MISSING, change, fixed, joined, sentence
 
 DIGITS = {"velocity_rms": 3, "cep_rate": 3, "radial_error_rate": 3, "final_radial_error": 1}
-UNITS = {"velocity_rms": "m/s", "cep_rate": "nmi/h", "radial_error_rate": "nmi/h", "final_radial_error": "m"}
 
 
-def runs_content(metrics: Mapping) -> tuple[str, list[Section]]:
+def runs_content(found: RunComparison) -> tuple[str, list[Section]]:
     """The answer and the sections of runs that stand side by side."""
-    runs, changes = metrics["runs"], metrics["changes"]
+    runs, changes = [run.name for run in found.runs], found.changes
     header = ["compensation", "measure", "unit", "pairs", runs[0]]
     for run in runs[1:]:
         header += [run, "change"]
@@ -26,37 +27,36 @@ def runs_content(metrics: Mapping) -> tuple[str, list[Section]]:
         "and radial error at the end as root mean square, radial error rates as median. 95 % intervals: bootstrap over "
         "the pairs."
     )
-    lost = metrics["lost"]
-    words = f"Not in all runs, and left out: {joined(lost)}." if lost else ""
+    words = f"Not in all runs, and left out: {joined(found.lost)}." if found.lost else ""
     section = Section("Side by side", [*paragraphs(words), *table("", header, rows, note, "lll" + "r" * len(runs) * 2)])
     return _answer(runs, changes), [section]
 
 
-def _answer(runs: Sequence[str], changes: Sequence[Mapping]) -> str:
-    one = next((c for c in changes if c["measure"] == "velocity_rms_horizontal"), changes[0])
-    lines = []
-    for run, ratio in zip(runs[1:], one["ratios"], strict=True):
+def _answer(runs: Sequence[str], changes: Sequence[Change]) -> str:
+    one = next((c for c in changes if c.measure == "velocity_rms_horizontal"), changes[0])
+    lines, pairs = [], len(one.recordings)
+    for run, ratio in zip(runs[1:], one.ratios, strict=True):
         lines.append(
             sentence(
-                f"{measure_name(one['measure'])}, {called(one['compensation'])}, changes by {_change(ratio)} from "
-                f"{runs[0]} to {run}, over {one['recordings']} pair{'s' if one['recordings'] > 1 else ''}"
+                f"{measure_name(one.measure)}, {called(one.compensation)}, changes by {_change(ratio)} from "
+                f"{runs[0]} to {run}, over {pairs} pair{'s' if pairs > 1 else ''}"
             )
         )
     return "\n".join(lines)
 
 
-def _row(one: Mapping) -> list[str]:
-    kind = next(kind for kind in UNITS if one["measure"].startswith(kind))
-    cells = [label(one["compensation"]), one["measure"], UNITS[kind], str(one["recordings"])]
-    first, *others = (fixed(value, DIGITS[kind]) for value in one["values"])
-    for value, ratio in zip(others, one["ratios"], strict=True):
+def _row(one: Change) -> list[str]:
+    kind = next(kind for kind in UNITS if one.measure.startswith(kind))
+    cells = [label(one.compensation), one.measure, UNITS[kind], str(len(one.recordings))]
+    first, *others = (fixed(value, DIGITS[kind]) for value in one.values)
+    for value, ratio in zip(others, one.ratios, strict=True):
         cells += [first, value, _change(ratio)] if len(cells) == 4 else [value, _change(ratio)]
     return cells
 
 
-def _change(ratio: Mapping | None) -> str:
+def _change(ratio: Estimate | None) -> str:
     if ratio is None:
         return MISSING
-    if ratio["interval95"] is None:
-        return f"{100.0 * (ratio['ratio'] - 1.0):+.1f} %".replace("-", "−")
+    if not ratio.known:
+        return f"{100.0 * (ratio.value - 1.0):+.1f} %".replace("-", "−")
     return change(ratio)

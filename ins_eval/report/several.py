@@ -2,50 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
+from operator import attrgetter
 from urllib.parse import quote
 
+from ins_eval.analysis.several import FEWEST_FLIGHTS, FlightsTogether, Refused, Row, SeveralEvaluations
 from ins_eval.figures.style import label
-from ins_eval.report.content import Section, Table, paragraphs, table
-from ins_eval.tables import pick
+from ins_eval.report.content import Block, Section, Table, paragraphs, table
 from ins_eval.vocabulary import COMPONENTS, DEFINITIONS, definition_name
 from ins_eval.wording import fixed, joined, with_interval
 
 COLUMNS = (
-    ("span [s]", "span_s", 0),
-    ("velocity RMS north [m/s]", "velocity_rms_north_mps", 3),
-    ("east [m/s]", "velocity_rms_east_mps", 3),
-    ("horizontal [m/s]", "velocity_rms_horizontal_mps", 3),
-    ("radial error rate, final [nmi/h]", "radial_error_rate_final_nmi_per_h", 2),
-    ("at the end [m]", "final_radial_error_m", 0),
+    ("span [s]", attrgetter("span_s"), 0),
+    ("velocity RMS north [m/s]", attrgetter("velocity_rms_north_mps"), 3),
+    ("east [m/s]", attrgetter("velocity_rms_east_mps"), 3),
+    ("horizontal [m/s]", attrgetter("velocity_rms_horizontal_mps"), 3),
+    ("radial error rate, final [nmi/h]", attrgetter("radial_error_rate_final_nmi_per_h"), 2),
+    ("at the end [m]", attrgetter("final_radial_error_m"), 0),
 )
 
 
-def several_content(metrics: Mapping) -> tuple[str, list[Section]]:
+def several_content(found: SeveralEvaluations) -> tuple[str, list[Section]]:
     """The answer and the sections of the evaluation of several recordings."""
-    rows = metrics["recordings"]
     sections = [
-        Section("Recordings", _recordings(rows)),
-        Section("All flights together", _ensemble(metrics["ensemble"])),
+        Section("Recordings", _recordings(found.rows)),
+        Section("All flights together", _ensemble(found.ensemble)),
     ]
-    return _answer(metrics), [section for section in sections if section.blocks]
+    return _answer(found), [section for section in sections if section.blocks]
 
 
-def _answer(metrics: Mapping) -> str:
-    rows = metrics["recordings"]
-    names, refused = list(dict.fromkeys(row["name"] for row in rows)), [row for row in rows if "refused" in row]
+def _answer(found: SeveralEvaluations) -> str:
+    names = dict.fromkeys(row.name for row in found.rows)
     lines = [f"{len(names)} recordings were evaluated."]
-    if refused:
-        done = len(names) - len(refused)
-        lines = [f"{done} of {len(names)} recordings were evaluated, {len(refused)} refused: the table says why."]
-    for arm, numbers in _arms(metrics["ensemble"]).items():
-        if rate := pick(numbers, "cep_rate_nmi_per_h", "final"):
-            lines.append(f"CEP rate (final) of {numbers['size']} flights, {called(arm)}: {with_interval(rate)} nmi/h.")
+    if refused := sum(isinstance(row, Refused) for row in found.rows):
+        done = len(names) - refused
+        lines = [f"{done} of {len(names)} recordings were evaluated, {refused} refused: the table says why."]
+    for arm, flights in found.ensemble.arms.items():
+        if rate := flights.cep_rate_nmi_per_h.get("final"):
+            lines.append(f"CEP rate (final) of {flights.size} flights, {called(arm)}: {with_interval(rate)} nmi/h.")
     return "\n".join(lines)
-
-
-def _arms(ensemble: Mapping) -> dict[str, Mapping]:
-    return {arm: numbers for arm, numbers in ensemble.items() if isinstance(numbers, Mapping)}
 
 
 def called(arm: str) -> str:
@@ -53,14 +48,14 @@ def called(arm: str) -> str:
     return "solution of the INS" if arm == "solution" else f"compensation {label(arm)}"
 
 
-def _recordings(rows: list[Mapping]) -> list[Table]:
+def _recordings(rows: Sequence[Row | Refused]) -> list[Table]:
     header = ("recording", "compensation", *(words for words, _, _ in COLUMNS))
+    evaluated = [row for row in rows if isinstance(row, Row)]
     cells = [
-        (row["name"], label(row["compensation"]), *(fixed(row.get(key), digits) for _, key, digits in COLUMNS))
-        for row in rows
-        if "refused" not in row
+        (row.name, label(row.compensation), *(fixed(value(row), digits) for _, value, digits in COLUMNS))
+        for row in evaluated
     ]
-    links = tuple(f"{quote(row['name'])}/index.html" for row in rows if "refused" not in row)
+    links = tuple(f"{quote(row.name)}/index.html" for row in evaluated)
     found = [
         Table(
             "Each recording",
@@ -72,34 +67,33 @@ def _recordings(rows: list[Mapping]) -> list[Table]:
             sortable=True,
         )
     ] if cells else []  # fmt: skip
-    refused = [(row["name"], row["refused"]) for row in rows if "refused" in row]
+    refused = [(row.name, row.refused) for row in rows if isinstance(row, Refused)]
     return [*found, *table("Refused", ("recording", "why"), refused, align="ll")]
 
 
-def _ensemble(ensemble: Mapping) -> list:
+def _ensemble(ensemble: FlightsTogether) -> list[Block]:
     """CEP under each definition and velocity RMS, a column a compensation."""
-    arms = _arms(ensemble)
-    full = {arm: numbers for arm, numbers in arms.items() if "cep_rate_nmi_per_h" in numbers}
-    few = [f"{called(arm)}: {numbers['size']}" for arm, numbers in arms.items() if arm not in full]
+    full = {arm: flights for arm, flights in ensemble.arms.items() if flights.cep_rate_nmi_per_h}
+    few = [f"{called(arm)}: {flights.size}" for arm, flights in ensemble.arms.items() if arm not in full]
     words = []
-    if short := ensemble["too_short"]:
+    if short := ensemble.too_short:
         words.append(f"{short} lasted less than half a Schuler period or had no positions: no CEP follows from them.")
     if few:
         words.append(
-            f"A CEP needs at least {ensemble['fewest']} flights of half a Schuler period or longer; {joined(few)}."
+            f"A CEP needs at least {FEWEST_FLIGHTS} flights of half a Schuler period or longer; {joined(few)}."
         )
-    header = ("definition", *(f"{called(arm)}, {numbers['size']} flights" for arm, numbers in full.items()))
+    heads = [f"{called(arm)}, {flights.size} flights" for arm, flights in full.items()]
     cep = [
-        (definition_name(key), *(with_interval(numbers["cep_rate_nmi_per_h"][key]) for numbers in full.values()))
+        (definition_name(key), *(with_interval(flights.cep_rate_nmi_per_h[key]) for flights in full.values()))
         for key in DEFINITIONS
     ]
     velocity = [
-        (axis, *(with_interval(pick(numbers, "velocity_rms_mps", axis), 3) for numbers in full.values()))
+        (axis, *(with_interval(flights.velocity_rms_mps.get(axis), 3) for flights in full.values()))
         for axis in COMPONENTS
     ]
     note = "95 % intervals: bootstrap over the flights."
     return [
         *paragraphs(*words),
-        *(table("CEP rate [nmi/h]", header, cep, note) if full else []),
-        *(table("Velocity RMS [m/s]", ("component", *header[1:]), velocity, note) if full else []),
+        *(table("CEP rate [nmi/h]", ("definition", *heads), cep, note) if full else []),
+        *(table("Velocity RMS [m/s]", ("component", *heads), velocity, note) if full else []),
     ]

@@ -7,6 +7,16 @@ import copy
 import numpy as np
 import pytest
 
+from ins_eval.analysis.evaluation_numbers import (
+    ComparedWith,
+    EvaluationNumbers,
+    NavigatedSpan,
+    NumericFloor,
+    RecordingFacts,
+    StartAttitude,
+)
+from ins_eval.navigation import Measures
+
 NAMES = (
     "none",
     "simple",
@@ -158,34 +168,31 @@ def make_flight_metrics() -> dict:
     }
 
 
-def make_evaluation_metrics() -> dict:
-    return {
-        "recording": {
-            "name": "rlg_static_vehicle",
-            "kind": "static",
-            "rate_hz": 200.0,
-            "duration_s": 3600.0,
-            "notes": ["the file states no date", "12 samples were repeated and dropped"],
+def make_evaluation_numbers() -> EvaluationNumbers:
+    notes = ("the file states no date", "12 samples were repeated and dropped")
+    return EvaluationNumbers(
+        recording=RecordingFacts("rlg_static_vehicle", "static", 3600.0, notes, 200.0, 0),
+        belief=(),
+        grade=None,
+        alignment=StartAttitude(
+            roll_deg=-0.41,
+            pitch_deg=1.07,
+            heading_deg=218.43,
+            heading_sigma_deg=0.12,
+            stretch_s=(30.0, 630.0),
+            documented_heading_deg=218.6,
+        ),
+        navigation=NavigatedSpan(630.0, 3600.0, "damped by the known height"),
+        compensations={
+            "none": Measures(
+                {"east": 0.21, "north": 0.33, "horizontal": 0.39, "down": 0.02},
+                {"final": 0.51, "least_squares": 0.47, "radial_error_rate_rms": 0.62},
+                final_radial_error_m=779.0,
+            )
         },
-        "alignment": {
-            "stretch_s": [30.0, 630.0],
-            "heading_deg": 218.43,
-            "heading_sigma_deg": 0.12,
-            "roll_deg": -0.41,
-            "pitch_deg": 1.07,
-            "documented_heading_deg": 218.6,
-        },
-        "navigation": {"start_s": 630.0, "end_s": 3600.0},
-        "compensations": {
-            "none": {
-                "velocity_rms_mps": {"east": 0.21, "north": 0.33, "horizontal": 0.39, "down": 0.02},
-                "radial_error_rate_nmi_per_h": {"final": 0.51, "least_squares": 0.47, "radial_error_rate_rms": 0.62},
-                "final_radial_error_m": 779.0,
-            }
-        },
-        "floor": {"horizontal_m": 6e-5},
-        "reference": {"kind": "standstill", "epochs": 2970, "outages": 0},
-    }
+        floor=NumericFloor(200.0, "standstill", 6e-5, 1e-7),
+        reference=ComparedWith("standstill", 2970, 0, 0, 0.0, 1.0, 2970.0),
+    )
 
 
 def make_series() -> dict:
@@ -250,8 +257,8 @@ def flight_metrics(_flight_metrics) -> dict:
 
 
 @pytest.fixture
-def evaluation_metrics() -> dict:
-    return make_evaluation_metrics()
+def evaluation_numbers() -> EvaluationNumbers:
+    return make_evaluation_numbers()
 
 
 @pytest.fixture(scope="session")
