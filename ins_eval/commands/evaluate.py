@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
+from typing import Any
 
 from ins_eval.analysis.several import summary
 from ins_eval.commands.delivery import deliver
@@ -19,24 +19,20 @@ def run(
     inputs: Sequence[Path],
     output: Path | None = None,
     compensation: Sequence[str] = (),
-    belief: Path | None = None,
     restart_every_s: float | None = None,
-    unit: str | None = None,
-    magnetometer: Sequence[str] = (),
-    declination_deg: float = 0.0,
     export: Sequence[str] = (),
     json: Path | None = None,
     quiet: bool = False,
+    **of_reading: Any,
 ) -> int:
     """Evaluate a recording into `output` (by default ``reports/NAME``) and print its text.
 
     Several are written into ``output/NAME`` (by default ``reports/evaluation/NAME``) and come on one page above them;
-    a refused one is a row of it, and the exit code says that there was one.
+    a refused one is a row of it, and the exit code says that there was one. `of_reading` are options of `read`.
     """
-    from_folder = partial(read, belief=belief, unit=unit, magnetometer=magnetometer, declination_deg=declination_deg)
     if len(inputs) == 1:
         where = Path("reports") / inputs[0].stem if output is None else output
-        deliver(evaluate(from_folder(inputs[0]), compensation, restart_every_s), where, quiet, json, export)
+        deliver(evaluate(read(inputs[0], **of_reading), compensation, restart_every_s), where, quiet, json, export)
         return 0
     where = Path("reports") / "evaluation" if output is None else output
     names = [source.stem for source in inputs]
@@ -46,7 +42,7 @@ def run(
     kept = []
     for source, name in zip(inputs, names, strict=True):
         try:
-            one = evaluate(from_folder(source), compensation, restart_every_s)
+            one = evaluate(read(source, **of_reading), compensation, restart_every_s)
             deliver(one, where / name, True, None, export)
             kept.append(summary(name, one.found))
         except StorageError:
