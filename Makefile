@@ -13,7 +13,7 @@ RUN_OPTIONS = $(if $(WORKERS),--workers "$(WORKERS)") $(if $(SEED),--seed "$(SEE
 CLUSTER = $(if $(SCHEDULER),--scheduler "$(SCHEDULER)")
 
 .DEFAULT_GOAL := help
-.PHONY: help env flight-report paper-report loop-report check-cep concealed real-report bench bench-check test test-all lint wheel lock clean
+.PHONY: help env flight-report paper-report loop-report check-cep concealed real-report bench bench-check test test-all lint docs wheel lock clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -95,6 +95,9 @@ lint: env ## import directions, style and types
 	@$(VENV)/bin/lint-imports --no-logo
 	@$(VENV)/bin/ruff check
 	@$(VENV)/bin/mypy --cache-dir .cache/mypy
+
+docs: env ## these pages as a site; writes reports/docs/
+	@$(VENV)/bin/python -m sphinx -q -W --keep-going -b html docs reports/docs
 
 wheel: env ## build the wheel into dist/
 	@$(PIP) wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .

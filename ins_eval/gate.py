@@ -30,6 +30,7 @@ from scipy import stats
 
 from ins_eval import ensemble, metrics
 from ins_eval.ensemble import Plan
+from ins_eval.ensemble.inference import power_size
 from ins_eval.metrics import Estimate
 from ins_eval.streams import Streams
 from ins_eval.tables import Strict
@@ -120,8 +121,8 @@ class Committed(Strict):
         gain = self.found(flight, quantity, measure)
         room = log(_half(gain.value)) - log(gain.value)  # between the gain and half of it
         return max(
-            metrics.power_size(log(gain.value), gain.log_sd, self.size.of(flight), power=1.0 - EACH),
-            metrics.power_size(-room, gain.log_sd, self.size.of(flight), confidence=0.0, power=1.0 - EACH),
+            power_size(log(gain.value), gain.log_sd, self.size.of(flight), power=1.0 - EACH),
+            power_size(-room, gain.log_sd, self.size.of(flight), confidence=0.0, power=1.0 - EACH),
         )
 
     def gains(self, held: bool = True) -> list[tuple[int, str, str, str]]:

@@ -13,13 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from math import ceil, log, sqrt
+from math import log, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtri
 
-from ins_eval.errors import DataRefused, UsageError
+from ins_eval.errors import DataRefused
 from ins_eval.units import HOUR, NMI
 
 RATE_WINDOW_FROM_H = 0.5  # r/t says little while t is small
@@ -392,40 +391,3 @@ def _ratio(name: str, above: tuple[float, np.ndarray], below: tuple[float, np.nd
     ratio = resampled / other_resampled
     low, high = map(float, _interval(ratio))
     return Ratio(value / other, low, high, float(np.std(np.log(ratio), ddof=1)))
-
-
-def power_size(
-    log_ratio: float, log_ratio_sd_at_n: float, n: int, confidence: float = CONFIDENCE, power: float = 0.995
-) -> int:
-    """Ensemble size with which the upper bound of a paired ratio lies below 1 with probability `power`.
-
-    N = ceil( n (sd_n (z_c + z_p) / log_ratio)^2 ),   z_c = z((1 + confidence)/2),   z_p = z(power)
-
-    from log R_N ~ Normal(log_ratio, sd_n^2 n/N) and the bound log R_N + z_c sd_n sqrt(n/N) < 0. To hold k such
-    bounds at once with probability P, ask each for 1 - (1 - P)/k and take the largest N.
-
-    Parameters: `log_ratio` < 0, the gain that is there; `log_ratio_sd_at_n`, the standard deviation of the log ratio
-    of an ensemble of `n` (`Ratio.log_sd`).
-
-    Raises
-    ------
-    UsageError
-        `log_ratio` is not below 0, so that no ensemble is large enough.
-    """
-    if not log_ratio < 0.0:
-        raise UsageError(f"ensemble size: the log ratio is {log_ratio:g}, expected below 0: no gain to resolve")
-    z = float(ndtri((1.0 + confidence) / 2.0) + ndtri(power))
-    return max(2, ceil(n * (log_ratio_sd_at_n * z / log_ratio) ** 2))
-
-
-def exceedance(value: float, distribution: np.ndarray) -> Estimate:
-    """Fraction of our flights (n,) that exceed a published `value`, with the exact binomial 95 % interval.
-
-    The published flight stands at the percentile 100 (1 - fraction) of our distribution.
-    """
-    from scipy.stats import binomtest  # imported here, for it takes long and few ask for it
-
-    above = int(np.count_nonzero(np.asarray(distribution) > value))
-    result = binomtest(above, np.size(distribution))
-    interval = result.proportion_ci(confidence_level=CONFIDENCE, method="exact")
-    return Estimate(float(result.statistic), float(interval.low), float(interval.high))

@@ -13,14 +13,16 @@ import numpy as np
 def as_tree(found: Any) -> Any:
     """A result as dicts, lists and plain numbers, for ``metrics.json``.
 
-    A dataclass is a dict of its fields; one that has a default is left out where it holds nothing (None, empty). What
-    has an `as_tree` of its own is that. A number that is not finite is None.
+    A dataclass or named tuple is a dict of its fields; a field of the former that has a default is left out where it
+    holds nothing (None, empty). What has an `as_tree` of its own is that. A number that is not finite is None.
     """
     if hasattr(found, "as_tree"):
         return found.as_tree()
     if is_dataclass(found):
         values = ((field, getattr(found, field.name)) for field in fields(found))
         return {field.name: as_tree(value) for field, value in values if not (_optional(field) and _empty(value))}
+    if isinstance(found, tuple) and hasattr(found, "_asdict"):
+        found = found._asdict()
     if isinstance(found, Mapping):
         return {key: as_tree(value) for key, value in found.items()}
     if isinstance(found, np.ndarray | np.generic):

@@ -148,3 +148,26 @@ def test_the_readme_names_the_two_commands(repository: Path) -> None:
     readme = (repository / "README.md").read_text()
     assert "make flight-report" in readme
     assert "make test" in readme
+
+
+def test_what_the_readme_says_of_diagnose_is_what_was_counted(repository: Path) -> None:
+    last = json.loads((repository / "reports" / "concealed" / "log.json").read_text())[-1]
+    found = {key: line["found"] for key, line in last["found"].items()}
+    alarms = [found[f"5b false alarms, {kind} nulls"] for kind in ("plain", "adversarial")]
+    row = (
+        "detected {} of {}, truth named or listed {} of {}, confidently wrong {} of {}, false alarms {} of {} |".format(
+            *found["6a detected, D of at least 16"],
+            *found["6b of the detected, truth named or listed"],
+            *found["6c confidently wrong inside the vocabulary"],
+            *map(sum, zip(*alarms, strict=True)),
+        )
+    )
+    readme = (repository / "README.md").read_text()
+    assert row in readme
+    assert f"the last sealed set of {sum(last['cases'].values())} " in readme
+
+
+def test_the_citation_is_of_this_version(repository: Path) -> None:
+    project = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
+    citation = (repository / "CITATION.cff").read_text()
+    assert f"\nversion: {project['version']}\n" in citation and f"\nlicense: {project['license']}\n" in citation

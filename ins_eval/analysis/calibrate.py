@@ -4,19 +4,32 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ins_eval.calibration import FITS, CalibratedModel, Calibration, Coefficient, calibrate
+from ins_eval.analysis.calibration_numbers import (
+    AccelerometerNumbers,
+    BiasFit,
+    CalibrationNumbers,
+    ChamberFacts,
+    ChosenModel,
+    Determined,
+    FittedModel,
+    NewReading,
+    NotDetermined,
+    ScaleFit,
+)
+from ins_eval.calibration import FITS, CalibratedModel, Calibration, calibrate
 from ins_eval.compensation import CompensationModel
 from ins_eval.compensation.registry import RESERVED, load_model, model_names
 from ins_eval.compensation.scale_and_bias import ScaleAndBias
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.recording import ChamberReadings
+from ins_eval.tree import as_tree
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,7 +84,7 @@ class ChamberCalibration:
         import pandas as pd
 
         rows = [
-            {"accelerometer": one.name, "model": name, "curve": curve, **_term(coefficient)}
+            {"accelerometer": one.name, "model": name, "curve": curve, **as_tree(coefficient)}
             for one in self.accelerometers
             for name, model in one.calibration.models.items()
             if not model.reason
@@ -83,7 +96,13 @@ class ChamberCalibration:
     @cached_property
     def tree(self) -> dict[str, Any]:
         """The tree ``ins-eval-calibration/1`` of ``metrics.json``."""
-        return _metrics(self.accelerometers, self.chosen, self.asked, self.file)
+        return as_tree(self.numbers)
+
+    @cached_property
+    def numbers(self) -> CalibrationNumbers:
+        """What was found, in numbers."""
+        chosen = ChosenModel(self.chosen, self.asked, None if self.file is None else str(self.file))
+        return CalibrationNumbers(chosen, tuple(_accelerometer(one, self.chosen) for one in self.accelerometers))
 
 
 def calibrate_chambers(
@@ -155,75 +174,48 @@ def _model(one: AccelerometerCalibration, chosen: str, name: str) -> Compensatio
     return model
 
 
-def _metrics(
-    found: Sequence[AccelerometerCalibration], chosen: str, asked: str | None, file: Path | None
-) -> dict[str, Any]:
-    return {
-        "format": "ins-eval-calibration/1",
-        "compensation": {
-            "model": chosen,
-            "asked": asked,
-            "file": None if file is None else str(file),
-        },
-        "accelerometers": [_accelerometer(one, chosen) for one in found],
-    }
-
-
-def _accelerometer(one: AccelerometerCalibration, chosen: str) -> dict[str, Any]:
+def _accelerometer(one: AccelerometerCalibration, chosen: str) -> AccelerometerNumbers:
     readings, calibration = one.readings, one.calibration
     points, found = calibration.points, calibration.identifiability
-    return {
-        "name": one.name,
-        "axis": readings.axis,
-        "recording": {
-            "folder": one.folder.resolve().name,
-            "readings": int(readings.time_s.size),
-            "runs": int(np.unique(readings.run).size),
-            "ramps_c_per_min": np.unique(np.abs(points.ramp_c_per_min)).tolist(),
-            "temperature_c": [float(readings.temperature_c.min()), float(readings.temperature_c.max())],
-            "further": sorted(readings.further),
-        },
-        "determined": {
-            "rank": found.rank,
-            "steady_rank": found.steady_rank,
-            "terms": len(found.terms),
-            "condition": _finite(found.condition),
-            "words": found.words,
-            "hysteresis": one.determines_hysteresis,
-            "directions": [{-1.0: "falling", 1.0: "rising"}[sign] for sign in sorted(one.directions)],
-            "mean_rates_c_per_min": sorted({round(abs(rate), 3) for rate in found.rates_c_per_min} - {0.0}),
-            "rate_seen_c_per_min": float(np.percentile(np.abs(points.rate_c_per_min), SEEN)),
-        },
-        "sensitivity_ppm_per_c": _finite(calibration.sensitivity_ppm_per_c),
-        "models": {name: _fitted(model, calibration) for name, model in calibration.models.items()},
-        "new_run": _new_run(calibration.models[chosen], calibration),
-        "printed": {
-            angles: {key: float(value) for key, value in equations._asdict().items()}
-            for angles, equations in calibration.printed.items()
-        },
-    }
+    return AccelerometerNumbers(
+        name=one.name,
+        axis=readings.axis,
+        recording=ChamberFacts(
+            folder=one.folder.resolve().name,
+            readings=int(readings.time_s.size),
+            runs=int(np.unique(readings.run).size),
+            ramps_c_per_min=tuple(np.unique(np.abs(points.ramp_c_per_min)).tolist()),
+            temperature_c=(float(readings.temperature_c.min()), float(readings.temperature_c.max())),
+            further=tuple(sorted(readings.further)),
+        ),
+        determined=Determined(
+            rank=found.rank,
+            steady_rank=found.steady_rank,
+            terms=len(found.terms),
+            condition=_finite(found.condition),
+            words=found.words,
+            hysteresis=one.determines_hysteresis,
+            directions=tuple("rising" if sign > 0.0 else "falling" for sign in sorted(one.directions)),
+            mean_rates_c_per_min=tuple(sorted({round(abs(rate), 3) for rate in found.rates_c_per_min} - {0.0})),
+            rate_seen_c_per_min=float(np.percentile(np.abs(points.rate_c_per_min), SEEN)),
+        ),
+        sensitivity_ppm_per_c=_finite(calibration.sensitivity_ppm_per_c),
+        models={name: _fitted(model, calibration) for name, model in calibration.models.items()},
+        new_run=_new_run(calibration.models[chosen], calibration),
+        printed=calibration.printed,
+    )
 
 
-def _fitted(model: CalibratedModel, calibration: Calibration) -> dict[str, Any]:
+def _fitted(model: CalibratedModel, calibration: Calibration) -> FittedModel | NotDetermined:
     if model.reason:
-        return {"reason": model.reason}
-    return {
-        "scale": {
-            "terms": [_term(one) for one in model.scale_coefficients],
-            "residual_rms_ppm": _finite(model.residual_rms_ppm),
-            "sensitivity_ppm_per_c": _finite(model.sensitivity_ppm_per_c),
-        },
-        "bias": {
-            "terms": [_term(one) for one in model.bias_coefficients],
-            "residual_rms_ug": _finite(model.residual_rms_ug),
-        },
-        "remarks": list(model.remarks),
-        "new_run_ug": _within(model, calibration),
-    }
-
-
-def _term(coefficient: Coefficient) -> dict[str, Any]:
-    return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(coefficient).items()}
+        return NotDetermined(model.reason)
+    residual_ppm, sensitivity = _finite(model.residual_rms_ppm), _finite(model.sensitivity_ppm_per_c)
+    return FittedModel(
+        ScaleFit(model.scale_coefficients, residual_ppm, sensitivity),
+        BiasFit(model.bias_coefficients, _finite(model.residual_rms_ug)),
+        model.remarks,
+        _within(model, calibration),
+    )
 
 
 def _within(model: CalibratedModel, calibration: Calibration) -> dict[str, float] | None:
@@ -237,22 +229,21 @@ def _within(model: CalibratedModel, calibration: Calibration) -> dict[str, float
     return found
 
 
-def _new_run(model: CalibratedModel, calibration: Calibration) -> list[dict[str, Any]]:
+def _new_run(model: CalibratedModel, calibration: Calibration) -> tuple[NewReading, ...]:
     """Intervals of a compensated reading at some temperatures, falling and rising at the middle one of the rates."""
     if model.prediction is None:
-        return []
+        return ()
     temperature, rates = calibration.points.temperature_c, np.array(calibration.identifiability.rates_c_per_min)
     rows = []
     for at_c in [t for t in PREDICTED_AT_C if temperature.min() <= t <= temperature.max()]:
         for direction, of_direction in (("falling", rates[rates < 0.0]), ("rising", rates[rates > 0.0])):
             if of_direction.size:
-                rate = float(np.median(of_direction))
-                row: dict[str, Any] = {"temperature_c": at_c, "direction": direction, "rate_c_per_min": rate}
+                rate, within = float(np.median(of_direction)), {}
                 for position in (1, 0, -1):
                     low, high = model.prediction.interval95_ug(position, np.array([at_c]), np.array([rate]))
-                    row[f"{position:+d}"] = [float(low[0]), float(high[0])]
-                rows.append(row)
-    return rows
+                    within[f"{position:+d}"] = float(low[0]), float(high[0])
+                rows.append(NewReading(at_c, direction, rate, within))
+    return tuple(rows)
 
 
 def _finite(value: float) -> float | None:

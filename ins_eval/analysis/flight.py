@@ -14,6 +14,7 @@ import numpy as np
 from ins_eval import ensemble, metrics
 from ins_eval.ensemble import SOURCES, Plan, World
 from ins_eval.ensemble.attribution import attribution
+from ins_eval.ensemble.inference import exceedance
 from ins_eval.ensemble.linear import Agreement, joined, unfit
 from ins_eval.imu import Mission
 from ins_eval.navigation import (
@@ -206,7 +207,7 @@ def ensemble_numbers(
                 for measure, r in ratios.items()
             },
             "fraction_improved": {
-                measure: metrics.exceedance(0.0, np.log(arms[second][measure] / arms[first][measure])).as_tree()
+                measure: exceedance(0.0, np.log(arms[second][measure] / arms[first][measure])).as_tree()
                 for measure in ("velocity_rms_horizontal", "cep_rate_final", "cep_rate_radial_error_rate_rms")
             },
         }
@@ -229,7 +230,7 @@ def _percentiles(arms) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for printed, arm in of.items():
         for definition in SINGLE_FLIGHT:
-            above = metrics.exceedance(PAPER["cep"][printed], arms[arm][f"cep_rate_{definition}"])
+            above = exceedance(PAPER["cep"][printed], arms[arm][f"cep_rate_{definition}"])
             result.setdefault(printed, {})[definition] = {
                 "value": 100.0 * (1.0 - above.value),
                 "interval95": [100.0 * (1.0 - above.high), 100.0 * (1.0 - above.low)],

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from ins_eval import parallel
 from ins_eval.analysis.several import Summary, summary
 from ins_eval.commands.delivery import deliver
+from ins_eval.compensation.registry import FILE
 from ins_eval.errors import DataRefused, InsEvalError, StorageError, UsageError
 from ins_eval.interface.evaluate import evaluate, evaluate_several
 from ins_eval.interface.read import read
@@ -22,34 +24,33 @@ def run(
     inputs: Sequence[Path],
     output: Path | None = None,
     compensation: Sequence[str] = (),
-    belief: Path | None = None,
     restart_every_s: float | None = None,
-    unit: str | None = None,
-    magnetometer: Sequence[str] = (),
-    declination_deg: float = 0.0,
     export: Sequence[str] = (),
     json: Path | None = None,
     quiet: bool = False,
     workers: int | None = None,
     scheduler: str | None = None,
+    **of_reading: Any,
 ) -> int:
     """Evaluate a recording into `output` (by default ``reports/NAME``) and print its text.
 
     Several are written into ``output/NAME`` (by default ``reports/evaluation/NAME``), in parallel, and come on one page
-    above them; a refused one is a row of it, and the exit code says that there was one.
+    above them; a refused one is a row of it, and the exit code says that there was one. `of_reading` are options of
+    `read`.
     """
-    from_folder = partial(read, belief=belief, unit=unit, magnetometer=magnetometer, declination_deg=declination_deg)
     if len(inputs) == 1:
         where = Path("reports") / inputs[0].stem if output is None else output
-        deliver(evaluate(from_folder(inputs[0]), compensation, restart_every_s), where, quiet, json, export)
+        deliver(evaluate(read(inputs[0], **of_reading), compensation, restart_every_s), where, quiet, json, export)
         return 0
     where = Path("reports") / "evaluation" if output is None else output
     names = [source.stem for source in inputs]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise UsageError(f"evaluate: two recordings are called '{twice}', expected names that differ; rename a folder")
-    asked = partial(_summary, from_folder, compensation, restart_every_s, export)
     seen = Path if scheduler is None else Path.absolute  # its workers stand in folders of their own
+    of_reading |= {key: seen(value) for key, value in of_reading.items() if isinstance(value, Path)}
+    compensation = [str(seen(Path(one))) if one.endswith(FILE) else one for one in compensation]
+    asked = partial(_summary, partial(read, **of_reading), compensation, restart_every_s, export)
     jobs = {name: (seen(source), seen(where / name)) for source, name in zip(inputs, names, strict=True)}
     found = {}
     with progress(len(jobs), "recordings", quiet) as bar:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ins_eval import metrics
+from ins_eval.ensemble.inference import exceedance
 from ins_eval.imu import Mission
 from ins_eval.missions import cruise
 from ins_eval.profile import Profile
@@ -100,7 +101,7 @@ def _group(arms, inside: np.ndarray, ends: tuple[float, float], pair: tuple[str,
     return found | {
         "ratio": ratio.ratio,
         "interval95": [ratio.low, ratio.high],
-        "improved": metrics.exceedance(0.0, np.log(old / new)).as_tree(),
+        "improved": exceedance(0.0, np.log(old / new)).as_tree(),
     }
 
 

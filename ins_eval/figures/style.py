@@ -138,9 +138,16 @@ def as_written(figure: Figure) -> Figure:
     return figure
 
 
+class Drawing(Figure):
+    """A figure that a notebook shows, whether or not it was told to show those of matplotlib."""
+
+    def _repr_svg_(self) -> str:
+        return svg(self)
+
+
 def sheet(height_in: float, title: str, note: str, *, rows: int = 1, columns: int = 1, **grid):
     """A figure with a title and, below it in grey, the definition and window: (Figure, Axes or array of them)."""
-    figure = Figure(figsize=(WIDTH_IN, height_in), dpi=72, layout="constrained")  # dpi of SVG
+    figure = Drawing(figsize=(WIDTH_IN, height_in), dpi=72, layout="constrained")  # dpi of SVG
     lines = textwrap.wrap(unbroken(note), NOTE_CHARACTERS)
     # The layout keeps room for a figure title only, so the title carries blank lines where the note will stand.
     figure.suptitle(title + "\n" * len(lines), x=0.008, ha="left", fontsize=TITLE_PT, fontweight="bold")

@@ -46,4 +46,4 @@ def calibrate(
         write_model(file, found.models(file.stem))
         found = replace(found, file=file)
     title = f"Calibration: {', '.join(one.name for one in found.accelerometers)}"
-    return Result(title, found, found.tree, *calibration_content(found.tree), partial(calibration_figures, found))
+    return Result(title, found, found.tree, *calibration_content(found.numbers), partial(calibration_figures, found))

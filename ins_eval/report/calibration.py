@@ -1,7 +1,4 @@
-"""A calibration in the thermal chamber, in words and tables.
-
-Nothing here is a result: what the metrics lack is left out.
-"""
+"""A calibration in the thermal chamber, in words and tables."""
 
 from __future__ import annotations
 
@@ -9,9 +6,10 @@ import re
 from collections.abc import Mapping, Sequence
 from math import floor, log10
 
+from ins_eval.analysis.calibration_numbers import AccelerometerNumbers, CalibrationNumbers, ChosenModel, NotDetermined
+from ins_eval.calibration import Coefficient
 from ins_eval.figures.style import in_symbols, label
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
-from ins_eval.tables import pick
 from ins_eval.wording import MISSING, fixed, joined, sentence
 
 POSITIONS = ("+1", "+0", "-1")
@@ -25,80 +23,76 @@ FEW_RAMPS = 4
 PREFIX = "calibration: "  # of sentences that refuse
 
 
-def calibration_content(metrics: Mapping) -> tuple[str, list[Section]]:
+def calibration_content(found: CalibrationNumbers) -> tuple[str, list[Section]]:
     """The answer and the sections of the calibration of one accelerometer, or of three."""
-    units = metrics.get("accelerometers") or []
+    units, chosen = found.accelerometers, found.compensation
     sections = []
     for unit in units:
-        ahead, of = (f"{unit['axis']}_", f" of {unit['axis']}") if len(units) > 1 else ("", "")
+        ahead, of = (f"{unit.axis}_", f" of {unit.axis}") if len(units) > 1 else ("", "")
         sections += [
             Section(f"What each model leaves{of}", _models(unit)),
             Section(f"Scale factor{of}", _scale(unit, ahead)),
             Section(f"Bias{of}", _bias(unit, ahead)),
-            Section(f"A reading in a new run{of}", _new_run(unit, metrics)),
+            Section(f"A reading in a new run{of}", _new_run(unit, chosen.model)),
             Section(f"What the readings determine{of}", _determined(unit)),
             Section(f"What they cannot tell, and which run would{of}", paragraphs(*_further(unit))),
         ]
-    if units:
-        sections.append(Section("Four positions, by specific force", _four_points(units)))
-        sections.append(Section("The readings", _recordings(units)))
-    return _answer(metrics, units), [section for section in sections if section.blocks]
+    sections.append(Section("Four positions, by specific force", _four_points(units)))
+    sections.append(Section("The readings", _recordings(units)))
+    answer = "\n".join([*(_in_short(unit, chosen.model) for unit in units), _of_file(chosen, units)]).strip()
+    return answer, [section for section in sections if section.blocks]
 
 
-def _answer(metrics: Mapping, units: Sequence[Mapping]) -> str:
-    if not units:
-        return "These metrics hold no calibration."
-    return "\n".join([*(_in_short(unit, metrics) for unit in units), _of_file(metrics, units)]).strip()
-
-
-def _in_short(unit: Mapping, metrics: Mapping) -> str:
-    parts, chosen = [], pick(metrics, "compensation", "model")
-    if (bare := unit.get("sensitivity_ppm_per_c")) is not None:
+def _in_short(unit: AccelerometerNumbers, chosen: str) -> str:
+    parts, fitted = [], unit.fitted
+    if (bare := unit.sensitivity_ppm_per_c) is not None:
         after = [
             f"{fixed(left, 1)} after {label(name)} compensation"
             for name in dict.fromkeys(("simple", chosen))
-            if (left := pick(unit, "models", name, "scale", "sensitivity_ppm_per_c")) is not None
+            if name in fitted and (left := fitted[name].scale.sensitivity_ppm_per_c) is not None
         ]
         parts.append(f"the scale factor moves by {', '.join([f'{fixed(bare, 1)} ppm/°C with temperature', *after])}")
-    if within := pick(unit, "models", chosen, "new_run_ug"):
+    if within := fitted[chosen].new_run_ug:
         most = max(within["+1"], within["-1"])
         parts.append(
             f"with {label(chosen)} compensation 95 % of the readings of a new run are off by no more than "
             f"{fixed(within['+0'], 0)} µg at 0 g and {fixed(most, 0)} µg at ±1 g"
         )
-    return sentence(f"{unit['name']}: {'; '.join(parts)}")
+    return sentence(f"{unit.name}: {'; '.join(parts)}")
 
 
-def _of_file(metrics: Mapping, units: Sequence[Mapping]) -> str:
+def _of_file(chosen: ChosenModel, units: Sequence[AccelerometerNumbers]) -> str:
     """Which model the file holds, and why not the one that would be expected."""
-    chosen, file = pick(metrics, "compensation", "model"), pick(metrics, "compensation", "file")
     text = ""
-    if pick(metrics, "compensation", "asked") is None and chosen != "hysteresis":
-        lacking = [unit["name"] for unit in units if not pick(unit, "determined", "hysteresis")]
+    if chosen.asked is None and chosen.model != "hysteresis":
+        lacking = [unit.name for unit in units if not unit.determined.hysteresis]
         text = (
             f"The readings of {joined(lacking)} do not determine the hysteresis compensation; the best that they "
-            f"determine is {label(chosen)}. "
+            f"determine is {label(chosen.model)}. "
         )
-        if all(pick(unit, "models", "hysteresis", "scale") for unit in units):
+        if all("hysteresis" in unit.fitted for unit in units):
             text += "With --compensation hysteresis it is taken nevertheless. "
-    if file:
-        text += f"{file} holds the {label(chosen)} compensation, for evaluate --compensation and flight-report --model."
+    if chosen.file:
+        text += (
+            f"{chosen.file} holds the {label(chosen.model)} compensation, for evaluate --compensation and "
+            "flight-report --model."
+        )
     return text
 
 
-def _models(unit: Mapping) -> list[Block]:
+def _models(unit: AccelerometerNumbers) -> list[Block]:
     rows, reasons = [], []
-    for name, model in (unit.get("models") or {}).items():
-        if "reason" in model:
-            reasons.append(f"{label(name)}: {model['reason']}")
+    for name, model in unit.models.items():
+        if isinstance(model, NotDetermined):
+            reasons.append(f"{label(name)}: {model.reason}")
             continue
-        within = model.get("new_run_ug") or {}
+        within = model.new_run_ug or {}
         rows.append(
             (
                 label(name),
-                fixed(pick(model, "scale", "residual_rms_ppm"), 0),
-                fixed(pick(model, "scale", "sensitivity_ppm_per_c"), 2),
-                fixed(pick(model, "bias", "residual_rms_ug"), 0),
+                fixed(model.scale.residual_rms_ppm, 0),
+                fixed(model.scale.sensitivity_ppm_per_c, 2),
+                fixed(model.bias.residual_rms_ug, 0),
                 *(fixed(within.get(position), 0) for position in ("+0", "+1", "-1")),
             )
         )
@@ -111,7 +105,7 @@ def _models(unit: Mapping) -> list[Block]:
         "+1 g [µg]",
         "−1 g [µg]",
     )
-    bare = unit.get("sensitivity_ppm_per_c")
+    bare = unit.sensitivity_ppm_per_c
     note = (
         "Sensitivity: largest less smallest mean over a degree of one branch, over mean and span of temperature"
         + (f"; of K1 itself {fixed(bare, 2)} ppm/°C" if bare is not None else "")
@@ -120,43 +114,45 @@ def _models(unit: Mapping) -> list[Block]:
     return [*table("", header, rows, note), *paragraphs(*(sentence(reason) for reason in reasons))]
 
 
-def _scale(unit: Mapping, ahead: str) -> list[Block]:
+def _scale(unit: AccelerometerNumbers, ahead: str) -> list[Block]:
+    terms = {name: model.scale.terms for name, model in unit.fitted.items()}
     return [
         Picture(
             f"{ahead}scale_against_temperature",
             "K1 against the reading of temperature, falling and rising, with the fits.",
         ),
-        *_coefficients(unit, "scale", "K1 = α r² + β ΔT² + η r ΔT + ε r + μ ΔT + γ with ΔT = T − 22 °C and its rate r"),
+        *_coefficients(terms, "K1 = α r² + β ΔT² + η r ΔT + ε r + μ ΔT + γ with ΔT = T − 22 °C and its rate r"),
         Picture(f"{ahead}scale_residual", "K1 over the K1 of each model."),
         Picture(f"{ahead}residual_against_time", "What simple and hysteresis compensation leave, over the programme."),
     ]
 
 
-def _bias(unit: Mapping, ahead: str) -> list[Block]:
+def _bias(unit: AccelerometerNumbers, ahead: str) -> list[Block]:
+    terms = {name: model.bias.terms for name, model in unit.fitted.items()}
     return [
         Picture(f"{ahead}bias_against_temperature", "K0 against the reading of temperature, with the fits."),
-        *_coefficients(unit, "bias", "K0 = β ΔT² + μ ΔT + γ"),
-        *_branches(unit),
+        *_coefficients(terms, "K0 = β ΔT² + μ ΔT + γ"),
+        *_branches(terms.get("hysteresis", ())),
         Picture(f"{ahead}bias_residual", "K0 less the K0 of each model."),
     ]
 
 
-def _coefficients(unit: Mapping, quantity: str, what: str) -> list[Block]:
+def _coefficients(models: Mapping[str, Sequence[Coefficient]], what: str) -> list[Block]:
     """The terms of eq. (11) of each model."""
-    rows = []
-    for name, model in (unit.get("models") or {}).items():
-        for term in pick(model, quantity, "terms") or ():
-            if term["name"] in GREEK:
-                rows.append((label(name), GREEK[term["name"]], *with_half_width(term), readable(term["unit"])))
+    rows = [
+        (label(name), GREEK[term.name], *with_half_width(term), readable(term.unit))
+        for name, terms in models.items()
+        for term in terms
+        if term.name in GREEK
+    ]
     note = f"{what}. Intervals take the readings of one ramp, and of one leg, as belonging together."
     return table("", ("compensation", "coefficient", "value", "± (95 %)", "unit"), rows, note, align="llrrl")
 
 
-def _branches(unit: Mapping) -> list[Block]:
+def _branches(terms: Sequence[Coefficient]) -> list[Block]:
     """The falling and the rising bias of the hysteresis model."""
-    terms = pick(unit, "models", "hysteresis", "bias", "terms") or ()
     of_branch = {
-        branch: {place: term for term in terms for of, _, place in [term["name"].partition(" at ")] if of == branch}
+        branch: {place: term for term in terms for of, _, place in [term.name.partition(" at ")] if of == branch}
         for branch in ("falling", "rising")
     }
     rows = [
@@ -167,39 +163,36 @@ def _branches(unit: Mapping) -> list[Block]:
     return table("Hysteresis compensation: K0 in µg, straight between these temperatures", header, rows, align="rrrrr")
 
 
-def _new_run(unit: Mapping, metrics: Mapping) -> list[Block]:
+def _new_run(unit: AccelerometerNumbers, chosen: str) -> list[Block]:
     rows = [
         (
-            fixed(row["temperature_c"], 0),
-            row["direction"],
-            *(f"{fixed(row[position][0], 0)} to {fixed(row[position][1], 0)}" for position in POSITIONS),
+            fixed(row.temperature_c, 0),
+            row.direction,
+            *(" to ".join(fixed(end, 0) for end in row.within_ug[position]) for position in POSITIONS),
         )
-        for row in unit.get("new_run") or ()
+        for row in unit.new_run
     ]
     note = (
         "95 % interval of compensated less true specific force in µg, in a run that is still to come: what the model "
         "leaves in the mean of all runs, how runs differ, and the scatter within one."
     )
     header = ("temperature [°C]", "and it is", *(f"{position.replace('+0', '0')} g" for position in POSITIONS))
-    title = f"Compensation: {label(pick(metrics, 'compensation', 'model') or '')}"
+    title = f"Compensation: {label(chosen)}"
     return table(title, [cell.replace("-", "−") for cell in header], rows, note, align="rlrrr")
 
 
-def _determined(unit: Mapping) -> list[Block]:
-    found = unit.get("determined") or {}
-    if "rank" not in found:
-        return []
-    terms, rank, steady = found["terms"], found["rank"], found["steady_rank"]
+def _determined(unit: AccelerometerNumbers) -> list[Block]:
+    found, models = unit.determined, unit.fitted
     text = (
-        f"Rank {rank} of {terms} for the terms of eq. (11), and {steady} of {terms} by the steady legs of the ramps "
-        "alone. One direction at one rate can give three, both directions at one rate five, two or more rates six."
+        f"Rank {found.rank} of {found.terms} for the terms of eq. (11), and {found.steady_rank} of {found.terms} by "
+        "the steady legs of the ramps alone. One direction at one rate can give three, both directions at one rate "
+        "five, two or more rates six."
     )
-    if (condition := found.get("condition")) is not None:
-        text += f" The condition number is {fixed(condition, 0)}: so many times an error may grow."
-    models = {name: model for name, model in (unit.get("models") or {}).items() if "reason" not in model}
+    if found.condition is not None:
+        text += f" The condition number is {fixed(found.condition, 0)}: so many times an error may grow."
     remarks: dict[str, list[str]] = {}
     for name, model in models.items():
-        for remark in model.get("remarks") or ():
+        for remark in model.remarks:
             remarks.setdefault(remark, []).append(label(name))
     return paragraphs(
         text,
@@ -212,11 +205,10 @@ def _determined(unit: Mapping) -> list[Block]:
     )
 
 
-def _further(unit: Mapping) -> list[str]:
+def _further(unit: AccelerometerNumbers) -> list[str]:
     """What these readings cannot tell, each with the run that would."""
-    found, recording = unit.get("determined") or {}, unit.get("recording") or {}
-    rates, ramps = found.get("mean_rates_c_per_min") or [], recording.get("ramps_c_per_min") or []
-    directions = found.get("directions") or []
+    found, rates, ramps = unit.determined, unit.determined.mean_rates_c_per_min, unit.recording.ramps_c_per_min
+    directions = found.directions
     texts = []
     if len(directions) == 1:
         other = {"falling": "rises", "rising": "falls"}[directions[0]]
@@ -236,7 +228,8 @@ def _further(unit: Mapping) -> list[str]:
             f"Only {len(ramps)} rates show how runs differ, which makes the intervals wide; each further rate in all "
             "four positions narrows them."
         )
-    alpha = _interval(unit, "alpha")
+    terms = unit.fitted["hysteresis"].scale.terms if "hysteresis" in unit.fitted else ()
+    alpha = next((one.interval95 for one in terms if one.name == "alpha"), None)
     if len(ramps) > 1 and alpha and alpha[0] <= 0.0 <= alpha[1]:
         text = "α cannot be told from 0 here"
         if rates and max(rates) < NEARER * max(ramps):
@@ -247,19 +240,17 @@ def _further(unit: Mapping) -> list[str]:
         else:
             text += f": the rates {min(ramps):g} to {max(ramps):g} °C/min are close together. A faster one would tell"
         texts.append(f"{text}.")
-    if found.get("hysteresis"):
+    if found.hysteresis:
         texts.append(
             "ε also takes up what follows the direction and not the rate, such as the magnet's hysteresis. A run "
             "several times slower would tell: a loop that stays open is not the rate's."
         )
-    if (span := recording.get("temperature_c")) is not None:
-        limit = found.get("rate_seen_c_per_min")
-        text = f"Nothing is known below {fixed(span[0], 0)} and above {fixed(span[1], 0)} °C"
-        text += f" or at rates above {limit:.2f} °C/min" if limit else ""
-        texts.append(
-            f"{text}: there the terms of the scale factor are an extrapolation, and the bias keeps the value of its "
-            "last knot."
-        )
+    lowest, highest = unit.recording.temperature_c
+    texts.append(
+        f"Nothing is known below {fixed(lowest, 0)} and above {fixed(highest, 0)} °C or at rates above "
+        f"{found.rate_seen_c_per_min:.2f} °C/min: there the terms of the scale factor are an extrapolation, and the "
+        "bias keeps the value of its last knot."
+    )
     texts.append(
         "Four positions do not show K2, the cross-coupling and the misalignment of the input axis: K2 stays out of K1 "
         "and, thanks to the pair at 0 g, of K0. More positions of the index head would show them."
@@ -267,14 +258,7 @@ def _further(unit: Mapping) -> list[str]:
     return texts
 
 
-def _interval(unit: Mapping, term: str) -> Sequence[float] | None:
-    for one in pick(unit, "models", "hysteresis", "scale", "terms") or ():
-        if one["name"] == term:
-            return one.get("interval95")
-    return None
-
-
-def _four_points(units: Sequence[Mapping]) -> list[Block]:
+def _four_points(units: Sequence[AccelerometerNumbers]) -> list[Block]:
     text = (
         "K1 = (A(+1 g) − A(−1 g)) / 2 and K0 = (A(0 g) + A'(0 g)) / (2 K1), where A is the output in pulse/s. "
         "Positions are told by the specific force along the input axis, column input_g, never by an angle of the index "
@@ -284,40 +268,31 @@ def _four_points(units: Sequence[Mapping]) -> list[Block]:
     rows = []
     for unit in units:
         for key, words, meaning in PRINTED:
-            if values := pick(unit, "printed", key):
+            if (printed := unit.printed.get(key)) is not None:
                 cells = [
-                    f"{fixed(values['eq3_scale'], 0)} = {meaning[0]}",
-                    f"{fixed(values['eq4_bias'], 5)} = {meaning[1]}",
-                    f"{fixed(values['eq13_scale'], 0)} = {meaning[2]}",
-                    f"{fixed(values['eq14_bias'], 5)} = {meaning[3]}",
+                    f"{fixed(value, digits)} = {equal}"
+                    for value, digits, equal in zip(printed, (0, 5, 0, 5), meaning, strict=True)
                 ]
-                rows.append((f"{unit['name']}: {words}" if len(units) > 1 else words, *cells))
+                rows.append((f"{unit.name}: {words}" if len(units) > 1 else words, *cells))
     header = ("angles", "eq. (3) [pulse/(g s)]", "eq. (4) [g]", "eq. (13) [pulse/(g s)]", "eq. (14) [g]")
     return [*paragraphs(text), *table("", header, rows, "At the readings nearest to 22 °C.")]
 
 
-def _recordings(units: Sequence[Mapping]) -> list[Block]:
+def _recordings(units: Sequence[AccelerometerNumbers]) -> list[Block]:
     rows = []
     for unit in units:
-        recording = unit.get("recording") or {}
-        span = recording.get("temperature_c")
-        rows.append(
-            (
-                unit["name"],
-                unit.get("axis") or MISSING,
-                str(recording.get("readings", MISSING)),
-                str(recording.get("runs", MISSING)),
-                ", ".join(f"{ramp:g}" for ramp in recording.get("ramps_c_per_min") or ()) or MISSING,
-                MISSING if span is None else f"{fixed(span[0], 1)} to {fixed(span[1], 1)}",
-            )
-        )
+        recording = unit.recording
+        ramps = ", ".join(f"{ramp:g}" for ramp in recording.ramps_c_per_min)
+        temperature = " to ".join(fixed(end, 1) for end in recording.temperature_c)
+        numbers = str(recording.readings), str(recording.runs)
+        rows.append((unit.name, unit.axis or MISSING, *numbers, ramps or MISSING, temperature))
     header = ("accelerometer", "axis", "readings", "runs", "ramps [°C/min]", "temperature [°C]")
     return table("", header, rows, align="llrrll")
 
 
-def with_half_width(term: Mapping) -> tuple[str, str]:
+def with_half_width(term: Coefficient) -> tuple[str, str]:
     """Value and half width of an interval, with two digits that count in the latter; without one, five of the value."""
-    value, interval = term["value"], term.get("interval95")
+    value, interval = term.value, term.interval95
     half = 0.0 if interval is None else 0.5 * (interval[1] - interval[0])
     digits = 1 - floor(log10(half)) if half > 0.0 else 4 - floor(log10(abs(value))) if value else 0
     digits = max(digits, 0)

@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
-import copy
 import re
+from dataclasses import is_dataclass, replace
 
 import numpy as np
 import pytest
 
+from ins_eval.analysis.calibration_numbers import (
+    AccelerometerNumbers,
+    BiasFit,
+    CalibrationNumbers,
+    ChamberFacts,
+    ChosenModel,
+    Determined,
+    FittedModel,
+    NewReading,
+    NotDetermined,
+    ScaleFit,
+)
+from ins_eval.calibration import Coefficient
+from ins_eval.calibration.labelings import Printed
 from ins_eval.figures import calibration as figures
 from ins_eval.figures import style
 from ins_eval.report.calibration import calibration_content, with_half_width
@@ -18,102 +32,73 @@ LOOP_PPM, LOOP_UG = 120.0, 40.0  # falling above, rising below the line
 ROUND_OFF_PPM = 1e-6
 
 
-def term(name: str, value: float, half: float, unit: str = "ug") -> dict:
-    return {"name": name, "unit": unit, "value": value, "interval95": [value - half, value + half]}
+def term(name: str, value: float, half: float, unit: str = "ug") -> Coefficient:
+    return Coefficient(name, unit, value, (value - half, value + half))
 
 
-def model(rms_ppm: float, sensitivity: float, alpha_half: float = 100.0) -> dict:
-    return {
-        "scale": {
-            "terms": [
-                term("alpha", 273.0, alpha_half, "pulse/(g s)/(degC/min)^2"),
-                term("gamma", 320320.0, 47.0, "pulse/(g s)"),
-            ],
-            "residual_rms_ppm": rms_ppm,
-            "sensitivity_ppm_per_c": sensitivity,
-        },
-        "bias": {
-            "terms": [term("falling at -40.0 degC", 2473.4, 17.0), term("rising at -40.0 degC", 2531.0, 48.0)],
-            "residual_rms_ug": 30.0,
-        },
-        "remarks": [],
-        "new_run_ug": {"+1": 207.0, "+0": 107.0, "-1": 212.0},
-    }
+def model(rms_ppm: float, sensitivity: float, alpha_half: float = 100.0) -> FittedModel:
+    alpha = term("alpha", 273.0, alpha_half, "pulse/(g s)/(degC/min)^2")
+    branches = term("falling at -40.0 degC", 2473.4, 17.0), term("rising at -40.0 degC", 2531.0, 48.0)
+    return FittedModel(
+        ScaleFit((alpha, term("gamma", 320320.0, 47.0, "pulse/(g s)")), rms_ppm, sensitivity),
+        BiasFit(branches, 30.0),
+        (),
+        {"+1": 207.0, "+0": 107.0, "-1": 212.0},
+    )
 
 
-def unit(axis: str = "") -> dict:
-    return {
-        "name": f"unit {axis}".strip(),
-        "axis": axis,
-        "recording": {
-            "folder": "c",
-            "readings": 20660,
-            "runs": 16,
-            "ramps_c_per_min": [0.3, 0.5, 0.7, 0.9],
-            "temperature_c": [-51.5, 77.5],
-            "further": [],
-        },
-        "determined": {
-            "rank": 6,
-            "steady_rank": 6,
-            "terms": 6,
-            "condition": 7.3,
-            "words": "",
-            "hysteresis": True,
-            "directions": ["falling", "rising"],
-            "mean_rates_c_per_min": [0.16, 0.2, 0.22, 0.24],
-            "rate_seen_c_per_min": 0.26,
-        },
-        "sensitivity_ppm_per_c": 112.0,
-        "models": {"simple": model(468.0, 13.3), "quadratic": model(234.0, 4.7), "hysteresis": model(67.0, 2.9)},
-        "new_run": [
-            {
-                "temperature_c": -40.0,
-                "direction": "falling",
-                "rate_c_per_min": -0.2,
-                "+1": [-142.0, 122.0],
-                "+0": [-105.0, 105.0],
-                "-1": [-83.0, 182.0],
-            }
-        ],
-        "printed": {
-            angles: {"eq3_scale": sign * 160160.0, "eq4_bias": -0.4997, "eq13_scale": k1, "eq14_bias": 3e-4}
+def unit(axis: str = "") -> AccelerometerNumbers:
+    within = {"+1": (-142.0, 122.0), "+0": (-105.0, 105.0), "-1": (-83.0, 182.0)}
+    return AccelerometerNumbers(
+        name=f"unit {axis}".strip(),
+        axis=axis,
+        recording=ChamberFacts("c", 20660, 16, (0.3, 0.5, 0.7, 0.9), (-51.5, 77.5), ()),
+        determined=Determined(6, 6, 6, 7.3, "", True, ("falling", "rising"), (0.16, 0.2, 0.22, 0.24), 0.26),
+        sensitivity_ppm_per_c=112.0,
+        models={"simple": model(468.0, 13.3), "quadratic": model(234.0, 4.7), "hysteresis": model(67.0, 2.9)},
+        new_run=(NewReading(-40.0, "falling", -0.2, within),),
+        printed={
+            angles: Printed(sign * 160160.0, -0.4997, k1, 3e-4)
             for angles, sign, k1 in (("Fig. 4", -1.0, 0.0), ("turned", 1.0, 320320.0))
         },
-    }
+    )
+
+
+def changed(numbers: CalibrationNumbers, **of_unit) -> CalibrationNumbers:
+    """The numbers with other fields of the one accelerometer; those of a table within it as a dict."""
+    (one,) = numbers.accelerometers
+    fields = {k: replace(getattr(one, k), **v) if is_dataclass(getattr(one, k)) else v for k, v in of_unit.items()}
+    return replace(numbers, accelerometers=(replace(one, **fields),))
 
 
 @pytest.fixture
-def metrics() -> dict:
-    return {
-        "compensation": {"model": "hysteresis", "asked": None, "file": "it.toml"},
-        "accelerometers": [unit()],
-    }
+def numbers() -> CalibrationNumbers:
+    return CalibrationNumbers(ChosenModel("hysteresis", None, "it.toml"), (unit(),))
 
 
-def said(metrics: dict) -> str:
-    answer, sections = calibration_content(metrics)
+def said(numbers: CalibrationNumbers) -> str:
+    answer, sections = calibration_content(numbers)
     blocks = [block.text for section in sections for block in section.blocks if isinstance(block, Paragraph)]
     return "\n".join([answer, *blocks])
 
 
-def rows(metrics: dict, heading: str) -> list[tuple[str, ...]]:
+def rows(numbers: CalibrationNumbers, heading: str) -> list[tuple[str, ...]]:
     """All rows of the tables of one section."""
-    (section,) = [s for s in calibration_content(metrics)[1] if s.heading == heading]
+    (section,) = [s for s in calibration_content(numbers)[1] if s.heading == heading]
     return [tuple(row) for block in section.blocks if isinstance(block, Table) for row in block.rows]
 
 
-def test_the_answer_has_the_sensitivities_the_new_run_and_the_file(metrics):
-    answer = calibration_content(metrics)[0]
+def test_the_answer_has_the_sensitivities_the_new_run_and_the_file(numbers):
+    answer = calibration_content(numbers)[0]
     assert "112.0 ppm/°C with temperature, 13.3 after simple compensation, 2.9 after hysteresis" in answer
     assert "no more than 107 µg at 0 g and 212 µg at ±1 g" in answer
     assert "it.toml holds the hysteresis compensation" in answer
 
 
-def test_coefficients_stand_with_their_half_widths(metrics):
-    assert ("hysteresis", "α", "273", "100", "pulse/(g s)/(°C/min)²") in rows(metrics, "Scale factor")
-    assert ("−40.0 °C", "2473", "17", "2531", "48") in rows(metrics, "Bias")
-    assert rows(metrics, "A reading in a new run") == [("−40", "falling", "−142 to 122", "−105 to 105", "−83 to 182")]
+def test_coefficients_stand_with_their_half_widths(numbers):
+    assert ("hysteresis", "α", "273", "100", "pulse/(g s)/(°C/min)²") in rows(numbers, "Scale factor")
+    assert ("−40.0 °C", "2473", "17", "2531", "48") in rows(numbers, "Bias")
+    assert rows(numbers, "A reading in a new run") == [("−40", "falling", "−142 to 122", "−105 to 105", "−83 to 182")]
 
 
 @pytest.mark.parametrize(
@@ -129,67 +114,62 @@ def test_coefficients_stand_with_their_half_widths(metrics):
 )
 def test_half_widths_have_two_digits_that_count(value, half, expected):
     interval = None if half is None else [value - half, value + half]
-    assert with_half_width({"value": value, "interval95": interval}) == expected
+    assert with_half_width(Coefficient("", "", value, interval)) == expected
 
 
-def test_both_labelings_are_told(metrics):
-    turned, drawn = rows(metrics, "Four positions, by specific force")[::-1]
+def test_both_labelings_are_told(numbers):
+    turned, drawn = rows(numbers, "Four positions, by specific force")[::-1]
     assert drawn[1:] == ("−160160 = −K1/2", "−0.49970 = K0 − 1/2", "0 = 0", "0.00030 = K0")
     assert turned[1:] == ("160160 = K1/2", "−0.49970 = K0 − 1/2", "320320 = K1", "0.00030 = K0")
 
 
-def test_a_model_left_open_gives_its_reason_and_another_is_taken(metrics):
-    (of,) = metrics["accelerometers"]
-    of["models"]["hysteresis"] = {"reason": "calibration: nothing to see"}
-    of["determined"]["hysteresis"] = False
-    metrics["compensation"]["model"] = "quadratic"
-    text = said(metrics)
+def test_a_model_left_open_gives_its_reason_and_another_is_taken(numbers):
+    open_ = {**numbers.accelerometers[0].models, "hysteresis": NotDetermined("calibration: nothing to see")}
+    numbers = changed(numbers, models=open_, determined={"hysteresis": False})
+    numbers = replace(numbers, compensation=ChosenModel("quadratic", None, "it.toml"))
+    text = said(numbers)
     assert "do not determine the hysteresis compensation; the best that they determine is quadratic" in text
     assert "nevertheless" not in text
     assert "Hysteresis: calibration: nothing to see." in text
-    assert [row[0] for row in rows(metrics, "What each model leaves")] == ["simple", "quadratic"]
+    assert [row[0] for row in rows(numbers, "What each model leaves")] == ["simple", "quadratic"]
 
 
 ADVICE = {
     "one rate": (
-        {"recording": {"ramps_c_per_min": [0.4]}},
+        {"recording": {"ramps_c_per_min": (0.4,)}},
         r"One rate \(0.4 °C/min\) cannot separate alpha from gamma, .* 0.2 or 0.8 °C/min\.",
     ),
-    "one direction": ({"determined": {"directions": ["rising"]}}, "only rising, .* while it falls: .* the way back"),
-    "two rates": ({"recording": {"ramps_c_per_min": [0.3, 0.9]}}, "Only 2 rates show how runs differ"),
+    "one direction": ({"determined": {"directions": ("rising",)}}, "only rising, .* while it falls: .* the way back"),
+    "two rates": ({"recording": {"ramps_c_per_min": (0.3, 0.9)}}, "Only 2 rates show how runs differ"),
 }
 
 
 @pytest.mark.parametrize("case", ADVICE)
-def test_what_is_lacking_comes_with_the_run_that_would_tell(metrics, case):
-    changed, expected = ADVICE[case]
-    assert not re.search(expected, said(metrics), re.S)
-    for key, values in changed.items():
-        metrics["accelerometers"][0][key] |= values
-    assert re.search(expected, said(metrics), re.S)
+def test_what_is_lacking_comes_with_the_run_that_would_tell(numbers, case):
+    of_unit, expected = ADVICE[case]
+    assert not re.search(expected, said(numbers), re.S)
+    assert re.search(expected, said(changed(numbers, **of_unit)), re.S)
 
 
-def test_dwells_are_blamed_only_where_alpha_is_open_and_the_rates_lie_together(metrics):
-    assert "α cannot be told from 0" not in said(metrics)
-    (of,) = metrics["accelerometers"]
-    of["models"]["hysteresis"] = model(67.0, 2.9, alpha_half=800.0)
-    assert "the mean rates are 0.16 to 0.24 °C/min, close together, though 0.3 to 0.9 were commanded" in said(metrics)
-    of["determined"]["mean_rates_c_per_min"] = [0.3, 0.5, 0.7, 0.9]
-    assert "A faster one would tell" in said(metrics)
+def test_dwells_are_blamed_only_where_alpha_is_open_and_the_rates_lie_together(numbers):
+    assert "α cannot be told from 0" not in said(numbers)
+    wide = changed(numbers, models={"hysteresis": model(67.0, 2.9, alpha_half=800.0)})
+    assert "the mean rates are 0.16 to 0.24 °C/min, close together, though 0.3 to 0.9 were commanded" in said(wide)
+    apart = changed(wide, determined={"mean_rates_c_per_min": (0.3, 0.5, 0.7, 0.9)})
+    assert "A faster one would tell" in said(apart)
 
 
-def test_a_remark_of_some_models_names_them(metrics):
-    models = metrics["accelerometers"][0]["models"]
-    for name in models:
-        models[name]["remarks"] = ["calibration: of all"]
-    models["simple"]["remarks"] += ["calibration: of one"]
-    text = said(metrics)
+def test_a_remark_of_some_models_names_them(numbers):
+    of_all = ("calibration: of all",)
+    models = {name: replace(one, remarks=of_all) for name, one in numbers.accelerometers[0].models.items()}
+    models["simple"] = replace(models["simple"], remarks=(*of_all, "calibration: of one"))
+    text = said(changed(numbers, models=models))
     assert "Of all." in text and "Simple: of one." in text
 
 
-def test_three_accelerometers_have_sections_of_their_own(metrics):
-    metrics["accelerometers"] = [unit(axis) for axis in "xyz"]
-    answer, sections = calibration_content(metrics)
+def test_three_accelerometers_have_sections_of_their_own(numbers):
+    numbers = replace(numbers, accelerometers=tuple(unit(axis) for axis in "xyz"))
+    answer, sections = calibration_content(numbers)
     assert answer.count("the scale factor moves by") == 3
     anchors = [section.anchor for section in sections]
     assert len(set(anchors)) == len(anchors)
@@ -198,27 +178,15 @@ def test_three_accelerometers_have_sections_of_their_own(metrics):
     assert {name[0] for name in pictures} == set("xyz")
 
 
-def test_whatever_is_missing_is_left_out(metrics):
-    assert calibration_content({}) == ("These metrics hold no calibration.", [])
-
-    def paths(tree, at=()):
-        for key, below in tree.items():
-            yield (*at, key)
-            if isinstance(below, dict) and key not in ("scale", "bias", "determined", "new_run_ug", "Fig. 4", "turned"):
-                yield from paths(below, (*at, key))
-
-    (of,) = metrics["accelerometers"]
-    for path in list(paths(of)):
-        if path == ("name",):
-            continue
-        left = copy.deepcopy(of)
-        tree = left
-        for key in path[:-1]:
-            tree = tree[key]
-        del tree[path[-1]]
-        answer, sections = calibration_content({**metrics, "accelerometers": [left]})
-        assert answer.startswith("Unit") or answer.startswith("unit")
-        assert sections
+def test_what_no_run_tells_is_left_out(numbers):
+    """One ramp gives neither intervals nor a new run."""
+    bare = replace(model(67.0, 2.9), new_run_ug=None)
+    bare = replace(bare, scale=replace(bare.scale, sensitivity_ppm_per_c=None))
+    alone = changed(numbers, models={"hysteresis": bare}, new_run=(), sensitivity_ppm_per_c=None, printed={})
+    answer, sections = calibration_content(changed(alone, determined={"condition": None}))
+    text = answer + str(sections)
+    assert "None" not in text and "condition number" not in text and "new run are off" not in answer
+    assert "A reading in a new run" not in [section.heading for section in sections]
 
 
 # ------------------------------------------------------------------------------------------------ figures
