@@ -130,10 +130,13 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
 def _quiet(cases: Sequence[Case], linearisation: Linearisation, alone: Sequence[Suspect]) -> list[Fitted]:
     """The noise of sensors that wander little, or of a sure disturbance without a name.
 
-    What is wrong has made the sensors look noisy, and a slow error of a bench stands in for an effect.
+    What is wrong has made the sensors look noisy, and a slow error of a bench stands in for an effect. But sensors that
+    need arcs in motion do wander: jumps and laws enough would describe any path of them.
     """
     quiet = [
-        replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
+        one
+        if case.believed is not None and case.believed.arcs and case.kind not in PARKED
+        else replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
         for case, one in zip(cases, linearisation.fitted, strict=True)
     ]
     for one in alone:
