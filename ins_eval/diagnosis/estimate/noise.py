@@ -88,9 +88,10 @@ class NoiseModel:
     """What is known of the noise before the evidence is looked at.
 
     `white` (nodes, 9) one sigma of each measurement, `down` (9,) the slow error of what measures relative to north,
-    `steps` (epochs, 3, 3) what the thermometer adds to velocity, and `agitation` (epochs, 2) the squares of what
-    the increments of velocity and angle change within a second, summed over an epoch: where motion changes fast, what
-    was sampled is not what was integrated, and sensors err in proportion to it. `later` (nodes, 9) is what a stamp that is a second late changes.
+    `steps` (epochs, 3, 3) what the thermometer adds to velocity, and `agitation` (epochs, 2) the squares of what the
+    increments of velocity and angle change within a second, summed over an epoch: where motion changes fast, what was
+    sampled is not what was integrated, and sensors err in proportion to it. `later` (nodes, 9) is what a stamp that is
+    a second late changes.
     """
 
     priors: dict[str, Prior]
