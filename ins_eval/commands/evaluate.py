@@ -27,9 +27,7 @@ def run(
     Several are written into ``output/NAME`` (by default ``reports/evaluation/NAME``) and come on one page above them;
     a refused one is a row of it, and the exit code says that there was one.
     """
-    from_folder = partial(
-        read, belief=belief, unit=unit, magnetometer=magnetometer, declination_deg=declination_deg
-    )
+    from_folder = partial(read, belief=belief, unit=unit, magnetometer=magnetometer, declination_deg=declination_deg)
     if len(inputs) == 1:
         where = Path("reports") / inputs[0].stem if output is None else output
         evaluate(from_folder(inputs[0]), compensation, restart_every_s).write(where, quiet)

@@ -25,6 +25,7 @@ from ins_eval.diagnosis.estimate.slope import slopes
 from ins_eval.diagnosis.estimate.whitening import NoiseLevels, Whitened, whiten
 from ins_eval.diagnosis.model import drives
 from ins_eval.diagnosis.model.observations import CHANNELS, Observations
+from ins_eval.effects.parts import SENSORS
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
 if TYPE_CHECKING:
@@ -115,7 +116,8 @@ class NoiseModel:
         """The same as the filter takes it."""
         v = self.values(noise_point)
         dt = self.interval_s
-        force, rate = (v.get("sampling", 0.0) ** 2 * one for one in self.agitation.T)
+        of = (v.get(f"{sensor}_sampling", 0.0) ** 2 for sensor in SENSORS)
+        force, rate = (level * one for level, one in zip(of, self.agitation.T, strict=True))
         wander_time_s = v.get("wander_time", WANDER_TIME_S)
         sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
         sigma[HEADING] = v.get("slow_heading", sigma[HEADING])
@@ -152,8 +154,9 @@ class NoiseModel:
         if "jitter" in v:
             white = np.hypot(self.white, v["jitter"] * self.later)
             parts["jitter"] = v["jitter"] * (by.white * self.later**2 / white).sum()
-        if "sampling" in v:
-            parts["sampling"] = 2.0 * v["sampling"] * (by.force @ self.agitation[:, 0] + by.rate @ self.agitation[:, 1])
+        for sensor, slope, agitation in zip(SENSORS, (by.force, by.rate), self.agitation.T, strict=True):
+            if f"{sensor}_sampling" in v:
+                parts[f"{sensor}_sampling"] = 2.0 * v[f"{sensor}_sampling"] * (slope @ agitation)
         if "gyro_wander_time" in v:
             parts["wander_time"] = by.wander_time_s[:3].sum()
             parts["gyro_wander_time"] = by.wander_time_s[3:].sum()
@@ -196,7 +199,8 @@ def noise_model(
             "wander_time": Prior(WANDER_TIME_S, 1.0),
             **({"slow_heading": Prior(0.5 * typical[HEADING], 1.2)} if parked else {}),
             **({"gyro_wander_time": Prior(COARSE_WANDER_TIME_S, 1.5)} if model.arc.any() else {}),
-            **({"sampling": Prior(SAMPLING, 1.2), "jitter": Prior(JITTER_S, 1.2)} if jerky else {}),
+            **({f"{sensor}_sampling": Prior(SAMPLING, 1.2) for sensor in SENSORS} if jerky else {}),
+            **({"jitter": Prior(JITTER_S, 1.2)} if jerky else {}),
         },
         white=level,
         down=np.array([1.0, 1.0, ratio[0], 1.0, 1.0, ratio[1], 1.0, 1.0, 1.0]),
