@@ -119,7 +119,7 @@ def test_stamps_that_jitter_and_motion_between_samples_are_noise_of_their_own(id
     np.testing.assert_allclose(np.median(allowed[:, :2], axis=0), np.hypot(FIX_M, STAMPS_S * speed), rtol=AGREES)
     ready = case.ready([])
     _, slope_of = ready.slope(fitted.noise_point, sensitivity)
-    for name in ("jitter", "sampling"):
+    for name in ("jitter", "accelerometer_sampling", "gyro_sampling"):
         step = SLOPE_STEP * np.eye(slope_of.size)[case.noise.free.index(name)]
         sides = [log_evidence(ready(fitted.noise_point + sign * step)) for sign in (1.0, -1.0)]
         difference = (sides[0] - sides[1]) / (2.0 * SLOPE_STEP)

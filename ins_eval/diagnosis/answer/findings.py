@@ -26,7 +26,14 @@ from ins_eval.diagnosis.estimate.search import one_more
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
-from ins_eval.diagnosis.unnamed.disturbance import Suspect, intervals, one_sensor, restless, with_quiet_sensors
+from ins_eval.diagnosis.unnamed.disturbance import (
+    Suspect,
+    intervals,
+    one_sensor,
+    restless,
+    with_quiet_sensors,
+    within_grade,
+)
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance, located
 from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
 from ins_eval.diagnosis.unnamed.where import where
@@ -96,8 +103,12 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     rng = Streams(0).at("diagnosis", "significance").rng()
     progress("noise")
     null = tuple(fit_noise(cases, [], [None] * len(cases)))
+    known = [
+        replace(one, noise_point=within_grade(case, one.noise_point, policy))
+        for case, one in zip(cases, null, strict=True)
+    ]
     progress("effects")
-    begin = _begun(cases, null, policy)
+    begin = _begun(cases, known, policy)
     alone = () if _of_earth(begin) else _alone(cases, null, policy)
     linearisation = _searched(cases, begin, policy)
     quiet = _quiet(cases, linearisation, alone)
@@ -110,7 +121,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
         innovations=tuple(_innovations(case, one.noise_point) for case, one in zip(cases, null, strict=True)),
         alone=alone,
         linearisation=linearisation,
-        gain=_gain(cases, null, linearisation, policy),
+        gain=_gain(cases, known, linearisation, policy),
     )
     suspects = None
     if not is_heard(findings, policy):
@@ -130,10 +141,13 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
 def _quiet(cases: Sequence[Case], linearisation: Linearisation, alone: Sequence[Suspect]) -> list[Fitted]:
     """The noise of sensors that wander little, or of a sure disturbance without a name.
 
-    What is wrong has made the sensors look noisy, and a slow error of a bench stands in for an effect.
+    What is wrong has made the sensors look noisy, and a slow error of a bench stands in for an effect. But sensors that
+    need arcs in motion do wander: jumps and laws enough would describe any path of them.
     """
     quiet = [
-        replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
+        one
+        if case.believed is not None and case.believed.arcs and case.kind not in PARKED
+        else replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
         for case, one in zip(cases, linearisation.fitted, strict=True)
     ]
     for one in alone:

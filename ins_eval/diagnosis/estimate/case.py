@@ -146,7 +146,7 @@ def _around(
     model, seen = arcs.observed(navigated)
     seen, outliers = noise.without_outliers(seen)
     slow = SlowFactor()
-    bent = noise.bent(navigated, model.nodes_s)
+    agitation = noise.agitation(navigated, model.nodes_s)
     uncertain = [*uncertain, *places(navigated, model, slow)]
     navigated, believed = (one.without_increments(recording) for one in (navigated, believed))
     given = temperature(believed.recording)
@@ -163,7 +163,7 @@ def _around(
         taken=np.zeros(len(uncertain)),
         candidates=(*candidates(navigated, model, given, slow), *composed_candidates(navigated, model, given, slow)),
         noise=noise.noise_model(
-            believed.recording.belief, model, seen, step_noise(navigated, given, model.middle_s), bent
+            believed.recording.belief, model, seen, step_noise(navigated, given, model.middle_s), agitation
         ),
         outliers=outliers,
         epochs_s=model.interval_s,

@@ -10,7 +10,7 @@ the chamber's air was recorded, the smooth reading is that of a body that follow
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -82,12 +82,13 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         elapsed=np.zeros((epochs, 3, 3)),
     )
     slow = SlowFactor()
-    bench = ChamberCandidates(readings, chamber_conditions(readings, belief, folder, temperature), slow)
+    coarse_ug = LEAST_CONSTANT * float(np.median(white(seen)[0][:, 0])) / UG
+    constant_ug = max(belief.accelerometer.bias_sigma_ug, coarse_ug)  # and all errors of its grade are as large
+    conditions = chamber_conditions(readings, belief, folder, temperature)
+    bench = ChamberCandidates(readings, replace(conditions, bias_sigma={ACCELEROMETER: constant_ug}), slow)
     apart_s = float(np.max(np.diff(nodes_s))) * 1e3
     interval_s = np.where(np.diff(readings.run) != 0, apart_s, np.diff(nodes_s))
-    coarse_ug = LEAST_CONSTANT * float(np.median(white(seen)[0][:, 0])) / UG
-    constant_ug = max(RUN_SIGMA_UG, belief.accelerometer.bias_sigma_ug, coarse_ug)
-    of_runs = tuple(_of_runs(runs, slow, nodes_s, constant_ug))
+    of_runs = tuple(_of_runs(runs, slow, nodes_s, max(RUN_SIGMA_UG, constant_ug)))
     return Case(
         name=name,
         kind="chamber",
@@ -139,7 +140,7 @@ def _noise(seen: Observations, interval_s: np.ndarray, counted: np.ndarray) -> N
         white=level,
         down=np.ones(CHANNELS),
         steps=np.zeros((interval_s.size, 3, 3)),
-        bent=np.zeros((interval_s.size, 2)),
+        agitation=np.zeros((interval_s.size, 2)),
         later=np.zeros_like(level),
         interval_s=interval_s,
     )
@@ -190,8 +191,7 @@ class ChamberCandidates:
             if effect.enters not in (ACCELEROMETER, "temperature") or not possible(effect, self.given):
                 continue
             constant = effect.multipliers == ("1",) and effect.slow == "1"  # as the constant of a run is
-            jumps = effect.slow == "step"
-            if effect.enters == ACCELEROMETER and (constant or jumps or effect.multipliers[0] not in OF_INPUT):
+            if effect.enters == ACCELEROMETER and (constant or effect.multipliers[0] not in OF_INPUT):
                 continue
             axis = None if effect.enters == "temperature" else self.given.axes[0]
             for parameters in tried(effect, axis, self.given):

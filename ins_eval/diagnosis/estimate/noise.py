@@ -25,6 +25,7 @@ from ins_eval.diagnosis.estimate.slope import slopes
 from ins_eval.diagnosis.estimate.whitening import NoiseLevels, Whitened, whiten
 from ins_eval.diagnosis.model import drives
 from ins_eval.diagnosis.model.observations import CHANNELS, Observations
+from ins_eval.effects.parts import SENSORS
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
 if TYPE_CHECKING:
@@ -45,7 +46,8 @@ SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise of one sigma
 NORMAL_MAD = 0.6745
 WANDER_TIME_S = 1800.0
 COARSE_WANDER_TIME_S = 200.0  # of gyros that flicker within a minute: the plateau of their Allan deviation
-SAMPLING = 0.3  # of a second difference: between the twelfth that a trapezoid misses and all that decimating does
+AGITATION_S = 1.0  # within which motion changes faster than fixes tell
+SAMPLING = 0.3  # of what changes within a second: between the twelfth that a trapezoid misses and all that is felt
 JITTER_S = 0.01  # of stamps that a log gives when a message has arrived; both by reasoning, with wide priors
 WIDEST = 3.0  # prior sigmas that a level may move
 OUTLIER = 4.5  # sigmas from its neighbours of a measurement that is not believed
@@ -87,16 +89,17 @@ class NoiseModel:
     """What is known of the noise before the evidence is looked at.
 
     `white` (nodes, 9) one sigma of each measurement, `down` (9,) the slow error of what measures relative to north,
-    `steps` (epochs, 3, 3) what the thermometer adds to velocity, and `bent` (epochs, 2) the squares of the second
-    differences of the increments of velocity and angle, summed over an epoch: where motion bends within a sample, what
-    was sampled is not what was integrated. `later` (nodes, 9) is what a stamp that is a second late changes.
+    `steps` (epochs, 3, 3) what the thermometer adds to velocity, and `agitation` (epochs, 2) the squares of what the
+    increments of velocity and angle change within a second, summed over an epoch: where motion changes fast, what was
+    sampled is not what was integrated, and sensors err in proportion to it. `later` (nodes, 9) is what a stamp that is
+    a second late changes.
     """
 
     priors: dict[str, Prior]
     white: np.ndarray
     down: np.ndarray
     steps: np.ndarray
-    bent: np.ndarray
+    agitation: np.ndarray
     later: np.ndarray
     interval_s: np.ndarray
 
@@ -113,7 +116,8 @@ class NoiseModel:
         """The same as the filter takes it."""
         v = self.values(noise_point)
         dt = self.interval_s
-        force, rate = (v.get("sampling", 0.0) ** 2 * one for one in self.bent.T)
+        of = (v.get(f"{sensor}_sampling", 0.0) ** 2 for sensor in SENSORS)
+        force, rate = (level * one for level, one in zip(of, self.agitation.T, strict=True))
         wander_time_s = v.get("wander_time", WANDER_TIME_S)
         sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
         sigma[HEADING] = v.get("slow_heading", sigma[HEADING])
@@ -151,8 +155,9 @@ class NoiseModel:
             white = np.hypot(self.white, v["jitter"] * self.later)
             share = np.divide(self.later**2, white, out=np.zeros_like(white), where=white > 0.0)  # 0: not measured
             parts["jitter"] = v["jitter"] * (by.white * share).sum()
-        if "sampling" in v:
-            parts["sampling"] = 2.0 * v["sampling"] * (by.force @ self.bent[:, 0] + by.rate @ self.bent[:, 1])
+        for sensor, slope, agitation in zip(SENSORS, (by.force, by.rate), self.agitation.T, strict=True):
+            if f"{sensor}_sampling" in v:
+                parts[f"{sensor}_sampling"] = 2.0 * v[f"{sensor}_sampling"] * (slope @ agitation)
         if "gyro_wander_time" in v:
             parts["wander_time"] = by.wander_time_s[:3].sum()
             parts["gyro_wander_time"] = by.wander_time_s[3:].sum()
@@ -160,7 +165,7 @@ class NoiseModel:
 
 
 def noise_model(
-    belief: Belief, model: ErrorModel, seen: Observations, step_density: np.ndarray, bent: np.ndarray
+    belief: Belief, model: ErrorModel, seen: Observations, step_density: np.ndarray, agitation: np.ndarray
 ) -> NoiseModel:
     """Priors from the belief, white noise from the measurements themselves."""
     level, ratio = white(seen)
@@ -195,23 +200,29 @@ def noise_model(
             "wander_time": Prior(WANDER_TIME_S, 1.0),
             **({"slow_heading": Prior(0.5 * typical[HEADING], 1.2)} if parked else {}),
             **({"gyro_wander_time": Prior(COARSE_WANDER_TIME_S, 1.5)} if model.arc.any() else {}),
-            **({"sampling": Prior(SAMPLING, 1.2), "jitter": Prior(JITTER_S, 1.2)} if jerky else {}),
+            **({f"{sensor}_sampling": Prior(SAMPLING, 1.2) for sensor in SENSORS} if jerky else {}),
+            **({"jitter": Prior(JITTER_S, 1.2)} if jerky else {}),
         },
         white=level,
         down=np.array([1.0, 1.0, ratio[0], 1.0, 1.0, ratio[1], 1.0, 1.0, 1.0]),
         steps=steps,
-        bent=bent,
+        agitation=agitation,
         later=np.where(np.isfinite(seen.residual), seen.of_delay, 0.0),
         interval_s=model.interval_s,
     )
 
 
-def bent(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
-    """Squares (epochs, 2) of the second differences of increments of velocity and angle, mean of axes, summed."""
-    epoch = np.clip(np.searchsorted(nodes_s, navigated.time_s[1:-1] - 1e-6) - 1, 0, nodes_s.size - 2)
+def agitation(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
+    """Squares (epochs, 2) of the increments of velocity and angle less their mean of a second, summed over an epoch.
+
+    The mean of axes, as it is on average over that second.
+    """
+    epoch = np.clip(np.searchsorted(nodes_s, navigated.time_s - 1e-6) - 1, 0, nodes_s.size - 2)
+    rows = max(1, round(AGITATION_S / float(np.median(np.diff(navigated.time_s)))))
     out = np.zeros((nodes_s.size - 1, 2))
     for k, increments in enumerate((navigated.velocity, navigated.gyro)):
-        np.add.at(out[:, k], epoch, np.square(np.diff(increments, 2, axis=0)).mean(axis=1))
+        changes = np.square(increments - uniform_filter1d(increments, rows, axis=0)).mean(axis=1)
+        np.add.at(out[:, k], epoch, np.maximum(uniform_filter1d(changes, rows), 0.0))  # running sums round below 0
     return out
 
 

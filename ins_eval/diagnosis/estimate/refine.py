@@ -200,15 +200,18 @@ def _navigated(
 
 
 def _same_white(case: Case, before: Case, noise: NoiseModel) -> NoiseModel:
-    """The `noise` of `before` for the nodes of `case`: a clock that is set right moves measurements along."""
-    if case.noise.white.shape == noise.white.shape:
-        return noise
-    typical = []
-    for one, white in ((before, noise.white), (case, case.noise.white)):
-        known = np.where(np.isfinite(one.seen.residual), white, np.nan)
-        typical.append([np.nanmedian(column) if np.isfinite(column).any() else 1.0 for column in known.T])
-    level = np.divide(*typical)
-    return replace(case.noise, priors=noise.priors, down=noise.down, white=case.noise.white * level)
+    """The noise of `case` with priors and white level of that of `before`.
+
+    What motion adds to it is that of the nodes of `case`: a clock that is set right moves measurements along.
+    """
+    white = noise.white
+    if not np.array_equal(case.model.nodes_s, before.model.nodes_s):
+        typical = []
+        for one, level in ((before, noise.white), (case, case.noise.white)):
+            known = np.where(np.isfinite(one.seen.residual), level, np.nan)
+            typical.append([np.nanmedian(column) if np.isfinite(column).any() else 1.0 for column in known.T])
+        white = case.noise.white * np.divide(*typical)
+    return replace(case.noise, priors=noise.priors, down=noise.down, white=white)
 
 
 def again(one: Hypothesis, cases: Sequence[Case], parameters: dict | None = None) -> Hypothesis:

@@ -175,6 +175,13 @@ def with_quiet_sensors(case: Case, noise_point: np.ndarray) -> np.ndarray:
     return _with_quiet(case, noise_point, OF_SENSORS)
 
 
+def within_grade(case: Case, noise_point: np.ndarray, policy: Policy) -> np.ndarray:
+    """`noise_point` with a wander in a chamber of at most what its grade does: one beyond would swallow any effect."""
+    if case.believed is not None:
+        return noise_point
+    return np.where(np.isin(case.noise.free, OF_BENCH), np.minimum(noise_point, policy.wander), noise_point)
+
+
 def _with_quiet(case: Case, noise_point: np.ndarray, levels: Sequence[str]) -> np.ndarray:
     """`noise_point` with every one of `levels` that is above `LOUD` set to `QUIET`."""
     loud = np.isin(case.noise.free, levels) & (noise_point > LOUD)
