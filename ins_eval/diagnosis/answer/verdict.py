@@ -112,14 +112,12 @@ class Diagnosis:
         stands in `root`: the rows of a root of the covariance, in units of the values.
         """
         known, found = self.linearisation, [self._of_recording(one) for one in self.described]
+        values = {one.hypothesis: one.value / one.hypothesis.candidate.nominal for one in self.effects}
+        found += [believed_effect(one, x, self.cases) for one, x in values.items() if not persistent(one)]
         named: list[tuple[Hypothesis, float, float]] = []
-        if self.effects:
-            coefficients = {one.hypothesis: one.value / one.hypothesis.candidate.nominal for one in self.effects}
-            off = dict(zip(known.hypotheses, known.point, strict=True))
-            named = [(one, coefficient, float(off[one])) for one, coefficient in coefficients.items()]
-            named += [(known.hypotheses[k], float(known.point[k]), float(known.point[k])) for k in known.taken_beside]
-            stated = [one for one in coefficients if not persistent(one)]
-            found += [believed_effect(one, coefficients[one], self.cases) for one in stated]
+        if known is not None:
+            off = dict(zip(known.hypotheses, known.point.tolist(), strict=True))
+            named = [(one, values.get(one, x), x) for one, x in off.items() if one in values or x != 0.0]
         around = self.cases if known is None else known.cases
         with threadpool_limits(1):  # as in `judge`
             posterior = forecast(around, self.fitted, named)

@@ -12,8 +12,8 @@ wide enough for what they were found to be (`WITHIN_PRIOR` sigmas); those that a
 only, are free beside the others.
 
 The noise is that of the maximum of the evidence with all these effects free: the wander of a sensor is then only what
-no effect accounts for. The priors of one group of effects (`GROUPS`) are larger or smaller than usual by one factor,
-log-normal, at the maximum of the evidence. One recording may differ from the next in each coefficient
+no effect accounts for. The priors of all effects of one name, on every axis, are larger or smaller than usual by one
+factor, log-normal, at the maximum of the evidence. One recording may differ from the next in each coefficient
 by `OF_DAY` of its prior; that part is integrated out of each.
 
 Sources: MacKay, Neural Computation 4 (1992) 415 (evidence of the sizes of priors); Bishop 2006, Pattern Recognition and
@@ -41,8 +41,7 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.model.columns import Column
 
 BEGIN = "branch_begin"
-THERMAL = ("temperature", "creep", "hysteresis")  # in the name of an effect
-GROUP_SPREAD = 1.0  # of the logarithm of the factor of a group
+FACTOR_SPREAD = 1.0  # of the logarithm of the factor by which effects of a name are larger than usual
 WITHIN_PRIOR = 3.0
 WANDER = ("accelerometer_wander", "gyro_wander")
 CALIBRATED_RUNS = 4.0  # over which a calibrated constant is a mean: the positions of Paper A, section 3.1
@@ -166,11 +165,10 @@ def _begins(one: Hypothesis, found: Sequence[Hypothesis], sigma: float, count: i
     return out
 
 
-def groups(of: Pool) -> np.ndarray:
-    """The group (k,) of each persistent effect: sensor, and whether it is thermal."""
-    keys = [(one.candidate.name.split(".")[0], any(w in one.candidate.name for w in THERMAL)) for one in of.persistent]
-    order = sorted(set(keys))
-    return np.array([order.index(one) for one in keys])
+def names(of: Pool) -> np.ndarray:
+    """A number (k,) for each persistent effect: those of one name have one, on every axis and with every time."""
+    each = [one.candidate.name for one in of.persistent]
+    return np.array([sorted(set(each)).index(name) for name in each])
 
 
 def lessened(a: np.ndarray, b: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -226,13 +224,19 @@ def _sums(cases: Sequence[Case], of: Pool, fitted: Sequence[Fitted]) -> tuple[np
 
 
 def _factors(of: Pool, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Logarithm (k,) of the factor of each prior at the maximum of the evidence."""
-    group = groups(of)
+    """Logarithm (k,) of the factor of each prior at the maximum of the evidence, one for each name.
 
-    def down(logs: np.ndarray) -> float:
-        return -gain(a, b, np.exp(logs)[group]) + 0.5 * float(logs @ logs) / GROUP_SPREAD**2
+    With s the sigma of a prior,  d log B / d log s = E[c^2] / s^2 - 1.
+    """
+    of_name = names(of)
 
-    return minimize(down, np.zeros(group.max() + 1), method="L-BFGS-B").x[group]
+    def down(logs: np.ndarray) -> tuple[float, np.ndarray]:
+        sigma = np.exp(logs)[of_name]
+        mean, covariance = posterior_of(a, b, sigma)
+        by = np.bincount(of_name, (mean**2 + np.diag(covariance)) / sigma**2 - 1.0)
+        return -gain(a, b, sigma) + 0.5 * float(logs @ logs) / FACTOR_SPREAD**2, logs / FACTOR_SPREAD**2 - by
+
+    return minimize(down, np.zeros(of_name.max() + 1), jac=True, method="L-BFGS-B").x[of_name]
 
 
 def _without(a: np.ndarray, b: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:

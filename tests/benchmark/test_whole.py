@@ -1,0 +1,58 @@
+"""Whole instruments: what stays with them, what a day draws anew, and how shares that are left are counted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmark.runners.whole_instruments import summary, unit
+from benchmark.worlds.effects import AXES
+from benchmark.worlds.whole import POPULATIONS, an_instrument
+
+RATE_HZ = 2.5
+COUNT_STEP = 2.0  # pulses: what whole counts leave of a difference
+BEST_SHARE = 0.95  # of the velocity RMS of own errors, that a model has to stay below in the slow test
+
+
+def test_every_sensor_has_every_error_of_its_population() -> None:
+    for population, sizes in POPULATIONS.items():
+        found = {(one.name, one.axis) for one in an_instrument(population, 3, 0).effects}
+        assert found == {(name, axis) for name in sizes for axis in AXES}
+
+
+def test_a_day_is_the_same_whatever_the_errors_of_the_instrument() -> None:
+    """The twin has the course, temperature, fixes and turn-on; errors that are all believed leave nothing."""
+    instrument = an_instrument("navigation", 3, 0)
+    flight, twin = (instrument.flight(1, own=own, rate_hz=RATE_HZ) for own in (True, False))
+    for name in flight.tables["gps"]:
+        np.testing.assert_array_equal(flight.tables["gps"][name], twin.tables["gps"][name])
+    np.testing.assert_array_equal(flight.tables["imu"]["temperature_c"], twin.tables["imu"]["temperature_c"])
+    assert flight.drawn == twin.drawn
+    exact = [one for one in instrument.effects if "begin" not in one.parameters]
+    rest = instrument.flight(1, believed=exact, rate_hz=RATE_HZ)
+    hysteresis = 1e-6 * sum(abs(one.value) for one in instrument.effects if "begin" in one.parameters)
+    for axis in AXES:
+        left = np.abs(rest.tables["imu"][f"accel_{axis}"] - twin.tables["imu"][f"accel_{axis}"])
+        assert left.max() <= COUNT_STEP + hysteresis * np.abs(twin.tables["imu"][f"accel_{axis}"]).max()
+        assert (flight.tables["imu"][f"gyro_{axis}"] != twin.tables["imu"][f"gyro_{axis}"]).any()
+
+
+def test_shares_are_counted_with_their_intervals() -> None:
+    shares = np.linspace(0.25, 1.15, 10)
+    found = [
+        {"modes": {"one": {"share": float(x), "observer": float(x) - 0.1, "covered": k > 0}}}
+        for k, x in enumerate(shares)
+    ]
+    table = summary(found, "one")
+    assert table["share"] == pytest.approx(np.median(shares))
+    assert table["observer_less"] == pytest.approx(0.1)
+    assert (table["worse_than_without"], table["covered"], table["instruments"]) == (2, 9, 10)
+    low, high = table["share_interval"]
+    assert shares[0] < low < table["share"] < high < shares[-1]
+
+
+@pytest.mark.slow
+def test_a_model_from_one_flight_makes_the_third_better() -> None:
+    found = unit("tactical", 3, 0, ["one"])["modes"]["one"]
+    assert found["share"] < BEST_SHARE
+    assert found["expected"]["own_after"]["low"] < found["expected"]["own_after"]["high"]
