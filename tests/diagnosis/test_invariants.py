@@ -71,7 +71,7 @@ def test_a_sound_answer_violates_nothing(sound: Diagnosis) -> None:
     assert invariants.tells_one_story(sound)
 
 
-def spoiled(**changes: float) -> Diagnosis:
+def spoiled(**changes) -> Diagnosis:
     return replace(SOUND, effects=(replace(EFFECT, **changes),))
 
 
@@ -92,6 +92,7 @@ BAD = [
     (invariants.predictive, replace(SOUND, held_out=SOUND.held_out | {"placebo_nats": 6.0})),
     (invariants.sized, spoiled(sigma=6.0)),
     (invariants.sized, spoiled(value=np.nan)),
+    (invariants.sized, spoiled(hypothesis=hypothesis("accelerometer.scale"), value=1e9)),
     (invariants.leading, replace(SOUND, rivals=(replace(NEAR, below_best=-389.5),))),
     (invariants.sufficient, replace(SOUND, unnamed=replace(NOTHING_LEFT, significance_sigma=47.5))),
     (invariants.sufficient, replace(SOUND, unnamed=LEFT)),
@@ -184,6 +185,16 @@ def random_findings(rng: np.random.Generator) -> Findings:
 
     instead = replace(unnamed(), mismatch=PLACE)
     return Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, instead, unnamed(), shown)
+
+
+def test_an_effect_gives_its_place_to_a_rival_above_it() -> None:
+    """Recordings were navigated with the less probable of two that are alike."""
+    found = linearisation([("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {})], {1: 6.0}, (0, 1)).own_first(1)
+    findings = Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, NOTHING_LEFT, LEFT, (PLACE,))
+    found.__dict__["held_out"] = SOUND.held_out
+    told = consistent(findings, Decision(PARTLY, LEFT, (PLACE,), named=True), Policy())
+    assert [one.hypothesis.candidate.name for one in told.effects] == ["gyro.g_sensitivity"]
+    assert not told.withdrawn
 
 
 @pytest.mark.parametrize("block", range(5))

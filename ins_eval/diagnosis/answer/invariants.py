@@ -76,11 +76,16 @@ def few(found: Diagnosis) -> Effects:
 
 
 def sized(found: Diagnosis) -> Effects:
-    """The 95 % interval of an effect excludes 0, or contains the value that physics fixes."""
+    """The 95 % interval of an effect excludes 0, or contains the value that physics fixes.
+
+    And no effect is larger than what any such sensor has.
+    """
 
     def supported(one: FoundEffect) -> bool:
         candidate, reach = one.hypothesis.candidate, Q95 * one.sigma
         fixed = candidate.centre * candidate.nominal
+        if abs(one.value) > candidate.largest * candidate.nominal:
+            return False
         return abs(one.value) > reach or (fixed != 0.0 and abs(one.value - fixed) <= reach)
 
     return tuple(one for one in found.effects if not (np.isfinite(one.value) and supported(one)))

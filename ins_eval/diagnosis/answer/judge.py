@@ -14,7 +14,18 @@ from ins_eval.diagnosis.answer.experiments import Catalogue
 from ins_eval.diagnosis.answer.findings import Findings, collect
 from ins_eval.diagnosis.answer.invariants import violations
 from ins_eval.diagnosis.answer.rivals import rivals, with_experiments
-from ins_eval.diagnosis.answer.verdict import NO_MISMATCH, PARTLY, UNEXPLAINED, Diagnosis, FoundEffect, Withdrawn
+from ins_eval.diagnosis.answer.verdict import (
+    EXPLAINED,
+    NO_MISMATCH,
+    NOT_IDENTIFIABLE,
+    PARTLY,
+    UNEXPLAINED,
+    Diagnosis,
+    FoundEffect,
+    Rival,
+    Withdrawn,
+    channel_of,
+)
 from ins_eval.diagnosis.policy import Policy
 from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance
 from ins_eval.effects.vocabulary import VOCABULARY
@@ -62,14 +73,38 @@ def answered(
 
 
 def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:
-    """What is said under a verdict, without effects that would contradict it: those are left unexplained."""
+    """What is said under a verdict, without effects that would contradict it: those are left unexplained.
+
+    One above which a rival lies gives its place to that and is listed beside it.
+    """
     found = _said(findings, decision, policy)
     withdrawn: tuple[Withdrawn, ...] = ()
     while found.effects and (offending := violations(found)):
-        withdrawn += offending
-        decision, findings = without(findings, decision, {one.effect.hypothesis for one in offending})
+        dropped = {one.effect.hypothesis for one in offending}
+        above = [one for one in found.rivals if one.of in dropped and one.below_best < 0.0 and not one.beside]
+        if above:
+            decision, findings = exchanged(findings, decision, above[0])
+        else:
+            withdrawn += offending
+            decision, findings = without(findings, decision, dropped)
         found = _said(findings, decision, policy)
     return replace(found, withdrawn=withdrawn)
+
+
+def exchanged(findings: Findings, decision: Decision, rival: Rival) -> tuple[Decision, Findings]:
+    """The decision and the findings with a `rival`, the more probable of the two, in the place of its effect."""
+    linearisation, members = findings.linearisation, findings.linearisation.best.members
+    number = {one: k for k, one in enumerate(linearisation.hypotheses)}
+    k, other = number[rival.of], rival.hypothesis.candidate
+    before = findings.shown[members.index(k)]
+    channel = channel_of(other.name, other.axis, other.parameters)
+    now = replace(before, channel=channel, axis=other.axis or "")  # in whose place it stands, it shows where that does
+    shown, mismatches = (
+        tuple(now if one is before else one for one in places) for places in (findings.shown, decision.mismatches)
+    )
+    verdict = NOT_IDENTIFIABLE if decision.verdict == EXPLAINED else decision.verdict
+    found = replace(findings, linearisation=linearisation.exchanged(k, number[rival.hypothesis]), shown=shown)
+    return replace(decision, verdict=verdict, mismatches=mismatches), found
 
 
 def without(findings: Findings, decision: Decision, dropped: Collection[Hypothesis]) -> tuple[Decision, Findings]:
@@ -125,7 +160,7 @@ def _effects(linearisation: Linearisation) -> tuple[FoundEffect, ...]:
         gain = whole - linearisation.gain([j for j in members if j != k])
         one = linearisation.hypotheses[k]
         form = VOCABULARY[one.candidate.name].form
-        variance = covariance[i, i] + bent.get(one.key, 0.0) + (form * mean[i]) ** 2
+        variance = max(covariance[i, i], linearisation.scatter[i]) + bent.get(one.key, 0.0) + (form * mean[i]) ** 2
         found.append(
             FoundEffect(
                 hypothesis=one,

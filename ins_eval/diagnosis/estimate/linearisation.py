@@ -11,6 +11,7 @@ import numpy as np
 
 from ins_eval.diagnosis.estimate.held_out import held_out
 from ins_eval.diagnosis.estimate.refine import again
+from ins_eval.diagnosis.estimate.scatter import scattered
 from ins_eval.diagnosis.estimate.search import (
     Explanation,
     Space,
@@ -69,6 +70,15 @@ class Linearisation:
         _, scales = log_bayes_factor(a, b, centre)
         return posterior(a, b, centre, scales)
 
+    @cached_property
+    def scatter(self) -> np.ndarray:
+        """Variance (k,) of the coefficients of the best set by how they scatter from stretch to stretch."""
+        m = list(self.best.members)
+        mean, covariance = self.coefficients
+        noise_points = [one.noise_point for one in self.fitted]
+        model = [self.hypotheses[k] for k in m]
+        return scattered(self.cases, model, noise_points, mean - self.point[m], covariance)
+
     def chosen(self, scaled: bool = True) -> list[Hypothesis]:
         """The effects of the best set, each with a prior as wide as what was found."""
         m = list(self.best.members)
@@ -119,6 +129,12 @@ class Linearisation:
         kept = tuple(k for k in self.best.members if k not in dropped)
         gain = self.gain(kept)
         return replace(self, ranked=(Explanation(kept, gain, gain - self.space.cost * len(kept)), *self.ranked))
+
+    def exchanged(self, k: int, other: int) -> Linearisation:
+        """The same with hypothesis `other` in the place of member `k` of the best set; what was taken off stays."""
+        members = tuple(other if member == k else member for member in self.best.members)
+        gain = self.gain(members)
+        return replace(self, ranked=(Explanation(members, gain, gain - self.space.cost * len(members)), *self.ranked))
 
     def excluding(self, key: tuple) -> Linearisation:
         """The same without the sets that hold effects of the family `key`."""
