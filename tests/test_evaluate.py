@@ -53,7 +53,7 @@ def test_a_standstill_is_evaluated_anywhere(place, tmp_path):
 
 def test_a_standstill_of_thirty_hours_is_evaluated():
     found = evaluate_recording(standstill(34.0, 108.0, 400.0, hours=30.0, rate_hz=1.0))
-    assert found.floor["horizontal_m"] < FLOOR_M and found.floor["velocity_mps"] < FLOOR_MPS
+    assert found.floor.horizontal_m < FLOOR_M and found.floor.velocity_mps < FLOOR_MPS
     assert found.tree["navigation"]["end_s"] == 30.0 * 3600.0
 
 
