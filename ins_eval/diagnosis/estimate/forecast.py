@@ -42,11 +42,11 @@ if TYPE_CHECKING:
 
 BEGIN = "branch_begin"
 FACTOR_SPREAD = 1.0  # of the logarithm of the factor by which effects of a name are larger than usual
-WITHIN_PRIOR = 3.0
+WITHIN_PRIOR = 3.0  # sigmas of its prior within which an effect that was named lies
 WANDER = ("accelerometer_wander", "gyro_wander")
 CALIBRATED_RUNS = 4.0  # over which a calibrated constant is a mean: the positions of Paper A, section 3.1
 ROUNDING = 1e-9  # of a variance
-OF_DAY = 0.1  # of a prior's sigma, by which a coefficient differs from one recording to the next
+OF_DAY = 0.1  # of a prior's sigma, by which a coefficient differs from one recording to the next; by reasoning
 
 
 @dataclass(frozen=True, eq=False)
