@@ -3,7 +3,7 @@
 All persistent errors of all sensors are free at once, normal with the sigmas from which they were drawn, and so are the
 turn-on biases, the start and the branch on which each magnet begins. It knows every level of the noise, and linearises
 about the truth. It does not know time constants and widths: values on a grid stand side by side, each with its part of
-the variance.
+the variance. In a chamber it takes a magnet to begin alike in every run, which it does not.
 """
 
 from __future__ import annotations

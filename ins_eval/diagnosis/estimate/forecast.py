@@ -42,11 +42,12 @@ if TYPE_CHECKING:
 
 BEGIN = "branch_begin"
 FACTOR_SPREAD = 1.0  # of the logarithm of the factor by which effects of a name are larger than usual
-WITHIN_PRIOR = 3.0
+WITHIN_PRIOR = 3.0  # sigmas of its prior within which an effect that was named lies
 WANDER = ("accelerometer_wander", "gyro_wander")
 CALIBRATED_RUNS = 4.0  # over which a calibrated constant is a mean: the positions of Paper A, section 3.1
+LEAST = 1e-3  # nominal sizes of a bias that is said to be exact
 ROUNDING = 1e-9  # of a variance
-OF_DAY = 0.1  # of a prior's sigma, by which a coefficient differs from one recording to the next
+OF_DAY = 0.1  # of a prior's sigma, by which a coefficient differs from one recording to the next; by reasoning
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +90,8 @@ def forecast(
     navigated; `starts` noise from which that of each recording is sought.
     """
     of = pool(cases, named)
+    if not of.persistent:
+        return Forecast((), np.zeros(0), np.zeros((0, 0)))
     fitted = fit_noise(cases, of.columns, starts)
     quiet = [_quiet(case, one) for case, one in zip(cases, fitted, strict=True)]
     of = replace(of, sigma=of.sigma * np.exp(_factors(of, *_sums(cases, of, quiet))))
@@ -132,8 +135,7 @@ def persistent(one: Hypothesis) -> bool:
 
 
 def _prior_sigma(one: Hypothesis, cases: Sequence[Case]) -> float:
-    """One sigma of the prior in nominal sizes; of a constant bias that of a mean over a few turn-ons.
-    """
+    """One sigma of the prior in nominal sizes; of a constant bias that of a mean over a few turn-ons."""
     sensor, _, what = one.candidate.name.partition(".")
     if what != "bias":
         return 1.0
@@ -142,7 +144,7 @@ def _prior_sigma(one: Hypothesis, cases: Sequence[Case]) -> float:
         return 1.0
     belief = getattr(beliefs[0], sensor)
     stated = belief.bias_sigma_ug if sensor == "accelerometer" else belief.bias_sigma_deg_per_h
-    return float(stated) / np.sqrt(CALIBRATED_RUNS) / one.candidate.nominal
+    return max(LEAST, float(stated) / np.sqrt(CALIBRATED_RUNS) / one.candidate.nominal)
 
 
 def _begins(one: Hypothesis, found: Sequence[Hypothesis], sigma: float, count: int) -> list[Hypothesis]:
