@@ -160,13 +160,14 @@ def _effects(linearisation: Linearisation) -> tuple[FoundEffect, ...]:
         gain = whole - linearisation.gain([j for j in members if j != k])
         one = linearisation.hypotheses[k]
         form = VOCABULARY[one.candidate.name].form
-        variance = max(covariance[i, i], linearisation.scatter[i]) + bent.get(one.key, 0.0) + (form * mean[i]) ** 2
+        scattered = max(covariance[i, i], linearisation.scatter[i])
+        variance = scattered + bent.get(one.key, 0.0) + (form * mean[i]) ** 2
         found.append(
             FoundEffect(
                 hypothesis=one,
                 value=float(mean[i] * one.candidate.nominal),
                 sigma=float(np.sqrt(variance) * one.candidate.nominal),
-                probability=_probability(linearisation, k),
+                probability=_probability(linearisation, k, float(covariance[i, i] / scattered)),
                 log_evidence_gain=float(gain),
                 false_alarm_probability=float(min(1.0, np.exp(min(0.0, linearisation.space.cost - gain)))),
                 spread=spread.get(one.key, {}),
@@ -175,8 +176,11 @@ def _effects(linearisation: Linearisation) -> tuple[FoundEffect, ...]:
     return tuple(sorted(found, key=lambda one: -one.log_evidence_gain))
 
 
-def _probability(linearisation: Linearisation, k: int) -> float:
-    """Posterior probability of effect `k` among all families in its place."""
+def _probability(linearisation: Linearisation, k: int, trust: float) -> float:
+    """Posterior probability of effect `k` among all families in its place.
+
+    Where it scatters more than the noise allows for, nats count by `trust`, the share of its variance that is noise.
+    """
     of_family, _ = linearisation.places(k)
-    own = of_family[linearisation.space.families[k]]
-    return float(np.exp(own - logsumexp(np.append(of_family, linearisation.space.cost))))
+    own = trust * of_family[linearisation.space.families[k]]
+    return float(np.exp(own - logsumexp(np.append(trust * of_family, linearisation.space.cost))))
