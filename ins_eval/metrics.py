@@ -283,6 +283,10 @@ class Ratio(NamedTuple):
     high: float
     log_sd: float
 
+    def as_tree(self) -> dict[str, float | list[float]]:
+        """``{"ratio", "interval95"}``, as a ratio stands in every report."""
+        return {"ratio": self.ratio, "interval95": [self.low, self.high]}
+
 
 class Comparison(NamedTuple):
     """`arms[arm][measure]` and `ratios["arm/other"][measure]`, all from the same resampled instruments."""

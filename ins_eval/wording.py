@@ -6,10 +6,11 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
+from ins_eval import metrics
 from ins_eval.metrics import Estimate
 
 Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
-Ratio = Estimate | Mapping[str, Any]  # {"ratio": float, "interval95": [low, high]}
+Ratio = Estimate | metrics.Ratio | Mapping[str, Any]  # {"ratio": float, "interval95": [low, high]}
 Verdict = Literal["better", "worse", "open", "equal"]
 
 MISSING = "–"
@@ -131,7 +132,7 @@ def unbroken(text: str) -> str:
 
 def _three(ratio: Ratio) -> tuple[float, float, float]:
     """Ratio, low and high end."""
-    return tuple(ratio) if isinstance(ratio, Estimate) else (ratio["ratio"], *ratio["interval95"])
+    return ratio[:3] if isinstance(ratio, tuple) else (ratio["ratio"], *ratio["interval95"])
 
 
 def _alike(values: Sequence[float], signed: bool = False) -> list[str]:

@@ -8,9 +8,8 @@ a scale factor shows, `ensemble.response` says, without the errors of anything e
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import cosh, sqrt
-from typing import Any
 
 import numpy as np
 
@@ -18,9 +17,9 @@ from ins_eval import ensemble, metrics
 from ins_eval.earth import gravity, radii
 from ins_eval.ensemble import Plan, World
 from ins_eval.ensemble.ageing import Aged
-from ins_eval.ensemble.changes import ATTITUDES
 from ins_eval.ensemble.response import Response, response
 from ins_eval.imu import Mission
+from ins_eval.metrics import Estimate, Ratio
 from ins_eval.streams import Streams
 from ins_eval.units import PPM
 
@@ -32,6 +31,82 @@ MEASURES = ("velocity_rms_horizontal", "velocity_rms_down", "cep_rate_final")
 STEPS = (("drifted", "fresh"), ("self_calibrated", "drifted"), ("self_calibrated", "fresh"))  # new against old
 SHOWN_PPM = 100.0  # on one axis
 FREE_S = 600.0  # after which a vertical channel without barometer is shown
+
+
+@dataclass(frozen=True)
+class Gains:
+    """RMS over the units of drifts and of the error of the self-calibration."""
+
+    feedback_ppm: float
+    forward_ppm: float
+    torquer_ppm: float
+    current_ppm: float
+    warmer_c: float
+    estimate_error_ppm: float
+    estimate_error_ppm_per_c: float
+
+
+@dataclass(frozen=True)
+class WholeFlight:
+    """Horizontal velocity error by state, with the attitude found on the stand and given; their largest difference."""
+
+    found: Mapping[str, float]
+    given: Mapping[str, float]
+    difference: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Felt:
+    """Horizontal velocity error of a phase, or what a manoeuvre feeds in, there also of `SHOWN_PPM` on each axis."""
+
+    name: str
+    from_s: float
+    to_s: float
+    drifted_mps: float
+    self_calibrated_mps: float
+    axes_mps: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class VerticalChannel:
+    """Errors of the damped channel; what the drift makes of gravity, how far a free one is off after `FREE_S`."""
+
+    down_mps: float
+    height_m: float
+    felt_mps2: float
+    free_height_m: float
+
+
+@dataclass(frozen=True)
+class Alone:
+    """What scale-factor errors do by themselves, RMS over the instruments; manoeuvres have the largest first."""
+
+    whole_mps: WholeFlight
+    phases: tuple[Felt, ...]
+    manoeuvres: tuple[Felt, ...]
+    vertical: Mapping[str, VerticalChannel]
+
+
+@dataclass(frozen=True)
+class AgeingNumbers:
+    """What ageing does, the branch ``storage`` of ``metrics.json``.
+
+    scale_ppm       RMS of what ageing did to the scale factors of the instruments flown, by state
+    compensations   estimates by compensation, state and measure
+    change          ratios of one state to another ("new/old"), by compensation
+    hysteresis      ratios of refined hysteresis to simple compensation, by state
+    final_m         RMS distance of the last position from that of the same flight fresh, by compensation and state
+    """
+
+    years: float
+    size: int
+    gains: Gains
+    scale_ppm: Mapping[str, float]
+    compensations: Mapping[str, Mapping[str, Mapping[str, Estimate]]]
+    change: Mapping[str, Mapping[str, Mapping[str, Ratio]]]
+    hysteresis: Mapping[str, Mapping[str, Ratio]]
+    final_m: Mapping[str, Mapping[str, float]]
+    alone: Alone
 
 
 def plans(fresh: Plan, size: int, units: Aged) -> dict[str, tuple[Plan, int]]:
@@ -47,19 +122,8 @@ def numbers(
     plans: Mapping[str, tuple[Plan, int]],
     members: Mapping[str, list[dict[str, dict[str, np.ndarray]]]],
     units: Aged,
-) -> dict[str, Any]:
-    """What ageing does, from the finished `members` of `plans`, the fresh ones under "all".
-
-    An estimate is ``{"value", "interval95"}``, a ratio ``{"ratio", "interval95"}``.
-
-    gains           RMS over `units` of drifts and of the error of the self-calibration, in ppm
-    scale_ppm       RMS of what ageing did to the scale factors of the instruments flown
-    compensations   estimates by compensation, state and measure
-    change          ratios of one state to another, by compensation
-    hysteresis      ratios of refined hysteresis to simple compensation, by state
-    final_m         RMS distance of the last position from that of the same flight fresh, by compensation
-    alone           see `alone`
-    """
+) -> AgeingNumbers:
+    """What ageing does, from the finished `members` of `plans`, the fresh ones under "all"."""
     size = plans["storage/drifted"][1]
     labels = {"fresh": "all", **{state: f"storage/{state}" for state in AGED}}
     flown = {state: ensemble.stacked(members[label][:size]) for state, label in labels.items()}
@@ -74,90 +138,74 @@ def numbers(
         Streams(plans["all"][0].seed).at("storage", "bootstrap").rng(),
     )
 
-    def estimates(arm: str) -> dict[str, Any]:
-        return {measure: estimate.as_tree() for measure, estimate in compared.arms[arm].items()}
-
-    def ratios(new: str, old: str) -> dict[str, Any]:
-        found = compared.ratios[f"{new}/{old}"]
-        return {measure: {"ratio": r.ratio, "interval95": [r.low, r.high]} for measure, r in found.items()}
-
     def moved_m(name: str, state: str) -> float:
         track, fresh = (flown[s][name]["track_m"][:, -1] for s in (state, "fresh"))
         return _length_rms(track - fresh)
 
     worlds = {state: World(plans[labels[state]][0]) for state in AGED}
     scale_ppm = {state: _scale_ppm(world, size) for state, world in worlds.items()}
-    return {
-        "years": units.years,
-        "size": size,
-        "gains": _gains(units),
-        "scale_ppm": {state: _rms(ppm) for state, ppm in scale_ppm.items()},
-        "compensations": {n: {state: estimates(f"{n}/{state}") for state in STATES} for n in COMPENSATIONS},
-        "change": {n: {f"{a}/{b}": ratios(f"{n}/{a}", f"{n}/{b}") for a, b in STEPS} for n in COMPENSATIONS},
-        "hysteresis": {state: ratios(f"{hysteresis}/{state}", f"{simple}/{state}") for state in STATES},
-        "final_m": {n: {state: moved_m(n, state) for state in AGED} for n in COMPENSATIONS},
-        "alone": alone(worlds["drifted"].flight, scale_ppm),
-    }
+    arms, ratios = compared.arms, compared.ratios
+    return AgeingNumbers(
+        years=units.years,
+        size=size,
+        gains=_gains(units),
+        scale_ppm={state: _rms(ppm) for state, ppm in scale_ppm.items()},
+        compensations={n: {state: arms[f"{n}/{state}"] for state in STATES} for n in COMPENSATIONS},
+        change={n: {f"{a}/{b}": ratios[f"{n}/{a}/{n}/{b}"] for a, b in STEPS} for n in COMPENSATIONS},
+        hysteresis={state: ratios[f"{hysteresis}/{state}/{simple}/{state}"] for state in STATES},
+        final_m={n: {state: moved_m(n, state) for state in AGED} for n in COMPENSATIONS},
+        alone=alone(worlds["drifted"].flight, scale_ppm),
+    )
 
 
-def _gains(units: Aged) -> dict[str, float]:
+def _gains(units: Aged) -> Gains:
     error_ppm = units.estimate_ppm - units.feedback_ppm
     of_temperature_ppm = error_ppm + units.current_ppm
-    kept = ("feedback_ppm", "forward_ppm", "torquer_ppm", "current_ppm", "warmer_c")
-    return {
-        **{key: _rms(getattr(units, key)) for key in kept},
-        "estimate_error_ppm": _rms(error_ppm),
-        "estimate_error_ppm_per_c": _rms(of_temperature_ppm) / _rms(units.warmer_c),
-    }
+    return Gains(
+        _rms(units.feedback_ppm),
+        _rms(units.forward_ppm),
+        _rms(units.torquer_ppm),
+        _rms(units.current_ppm),
+        _rms(units.warmer_c),
+        estimate_error_ppm=_rms(error_ppm),
+        estimate_error_ppm_per_c=_rms(of_temperature_ppm) / _rms(units.warmer_c),
+    )
 
 
-def alone(mission: Mission, scale_ppm: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """What scale-factor errors (instruments, 3) in ppm do by themselves, by name; RMS over the instruments.
-
-    whole_mps    horizontal velocity error over the flight, with the attitude found on the stand and given, and the
-                 largest difference between the two
-    phases       horizontal velocity error over each phase of the profile
-    manoeuvres   what the accelerometers feed into the horizontal velocity from begin to end of each, the largest
-                 first, and what `SHOWN_PPM` on one axis feed in
-    vertical     velocity and height error of the damped channel; what the error makes of gravity, and how far a free
-                 channel is off after `FREE_S`
-    """
-    of = {alignment: response(mission, alignment) for alignment in ATTITUDES}
-    found, given = (of[alignment] for alignment in ATTITUDES)
-    return {
-        "whole_mps": {
-            **{
-                a: {s: _length_rms(_horizontal(ppm, r.velocity)) for s, ppm in scale_ppm.items()} for a, r in of.items()
-            },
-            "difference": {
-                s: float(np.abs(_horizontal(ppm, found.velocity - given.velocity)).max())
-                for s, ppm in scale_ppm.items()
-            },
-        },
-        "phases": _phases(mission, found, scale_ppm),
-        "manoeuvres": _manoeuvres(mission, found, scale_ppm),
-        "vertical": {state: _vertical(mission, found, ppm) for state, ppm in scale_ppm.items()},
-    }
+def alone(mission: Mission, scale_ppm: Mapping[str, np.ndarray]) -> Alone:
+    """What scale-factor errors (instruments, 3) in ppm, by state, do by themselves."""
+    found, given = (response(mission, alignment) for alignment in ("found", "given"))
+    difference = found.velocity - given.velocity
+    return Alone(
+        WholeFlight(
+            {s: _length_rms(_horizontal(ppm, found.velocity)) for s, ppm in scale_ppm.items()},
+            {s: _length_rms(_horizontal(ppm, given.velocity)) for s, ppm in scale_ppm.items()},
+            {s: float(np.abs(_horizontal(ppm, difference)).max()) for s, ppm in scale_ppm.items()},
+        ),
+        _phases(mission, found, scale_ppm),
+        _manoeuvres(mission, found, scale_ppm),
+        {state: _vertical(mission, found, ppm) for state, ppm in scale_ppm.items()},
+    )
 
 
-def _phases(mission: Mission, found: Response, scale_ppm: Mapping[str, np.ndarray]) -> list[dict[str, Any]]:
+def _phases(mission: Mission, found: Response, scale_ppm: Mapping[str, np.ndarray]) -> tuple[Felt, ...]:
     rows = []
     for phase in mission.profile.phase:
         inside = (found.time_s >= phase.from_s) & (found.time_s <= phase.to_s)
-        felt = {f"{s}_mps": _length_rms(_horizontal(ppm, found.velocity[:, inside])) for s, ppm in scale_ppm.items()}
-        rows.append({"name": phase.name, "from_s": max(phase.from_s, 0.0), "to_s": phase.to_s, **felt})
-    return rows
+        felt = {f"{s}_mps": _length_rms(_horizontal(scale_ppm[s], found.velocity[:, inside])) for s in AGED}
+        rows.append(Felt(phase.name, max(phase.from_s, 0.0), phase.to_s, **felt))
+    return tuple(rows)
 
 
-def _manoeuvres(mission: Mission, found: Response, scale_ppm: Mapping[str, np.ndarray]) -> list[dict[str, Any]]:
+def _manoeuvres(mission: Mission, found: Response, scale_ppm: Mapping[str, np.ndarray]) -> tuple[Felt, ...]:
     rows = []
     for name, begin_s, end_s in _flown(mission):
         first, last = np.searchsorted(found.time_s, (begin_s, end_s))
         fed_in = found.fed_in[:, last] - found.fed_in[:, first]
         of_axes = SHOWN_PPM * np.hypot(fed_in[:, 0], fed_in[:, 1])
-        felt = {f"{s}_mps": _length_rms(_horizontal(ppm, fed_in)) for s, ppm in scale_ppm.items()}
-        rows.append({"name": name, "from_s": begin_s, "to_s": end_s, **felt, "axes_mps": of_axes.tolist()})
-    return sorted(rows, key=lambda row: -row["drifted_mps"])
+        felt = {f"{s}_mps": _length_rms(_horizontal(scale_ppm[s], fed_in)) for s in AGED}
+        rows.append(Felt(name, begin_s, end_s, axes_mps=tuple(of_axes.tolist()), **felt))
+    return tuple(sorted(rows, key=lambda row: -row.drifted_mps))
 
 
 def _flown(mission: Mission) -> list[tuple[str, float, float]]:
@@ -177,18 +225,18 @@ def _flown(mission: Mission) -> list[tuple[str, float, float]]:
     return rows
 
 
-def _vertical(mission: Mission, found: Response, scale_ppm: np.ndarray) -> dict[str, float]:
+def _vertical(mission: Mission, found: Response, scale_ppm: np.ndarray) -> VerticalChannel:
     """A free channel feels its own height error as k^2 h, k^2 = 2 g / R: h = a (cosh k t - 1) / k^2."""
     start = mission.start(0.0, aligned=False)
     g = gravity(start.latitude_rad, start.height_m)
     k = sqrt(2.0 * g / np.mean(radii(start.latitude_rad)))
     felt_mps2 = g * PPM * _rms(scale_ppm[:, 2])
-    return {
-        "down_mps": _rms(np.tensordot(scale_ppm, found.velocity[..., 2], axes=1)),
-        "height_m": _rms(np.tensordot(scale_ppm, found.position[..., 2], axes=1)),
-        "felt_mps2": felt_mps2,
-        "free_height_m": felt_mps2 * (cosh(k * FREE_S) - 1.0) / k**2,
-    }
+    return VerticalChannel(
+        _rms(np.tensordot(scale_ppm, found.velocity[..., 2], axes=1)),
+        _rms(np.tensordot(scale_ppm, found.position[..., 2], axes=1)),
+        felt_mps2,
+        felt_mps2 * (cosh(k * FREE_S) - 1.0) / k**2,
+    )
 
 
 def _scale_ppm(world: World, size: int) -> np.ndarray:

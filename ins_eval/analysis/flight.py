@@ -202,10 +202,7 @@ def ensemble_numbers(
     for pair, ratios in compared.ratios.items():
         first, second = pair.split("/")
         result["improvement"][pair] = {
-            **{
-                measure: {"ratio": r.ratio, "interval95": [r.low, r.high], "log_sd": r.log_sd}
-                for measure, r in ratios.items()
-            },
+            **{measure: {**r.as_tree(), "log_sd": r.log_sd} for measure, r in ratios.items()},
             "fraction_improved": {
                 measure: exceedance(0.0, np.log(arms[second][measure] / arms[first][measure])).as_tree()
                 for measure in ("velocity_rms_horizontal", "cep_rate_final", "cep_rate_radial_error_rate_rms")

@@ -12,6 +12,7 @@ import numpy as np
 
 from ins_eval import ensemble
 from ins_eval.analysis import ageing, flight, missions
+from ins_eval.analysis.ageing import AgeingNumbers
 from ins_eval.analysis.flight import SHOWN_ARMS, Shown
 from ins_eval.compensation.check import require_sound
 from ins_eval.compensation.registry import load_model
@@ -19,6 +20,7 @@ from ins_eval.ensemble import ARMS, Plan, World
 from ins_eval.ensemble.ageing import Aged, aged
 from ins_eval.ensemble.linear import AGREED, Agreement, agreement, joined
 from ins_eval.metrics import DEFINITIONS, VelocityRms
+from ins_eval.tree import as_tree
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -66,11 +68,16 @@ class FlightStudy:
         return pd.concat(frames, names=["compensation"])
 
     @cached_property
+    def ageing(self) -> AgeingNumbers | None:
+        """What ageing does to the flight, None where nothing is said of it."""
+        return None if self.units is None else ageing.numbers(self.plans, self.members, self.units)
+
+    @cached_property
     def tree(self) -> dict[str, Any]:
         """The tree ``ins-eval-metrics/1`` of ``metrics.json``."""
         result = flight.numbers(self.plan, self.size, self.members, self.shown, self.names, self.users, self.agreed)
-        if self.units is not None:
-            result["storage"] = ageing.numbers(self.plans, self.members, self.units)
+        if self.ageing is not None:
+            result["storage"] = as_tree(self.ageing)
         if missions.LABEL in self.plans:
             result["missions"] = missions.numbers(self.plans, self.members, self.names, self.users)
         return result

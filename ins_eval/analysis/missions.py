@@ -20,6 +20,7 @@ from ins_eval.errors import UsageError
 from ins_eval.missions import Missions
 from ins_eval.profile import load
 from ins_eval.streams import Streams
+from ins_eval.tree import as_tree
 
 POPULATION = "worldwide"
 SIZE = 50  # what a report of a minute has time for; a sure sign in velocity takes some 400
@@ -112,8 +113,5 @@ def _on_flight(words: str, members: Sequence[dict[str, Any]], streams: Streams) 
     return {
         "words": words,
         "size": len(members),
-        "improvement": {
-            pair: {m: {"ratio": r.ratio, "interval95": [r.low, r.high]} for m, r in ratios.items()}
-            for pair, ratios in found.items()
-        },
+        "improvement": as_tree(found),
     }

@@ -43,4 +43,4 @@ def fly(
 def of_flights(found: FlightStudy) -> Result[FlightStudy]:
     """The result of instruments that were flown."""
     title = f"Flight report: {found.tree['profile']}"
-    return Result(title, found, found.tree, *flight_content(found.tree), partial(study_figures, found))
+    return Result(title, found, found.tree, *flight_content(found.tree, found.ageing), partial(study_figures, found))

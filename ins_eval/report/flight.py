@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ins_eval.analysis.ageing import AgeingNumbers
 from ins_eval.figures.style import LABEL, in_order, label
 from ins_eval.report import missions
 from ins_eval.report.ageing import ageing_blocks
@@ -48,10 +49,10 @@ from ins_eval.wording import (
 UNITS = {VELOCITY: "m/s", CEP: "nmi/h"}
 
 
-def flight_content(metrics: Mapping) -> tuple[str, list[Section]]:
+def flight_content(metrics: Mapping, ageing: AgeingNumbers | None = None) -> tuple[str, list[Section]]:
     """The answer (first line the verdict, second its terms) and the sections of the flight report.
 
-    `metrics` is the content of ``metrics.json``; a key that it lacks leaves out what needs it.
+    `metrics` is the content of ``metrics.json``; a key that it lacks leaves out what needs it, and so does `ageing`.
     """
     sections = [
         Section("The comparison", _comparison(metrics)),
@@ -62,7 +63,7 @@ def flight_content(metrics: Mapping) -> tuple[str, list[Section]]:
         Section("One flight proves little", _one_flight(metrics)),
         Section("Beside the published flight", beside_published(metrics)),
         Section("Where the error comes from", _budget(metrics)),
-        Section("After storage", ageing_blocks(metrics)),
+        Section("After storage", [] if ageing is None else ageing_blocks(ageing)),
         Section("The flight shown", _shown(metrics)),
         Section("Definitions and windows", definitions_table(metrics)),
         Section("Numeric floor and conditions", _conditions(metrics)),
@@ -325,7 +326,6 @@ def _shown(metrics: Mapping) -> list[Block]:
             "position_error",
             "Horizontal position error, as in Fig. 13c of the paper. Waves of 84.4 min are Schuler oscillations.",
         ),
-        *_alignment(metrics),
     ]
     return blocks if any(not isinstance(block, Picture) for block in blocks) else []
 
@@ -352,20 +352,6 @@ def _gps(metrics: Mapping) -> str:
         f"GPS: {gps['fixes']} fixes; {gps['outages']} outages of {fixed(gps.get('outage_s'), 0)} s together, the "
         f"longest {fixed(gps.get('longest_s'), 0)} s. Outage epochs count in no RMS."
     )
-
-
-def _alignment(metrics: Mapping) -> list[Block]:
-    rows = []
-    for key, value in (metrics.get("alignment") or {}).items():
-        unit = next(
-            ((end, u) for end, u in (("_deg", "°"), ("_mps", "m/s"), ("_s", "s"), ("_m", "m")) if key.endswith(end)),
-            None,
-        )
-        if isinstance(value, int | float) and unit:
-            rows.append(
-                (f"{key.removesuffix(unit[0]).replace('_', ' ')} [{unit[1]}]", f"{value:.4g}".replace("-", "−"))
-            )
-    return table("Alignment of the flight shown", ("quantity", "value"), rows)
 
 
 def _conditions(metrics: Mapping) -> list[Block]:
