@@ -172,6 +172,42 @@ def test_the_report_asks_for_nothing_and_shows_no_error(small_report: Path, tmp_
     assert visit.console == []
 
 
+ACTS = """<script>
+const field = document.querySelector(".filter"), rows = [...field.nextElementSibling.querySelectorAll("tbody tr")];
+field.value = rows[0].cells[0].textContent;
+field.dispatchEvent(new Event("input"));
+const count = (all) => document.querySelectorAll(all).length;
+document.querySelector("[data-open]").click();
+document.title = [rows.length, rows.filter((row) => !row.hidden).length,
+  count("details") - count("details[open]")].join(" ");
+</script>"""
+
+
+@needs_browser
+def test_tables_filter_and_sections_open(small_report: Path, tmp_path: Path) -> None:
+    """A script that the policy of the page would refuse clicks its buttons in a copy without it."""
+    document = (small_report / "index.html").read_text()
+    document = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", document, count=1)
+    page = tmp_path / "acted.html"
+    page.write_text(document.replace("</body>", f"{ACTS}</body>"))
+    visit = open_page(page, tmp_path)
+    (title,) = re.findall(r"<title>(.*?)</title>", visit.document)
+    rows, shown, closed = map(int, title.split())
+    assert 0 < shown < rows
+    assert closed == 0
+    assert (visit.requests, visit.console) == ([], [])
+
+
+@needs_browser
+def test_a_script_that_is_not_of_the_page_is_refused(small_report: Path, tmp_path: Path) -> None:
+    page = tmp_path / "foreign.html"
+    foreign = "<script>document.title = 'foreign'</script></body>"
+    page.write_text((small_report / "index.html").read_text().replace("</body>", foreign))
+    visit = open_page(page, tmp_path)
+    assert "<title>foreign</title>" not in visit.document
+    assert any("Content Security Policy" in line for line in visit.console)
+
+
 def test_the_report_is_one_file_and_its_links_lead_somewhere(small_report: Path) -> None:
     document = (small_report / "index.html").read_text()
     assert not_inline(document) == []

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from ins_eval.analysis.schuler import SCHULER_PERIOD_S
 from ins_eval.figures.style import (
     INK,
     QUIET,
@@ -22,7 +23,7 @@ from ins_eval.figures.style import (
     sheet,
     styled,
 )
-from ins_eval.units import NMI
+from ins_eval.units import HOUR, NMI
 from ins_eval.wording import small
 
 Spans = Sequence[tuple[float, float]]
@@ -30,6 +31,8 @@ Series = Mapping[str, np.ndarray]
 
 TIME_LABEL = "time since start of navigation [s]"
 PATH_STRETCH_LIMIT = 5.0  # a path thinner than this is drawn with a stretched short side
+RATES_NMI_PER_H = (0.8, 1.0)  # what a navigation-grade INS is sold by
+DWARFS, ROOM = 4.0, 1.6  # a curve so many times the next is cut at so many times that
 PHASE_TINTS = ("#f2f2f2", "#ffffff")
 
 
@@ -217,6 +220,7 @@ def position_error(
     shade(ax, outages, "GPS outage")
     ax.set(xlabel=TIME_LABEL, ylabel="radial error [nmi]")
     ax.set_ylim(bottom=0.0)
+    _rates_and_schuler(ax)
     _second_axis(ax, NMI / 1000.0, "km")
     legend_below(figure, ax)
     return figure
@@ -296,18 +300,42 @@ def activity(
 
 def _traces(ax: Axes, time_s, series: Series, bridged, suffix: Mapping[str, str]) -> None:
     """One line a compensation; bridged epochs dotted."""
-    limit = int(np.clip(3000 / max(len(series), 1), 400, 1000))  # keeps the file small however many lines
-    time_s = np.asarray(time_s, dtype=float)
+    points = int(np.clip(3000 / max(len(series), 1), 400, 1000))  # keeps the file small however many lines
+    time_s, limit = np.asarray(time_s, dtype=float), _limit([np.asarray(one, dtype=float) for one in series.values()])
     for name in in_order(series):
         values = np.asarray(series[name], dtype=float)
         style = {"color": colour(name), "linewidth": 1.0}
         seen = values if bridged is None else np.where(bridged, np.nan, values)
-        ax.plot(*decimate(time_s, seen, limit), **style, label=label(name) + suffix.get(name, ""))
+        beyond = " (goes beyond)" if limit is not None and np.nanmax(np.abs(values)) > limit else ""
+        ax.plot(*decimate(time_s, seen, points), **style, label=label(name) + suffix.get(name, "") + beyond)
         if bridged is not None and np.any(bridged):
             edge = np.convolve(np.asarray(bridged, dtype=float), np.ones(3), mode="same") > 0  # joins the solid line
-            ax.plot(*decimate(time_s, np.where(edge, values, np.nan), limit), **style, linestyle=(0, (1, 1.2)))
+            ax.plot(*decimate(time_s, np.where(edge, values, np.nan), points), **style, linestyle=(0, (1, 1.2)))
     ax.axhline(0.0, color=QUIET, linewidth=0.6, zorder=1)
     ax.set_xlim(float(time_s[0]), float(time_s[-1]))
+    if limit is not None:
+        ax.set_ylim(-limit, limit)
+
+
+def _limit(curves: Sequence[np.ndarray]) -> float | None:
+    """Where an axis is cut because one curve dwarfs the others and would leave them flat; None where none does."""
+    largest = sorted((float(np.nanmax(np.abs(one))) for one in curves if np.isfinite(one).any()), reverse=True)
+    if len(largest) < 2 or not largest[0] > DWARFS * largest[1] > 0.0:
+        return None
+    return ROOM * largest[1]
+
+
+def _rates_and_schuler(ax: Axes) -> None:
+    """Lines of 0.8 and 1 nmi/h, where they lie among the curves, and marks of the Schuler period."""
+    (begin_s, end_s), top = ax.get_xlim(), ax.get_ylim()[1]
+    for rate in RATES_NMI_PER_H:
+        if 0.05 * top < rate * end_s / HOUR < 20.0 * top:
+            times = np.linspace(begin_s, end_s, 50)
+            style = {"color": QUIET, "linewidth": 0.8, "linestyle": (0, (5, 3)) if rate == 1.0 else (0, (2, 2))}
+            ax.plot(times, rate * times / HOUR, **style, zorder=1.5, label=f"{rate:g} nmi/h")
+    for k in range(1, int(end_s // SCHULER_PERIOD_S) + 1):
+        label = "Schuler period, 84.4 min" if k == 1 else "_"
+        ax.axvline(k * SCHULER_PERIOD_S, color=QUIET, linewidth=0.6, linestyle=(0, (1, 3)), zorder=1.5, label=label)
 
 
 def _second_axis(ax: Axes, factor: float, text: str) -> None:

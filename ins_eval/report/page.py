@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,6 +18,8 @@ from ins_eval.printable import printable
 from ins_eval.report.content import Paragraph, Picture, Section, Table
 from ins_eval.wording import unbroken
 
+LEADING = ("improvement_per_instrument", "position_error", "before_and_after", "allan_deviation")
+
 
 def write_page(
     folder: str | Path,
@@ -28,7 +32,8 @@ def write_page(
 ) -> Path:
     """Write ``index.html`` and ``figures/<name>.svg`` into `folder` and return the path of the page.
 
-    The page asks for nothing outside itself and runs no script. A figure that no section mentions is shown at
+    The page asks for nothing outside itself, and may run no script but the one that comes with it. Of its figures the
+    first of `LEADING`, else the first of all, stands below the answer. A figure that no section mentions is shown at
     the end; a section's mention of a figure that does not exist is left out. Raises StorageError.
     """
     folder = Path(folder)
@@ -40,7 +45,12 @@ def write_page(
 
 
 def render(
-    *, title: str, answer: str, sections: Sequence[Section], drawings: Mapping[str, str], metrics: Mapping
+    *,
+    title: str,
+    answer: str,
+    sections: Sequence[Section],
+    drawings: Mapping[str, str],
+    metrics: Mapping,
 ) -> str:
     """The page as text; `drawings` name -> SVG."""
     environment = Environment(
@@ -63,10 +73,33 @@ def render(
         sections = [*sections, Section("Further figures", rest)]
     inline = {name: Markup(inline_svg(name, drawing)) for name, drawing in drawings.items()}
     facts = [f"{key} {metrics[key]}" for key in ("profile", "seed") if key in metrics]
+    blocks = [block for section in sections for block in section.blocks]
+    pictures = [block for block in blocks if isinstance(block, Picture) and block.name in inline]
+    script = _text("page.js")
     html = environment.get_template("page.html").render(
-        title=title, answer=answer, sections=sections, drawings=inline, facts=facts
+        title=title,
+        answer=answer,
+        sections=sections,
+        drawings=inline,
+        facts=facts,
+        lead=next(iter(sorted(pictures, key=_place)), None),
+        script=Markup(script),
+        script_hash=Markup(_hash(script)),
     )
     return printable(html, keep="\n\t")
+
+
+def _place(picture: Picture) -> int:
+    return LEADING.index(picture.name) if picture.name in LEADING else len(LEADING)
+
+
+def _text(name: str) -> str:
+    return (Path(__file__).parent / "templates" / name).read_text(encoding="utf-8").strip()
+
+
+def _hash(script: str) -> str:
+    """How a policy names the one script that it allows."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
 def embedded(
