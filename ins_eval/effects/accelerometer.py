@@ -66,7 +66,7 @@ EFFECTS = (
     ),
     _of(
         name="accelerometer.scale",
-        physics="torque of the magnet and the loop's current, constant",
+        physics="constant error of the scale factor, as from the magnet of a force-rebalance loop",
         unit="ppm", si=PPM, nominal=100.0, multipliers=("f",),
         excited_by=FORCES, reference=f"{PAPER}, eq. (11), gamma; Table 1, repeatability 80 ppm",
     ),

@@ -48,7 +48,7 @@ def _what(found: Mapping) -> list[str]:
     lines = []
     for one in found["effects"]:
         which = f"{effect_words(one)}: {amount(one)}; " if several else ""
-        words = f"{which}probability {probability(one['probability'])}; chance alone would do as much in {rare(one)}"
+        words = f"{which}probability {probability(one['probability'])}; noise alone reaches it in {rare(one)}"
         lines.append(f"{sentence(words)} In words: {VOCABULARY[one['name']].physics}.")
     return lines
 
@@ -64,7 +64,7 @@ def _spoken(one: Mapping, several: bool) -> str:
     words = f"; {one['where']}" if one["where"] else ""
     sigma = fixed(one["significance_sigma"], 1)
     when = f"{begin:.0f} to {end:.0f} s{words}"
-    return sentence(f"{channel(one['channel'])}{of}, {when}: {sigma} sigma after having looked everywhere")
+    return sentence(f"{channel(one['channel'])}{of}, {when}: {sigma} σ, with every channel and interval searched")
 
 
 def _how_sure(tree: Mapping) -> list[str]:
@@ -159,10 +159,10 @@ def _remainder(found: Mapping) -> list[str]:
         return []
     sigma = fixed(left["significance_sigma"], 1)
     if left["channel"] is None:
-        return [f"Nothing significant is left beside {_them(found)} ({sigma} sigma)."]
+        return [f"Nothing significant stays unexplained ({sigma} sigma)."]
     begin, end = left["interval_s"]
     where = f"{channel(left['channel'])}, {begin:.0f} to {end:.0f} s"
-    return [f"Left beside {_them(found)}: {where}, {sigma} sigma; look there next."]
+    return [f"Still unexplained: {where}, {sigma} sigma; look there next."]
 
 
 def _withdrawn(found: Mapping) -> list[str]:

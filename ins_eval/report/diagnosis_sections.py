@@ -24,15 +24,15 @@ from ins_eval.report.diagnosis_words import (
 from ins_eval.wording import MISSING, fixed, joined, sentence
 
 NOISE = (
-    ("velocity_random_walk_ug_per_sqrt_hz", "velocity random walk [ug/sqrt(Hz)]", 2),
+    ("velocity_random_walk_ug_per_sqrt_hz", "velocity random walk [µg/√Hz]", 2),
     ("angle_random_walk_deg_per_sqrt_h", "angle random walk [deg/sqrt(h)]", 5),
-    ("accelerometer_wander_ug", "wander of the accelerometers [ug]", 2),
+    ("accelerometer_wander_ug", "wander of the accelerometers [µg]", 2),
     ("gyro_wander_deg_per_h", "wander of the gyros [deg/h]", 5),
     ("slow_position_m", "slow error of position [m]", 2),
     ("slow_position_time_s", "its correlation time [s]", 0),
     ("slow_velocity_mps", "slow error of velocity [m/s]", 4),
     ("slow_velocity_time_s", "its correlation time [s]", 0),
-    ("slow_output_ug", "slow error of the output [ug]", 2),
+    ("slow_output_ug", "slow error of the output [µg]", 2),
     ("slow_output_time_s", "its correlation time [s]", 0),
 )
 BEST = 5  # families in the table of the evidence
@@ -90,6 +90,12 @@ def _left_out(tree: Mapping) -> list[Block]:
     return [*blocks, *_against_drive(tree, True), *_before_and_after(tree)]
 
 
+def _caption(name: str, explained: bool) -> str:
+    if explained:
+        return f"Error of {name} with one standard deviation: over time, and over what the effect multiplies."
+    return f"Error of {name} with one standard deviation, which no effect explains."
+
+
 def _against_drive(tree: Mapping, explained: bool) -> list[Block]:
     """What data find in a channel by themselves, of the channels that an effect explains or of those that none does."""
     blocks: list[Block] = []
@@ -99,13 +105,13 @@ def _against_drive(tree: Mapping, explained: bool) -> list[Block]:
         name = channel(one["channel"])
         if explained:
             words = (
-                f"What data find in {name} by themselves, window by window, against {one['effect']}: it accounts for "
-                f"{100.0 * one['share']:.0f} % of the square of what was found."
+                f"Error of {name} estimated in each window without a model, beside {one['effect']}: it explains "
+                f"{100.0 * one['share']:.0f} % of its mean square."
             )
         else:
             beside = " beside the effects" if tree["diagnosis"]["effects"] else ""
-            words = f"What data find in {name}{beside}, against time and, where it was recorded, the temperature."
-        blocks += [*paragraphs(words), Picture(one["figure"], "The same as a figure.")]
+            words = f"Error of {name} estimated in each window{beside}, over time and, if recorded, temperature."
+        blocks += [*paragraphs(words), Picture(one["figure"], _caption(name, explained))]
     return blocks
 
 
@@ -223,14 +229,15 @@ def _unexplained(tree: Mapping) -> list[Block]:
     sigma = fixed(left["significance_sigma"], 1)
     if left["channel"] is None:
         return paragraphs(
-            f"The most remarkable interval that is left has {sigma} sigma after having looked everywhere: nothing is "
-            "left that noise would not make."
+            f"The largest residual that is left has {sigma} σ, with every channel and interval searched: no more "
+            "than noise makes."
         )
     begin, end = left["interval_s"]
     beside = "Beside the effects, " if found["effects"] else ""
     words = (
-        f"{beside}{channel(left['channel'])} is disturbed from {begin:.0f} to {end:.0f} s, {sigma} sigma after having "
-        "looked everywhere; no effect of the vocabulary and nothing composed of a recorded column accounts for it"
+        f"{beside}{channel(left['channel'])} is disturbed from {begin:.0f} to {end:.0f} s, {sigma} σ, with every "
+        "channel and interval searched; no effect of the vocabulary and nothing composed of a recorded column "
+        "accounts for it"
     )
     return [*paragraphs(sentence(words)), *_against_drive(tree, False)]
 
@@ -303,4 +310,4 @@ def _turned_on(tree: Mapping) -> list[Block]:
 def _with_sigma(value: float, sigma: float) -> str:
     """Both with as many decimals as make two figures of sigma."""
     digits = max(0, 1 - floor(log10(sigma))) if sigma > 0.0 else 3
-    return f"{fixed(value, digits)} +- {fixed(sigma, digits)}"
+    return f"{fixed(value, digits)} ± {fixed(sigma, digits)}"

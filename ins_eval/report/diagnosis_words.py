@@ -100,7 +100,7 @@ def rare(one: Mapping) -> str:
     """In how many recordings without an effect one is found by chance."""
     value = one["false_alarm_probability"]
     if value < AS_GOOD_AS_NEVER:
-        return "fewer than one in a million recordings"
+        return "fewer than one recording in a million"
     return f"{figures(100.0 * value, 2)} % of recordings"
 
 

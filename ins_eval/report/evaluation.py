@@ -278,7 +278,11 @@ def _alignment(start: StartAttitude) -> list[Block]:
     return [
         *paragraphs(where, _heading(start)),
         *table("Attitude at the end of the alignment", ("angle", "value"), rows),
-        Picture("activity", "How restless the recording is over time; the shaded stretch was used for the alignment."),
+        Picture(
+            "activity",
+            "Standard deviation of specific force and angular rate in windows of a second; the shaded stretch was used "
+            "for the alignment.",
+        ),
         Picture(
             "attitude",
             "Roll, pitch and heading while navigating. Of a parked vehicle a slow drift is the gyros'; a step is "
@@ -301,7 +305,7 @@ def _found_start(start: FoundStart) -> str:
         f"The recording states no attitude. It was found from {start.window_s[0]:.0f} to {start.window_s[1]:.0f} s by "
         f"least squares, from rest, motion and the fixes: roll and pitch to {fixed(start.roll_pitch_sigma_deg)}°, "
         f"heading to {fixed(start.heading_sigma_deg)}°, velocity to {fixed(max(start.velocity_sigma_mps))} m/s (1 σ). "
-        f"Taken off are gyro biases of {gyro_bias} deg/h and accelerometer biases of {accelerometer_bias} ug, scale "
+        f"Taken off are gyro biases of {gyro_bias} deg/h and accelerometer biases of {accelerometer_bias} µg, scale "
         f"factor errors of {gyro_scale} ppm (gyros) and {accelerometer_scale} ppm (accelerometers) (x, y, z, with "
         "1 σ)."
     )

@@ -35,7 +35,7 @@ def grade_section(grade: Grade | None) -> Section:
     ]
     note = (
         "Value [95 % interval]; below: no more than that is seen. Gyros in deg/sqrt(h), deg/h and deg/h/sqrt(h), "
-        "accelerometers in ug/sqrt(Hz), ug and ug/sqrt(s)."
+        "accelerometers in µg/√Hz, µg and µg/√s."
     )
     blocks += table("Noise at rest", ("", "white noise N", "flicker B", "random walk K"), rows, note)
     if rows:
@@ -117,7 +117,7 @@ def _where(grade: Grade) -> str:
 def _offsets(grade: Grade) -> list[tuple[str, str, str]]:
     found = {f"gyro {axis} [deg/h]": offset for axis, offset in grade.gyro_offset_deg_per_h.items()}
     if (force := grade.force_offset_ug) is not None:
-        found["norm of specific force [ug]"] = force
+        found["norm of specific force [µg]"] = force
     return [(name, f"{offset.value:.4g}", f"{offset.sigma:.2g}") for name, offset in found.items()]
 
 

@@ -133,7 +133,7 @@ def _single_flight(metrics: Mapping) -> str:
         return f"{text}: here even a single flight would nearly always show the sign, though not the size."
     return (
         f"{text}; {100.0 * (1.0 - entry['value']):.0f} % do not. A single flight, like the one of the paper, therefore "
-        "cannot establish an improvement. Nor has it a CEP, which needs many flights: it has a radial error rate."
+        "cannot establish an improvement. One flight has no CEP, which takes many flights; it has a radial error rate."
     )
 
 

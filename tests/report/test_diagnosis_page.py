@@ -171,13 +171,13 @@ def test_the_first_line_states_the_verdict(verdict: str) -> None:
 def test_the_lines_below_say_where_how_sure_and_what_it_gains() -> None:
     said, _ = diagnosis_content(tree("explained"))
     for words in (
-        "Probability 0.97; chance alone would do as much in 0.040 % of recordings",
+        "Probability 0.97; noise alone reaches it in 0.040 % of recordings",
         VOCABULARY["accelerometer.bias_creep"].physics,
-        "Accelerometer z, 5400 to 7900 s; descent, dT/dt > 0: 9.1 sigma",
+        "Accelerometer z, 5400 to 7900 s; descent, dT/dt > 0: 9.1 σ",
         "the next, accelerometer bias drift, z, lies 5.1 nats below",
         "velocity RMS north 1.40 to 1.19 m/s and east 1.36 to 1.09 m/s; radial error rate 1.54 to 1.29 nmi/h",
         "misfit on data that were not used 14.2 to 1.03 (placebo 13.8)",
-        "Nothing significant is left beside it (1.1 sigma)",
+        "Nothing significant stays unexplained (1.1 sigma)",
     ):
         assert words in said
 
@@ -201,10 +201,10 @@ def test_a_rival_comes_with_the_experiment_that_would_tell() -> None:
 
 def test_what_is_left_is_named_as_the_next_place_to_look() -> None:
     said, sections = diagnosis_content(tree("partly explained"))
-    assert "Left beside it: gyro x, 100 to 900 s, 6.2 sigma; look there next." in said
+    assert "Still unexplained: gyro x, 100 to 900 s, 6.2 sigma; look there next." in said
     words = " ".join(one.text for one in blocks(sections, "What stays unexplained", Paragraph))
     assert words.startswith("Beside the effects, gyro x is disturbed from 100 to 900 s")
-    assert "What data find in gyro x beside the effects" in words
+    assert "Error of gyro x estimated in each window beside the effects" in words
 
 
 def test_no_mismatch_says_how_near_the_nearest_came() -> None:
@@ -223,9 +223,9 @@ def test_several_effects_and_recordings_each_have_their_line() -> None:
     said, _ = diagnosis_content(told)
     assert said.startswith("climb, cruise, landing and second: explained by 2 effects.")
     assert "Accelerometer bias creep, x: 4.8 ug/degC" in said
-    assert "probability above 0.999; chance alone would do as much in fewer than one in a million recordings" in said
+    assert "probability above 0.999; noise alone reaches it in fewer than one recording in a million" in said
     assert "Accelerometer z of climb, cruise, landing, 5400" in said
-    assert "Nothing significant is left beside them" in said
+    assert "Nothing significant stays unexplained" in said
 
 
 def test_what_cannot_be_shown_is_listed_once_for_each_name() -> None:

@@ -42,7 +42,7 @@ def _phase(model: ErrorModel, inside: np.ndarray) -> str:
         "standing": speed < STANDING_MPS,
         "climb": (speed >= STANDING_MPS) & (climb > CLIMB_MPS),
         "descent": (speed >= STANDING_MPS) & (climb < -CLIMB_MPS),
-        "level flight": (speed >= STANDING_MPS) & (np.abs(climb) <= CLIMB_MPS),
+        "level": (speed >= STANDING_MPS) & (np.abs(climb) <= CLIMB_MPS),
     }
     if phases["standing"].mean() > MOST:
         return ""
