@@ -226,7 +226,7 @@ def test_pages_say_first_what_is_believed(tmp_path) -> None:
     recording = parked(120.0, offset_radps=np.zeros(3), arw=0.002, vrw=10.0, start=AIMED)
     for result in (evaluate(recording), compare(recording)):
         assert result.sections[0].heading == "What is believed"
-        rows = {row.key: row for row in result.metrics["belief"]}
+        rows = {row["key"]: row for row in result.metrics["belief"]}
         assert "data sheets of grade navigation" in rows["[gyro] bias_sigma_deg_per_h"]["source"]
         assert rows["[gyro] bias_sigma_deg_per_h"]["source"] in str(result).replace("\n", " ")
     assert "What grade it is" in str(evaluate(recording))

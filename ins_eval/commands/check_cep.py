@@ -26,11 +26,11 @@ def run(
     profile: str,
     seed: int,
     workers: int | None,
-    scheduler: str | None,
     quiet: bool,
     size: int | None = None,
     commit: bool = False,
     json: Path | None = None,
+    scheduler: str | None = None,
 ) -> int:
     """Run the ensembles, print each condition and each control, raise GateNotMet where one does not hold.
 

@@ -13,11 +13,11 @@ from ins_eval.interface.read import read
 def run(
     recording_folder: Path,
     output: Path | None,
-    json: Path | None,
-    export: Sequence[str],
     quiet: bool,
     use_found_offset: bool = False,
     unit: str | None = None,
+    json: Path | None = None,
+    export: Sequence[str] = (),
 ) -> int:
     """Read a recording, compare it with its reference, write the report into `output` and print its text.
 

@@ -37,8 +37,8 @@ class Options:
 def run(
     output: Path,
     workers: int | None,
-    json: Path | None,
     quiet: bool,
+    json: Path | None = None,
     export: Sequence[str] = (),
     scheduler: str | None = None,
     **options: Any,

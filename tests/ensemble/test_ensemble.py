@@ -160,7 +160,8 @@ def test_finished_members_are_not_computed_again(plan: Plan, tmp_path: Path, mon
     assert [in_bytes(m) for m in again["a"]] == [in_bytes(m) for m in first["a"]]
 
 
-def test_progress_shows_the_time_to_go(plan: Plan, tmp_path: Path, capsys) -> None:
+def test_progress_shows_the_time_to_go(plan: Plan, tmp_path: Path, capsys, monkeypatch) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     ensemble.run({"a": (plan, 2)}, tmp_path / "shown", workers=1, quiet=False)
     shown = capsys.readouterr().err
     assert "instruments" in shown and "2/2" in shown

@@ -227,7 +227,7 @@ def test_every_number_of_the_form_has_limits() -> None:
         for name, field in model.model_fields.items():
             if "float" in str(field.annotation) and limits_of(name) == OTHER:
                 without.append(name)
-    counts = {"alpha", "beta", "eta", "epsilon", "mu", "gamma", "value", "branch_begin"}
+    counts = {"alpha", "beta", "eta", "epsilon", "mu", "gamma", "value", "root", "branch_begin"}
     assert set(without) <= counts
     for low, high in (*BY_UNIT.values(), *BY_NAME.values(), OTHER):
         assert low < high and np.isfinite(high * high)

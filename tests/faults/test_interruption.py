@@ -156,7 +156,7 @@ def test_lost_worker_is_one_sentence_and_the_rest_is_kept(commands, members, ass
     os.kill(workers_of(process.pid)[0], signal.SIGKILL)
     _, errors = process.communicate()
     assert process.returncode > 0
-    assert "finished instruments are kept" in assert_sentence(errors)
+    assert "what was finished is kept" in assert_sentence(errors)
     before = members(folder)
     assert 2 <= len(before) < MANY
     assert main(commands.check_cep(folder)) == 0
