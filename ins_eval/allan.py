@@ -25,6 +25,8 @@ LARGEST_FACTOR = 1e4  # of a coefficient squared, where nothing bounds it from a
 LEAST_SKEWNESS = 1.6e-5  # below it a distribution counts as normal
 LEAST_SAMPLES = 32
 MISFIT_CHANCE = 1e-3
+MOST_LEFT_OUT = 7  # octaves at the short end, up to 64 samples
+MARGIN = 2  # further octaves where some are: what they lack is too little to be seen as a misfit, and biases
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,11 +101,36 @@ def fit_noise(seen: AllanDeviation) -> NoiseFit | None:
 
         cov(s2_i, s2_j) = (2 / count) integral |H_i|^2 |H_j|^2 S^2 df,   |H_m|^2 = 2 sin^4(pi m f) / (m sin(pi f))^2
 
-    with f in cycles a sample. Where the four terms do not make what was seen, every interval is widened by the misfit.
+    with f in cycles a sample. A filter within a sensor, or a trapezoid between two rates, makes neighbouring samples
+    alike: white noise then lies low at times of a few samples (a trapezoid: by 1 - 3/(4m) in variance). Where the four
+    terms do not make what was seen but do make it without the shortest times, these and `MARGIN` octaves more are left
+    out. Where they do not make that either, every interval is widened by the misfit.
     """
     octaves = _octaves(seen)
     if octaves.size <= len(TERMS) or not (seen.deviation[octaves] > 0.0).all():
         return None
+    fewer = min(MOST_LEFT_OUT, octaves.size - len(TERMS) - 1)
+    for left_out in range(fewer + 1):
+        fitted = _fitted(seen, octaves[left_out:])
+        if fitted[1] == 1.0:
+            break
+    else:
+        left_out, fitted = 0, _fitted(seen, octaves)
+    if left_out:
+        fitted = _fitted(seen, octaves[min(left_out + MARGIN, fewer) :])
+    theta, excess, squared, covariance, spectra = fitted
+    design = _model(spectra.tau_s)
+    found = []
+    for k in range(len(TERMS)):
+        used = [j for j in range(len(TERMS)) if theta[j] > 0.0 or j == k]  # unbiased beside what is seen
+        weighted = np.linalg.solve(covariance, design[:, used])
+        weights = np.linalg.solve(design[:, used].T @ weighted, weighted.T)[used.index(k)]
+        found.append(_coefficient(k, theta, weights, squared, (spectra, excess)))
+    return NoiseFit(*found)
+
+
+def _fitted(seen: AllanDeviation, octaves: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, np.ndarray, _Spectra]:
+    """Coefficients squared (4,), misfit, variances seen (t,), their covariance and spectra at the rows `octaves`."""
     tau_s, squared, counts = seen.tau_s[octaves], seen.deviation[octaves] ** 2, seen.counts[octaves]
     design = _model(tau_s)
     spectra = _Spectra(seen.interval_s, np.rint(tau_s / seen.interval_s), counts)
@@ -115,13 +142,7 @@ def fit_noise(seen: AllanDeviation) -> NoiseFit | None:
         theta = nnls(scaled / size, half @ squared)[0] / size
         covariance = spectra.covariance(theta)
     excess = _excess(squared - design @ theta, covariance, int(np.count_nonzero(theta)))
-    found = []
-    for k in range(len(TERMS)):
-        used = [j for j in range(len(TERMS)) if theta[j] > 0.0 or j == k]  # unbiased beside what is seen
-        weighted = np.linalg.solve(covariance, design[:, used])
-        weights = np.linalg.solve(design[:, used].T @ weighted, weighted.T)[used.index(k)]
-        found.append(_coefficient(k, theta, weights, squared, (spectra, excess)))
-    return NoiseFit(*found)
+    return theta, excess, squared, covariance, spectra
 
 
 def _excess(residual: np.ndarray, covariance: np.ndarray, terms: int) -> float:
@@ -148,6 +169,7 @@ class _Spectra:
     """Filters of the Allan variance and spectra of the terms at frequencies (q,) in cycles a sample."""
 
     def __init__(self, interval_s: float, sizes: np.ndarray, counts: np.ndarray):
+        self.tau_s = sizes * interval_s
         f = np.geomspace(1e-3 / sizes[-1], 0.5, FREQUENCIES)
         self._width = 2.0 * np.gradient(f)  # both signs of frequency
         sine = np.sin(np.pi * f)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from ins_eval import allan
 from ins_eval.allan import TERMS, allan_deviation, fit_noise
 
 SAME = 1e-9  # relative, of the same sums in another order
@@ -112,3 +113,26 @@ def test_intervals_hold_in_95_percent(size: dict[str, float]) -> None:
     for term in TERMS:
         assert hits[term] >= 0.93 * trials, (term, hits)
         assert hits[term] <= 0.97 * trials or term not in size, (term, hits)
+
+
+FILTERED_RUNS, FILTERED_SAMPLES = 10, 30_000
+FILTERED_SHARE, FEWEST_COVERED = 0.08, 7  # of white noise on average; of intervals of 95 %
+
+
+@pytest.mark.parametrize("left_out", [allan.MOST_LEFT_OUT, 0])
+def test_white_noise_behind_a_trapezoid(monkeypatch: pytest.MonkeyPatch, left_out: int) -> None:
+    """Rates become increments by the trapezoid, which halves white noise at the shortest time: N stays what it was.
+
+    Without the octaves that are left out it does not.
+    """
+    monkeypatch.setattr(allan, "MOST_LEFT_OUT", left_out)
+    rng, step_s = np.random.default_rng(17), 0.02
+    found = []
+    for _ in range(FILTERED_RUNS):
+        rates = rng.standard_normal(FILTERED_SAMPLES) / np.sqrt(step_s)  # N = 1
+        rates += np.cumsum(rng.standard_normal(FILTERED_SAMPLES)) * 0.02 * np.sqrt(step_s)
+        increments = 0.5 * (rates[1:] + rates[:-1])
+        found.append(fit_noise(allan_deviation([increments], step_s, 3)).white)
+    covered = sum(one.low <= 1.0 <= one.high for one in found)
+    right = abs(np.mean([one.value for one in found]) - 1.0) < FILTERED_SHARE and covered >= FEWEST_COVERED
+    assert right == (left_out > 0)
