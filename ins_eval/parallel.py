@@ -10,6 +10,7 @@ Source: Rocklin, Dask: Parallel Computation with Blocked Algorithms and Task Sch
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import os
 import signal
@@ -33,6 +34,7 @@ Found = TypeVar("Found")
 
 # Else memory of large arrays goes back to the system at once and is cleared again for the next: four times slower.
 KEEP_MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(2**25), "MALLOC_TRIM_THRESHOLD_": str(2**28)}  # bytes
+MALLOPT = {"MALLOC_MMAP_THRESHOLD_": -3, "MALLOC_TRIM_THRESHOLD_": -1}  # numbers of the same in `mallopt` of glibc
 REACHED_WITHIN_S = 10.0  # a scheduler
 
 
@@ -123,8 +125,18 @@ def _at_worker(code: str, work: Callable[..., Found], arguments: tuple[Any, ...]
             "--scheduler: a worker has another version of ins_eval than this machine, expected the same everywhere; "
             "install this one there and start its workers again"
         )
+    _keep_memory()
     threadpool_limits(1)  # for good: jobs that share a process would switch it for one another
     return work(*arguments)
+
+
+@cache
+def _keep_memory() -> None:
+    """What `KEEP_MEMORY` asks for, in a process that others have started; where its C library knows of it."""
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if os.name == "posix" else None
+    for name, parameter in MALLOPT.items():
+        if mallopt is not None:
+            mallopt(parameter, int(KEEP_MEMORY[name]))
 
 
 def code_digest() -> str:
