@@ -22,21 +22,26 @@ thermal = {self_heating_c = 1.0}
 """
 
 
+def commands(folder: Path) -> list[list[str]]:
+    """One of each, on the profile ``short.toml`` of a folder."""
+    recording = str(folder / "short")
+    return [
+        ["simulate", "flight", "--profile", str(folder / "short.toml"), "--rate", "20", "-o", recording, "--quiet"],
+        ["evaluate", recording, "-o", str(folder / "page"), "--quiet"],
+        ["diagnose", recording, "-o", str(folder / "diagnosis"), "--quiet"],
+        ["flight-report", "--ensemble", "2", "--workers", "1", "-o", str(folder / "flight"), "--quiet"],
+    ]
+
+
 def main() -> int:
-    """Run one of each."""
+    """Run them; returns the exit code of the first that fails."""
     print("make env: compiling what runs in machine code, about a minute", flush=True)
     with TemporaryDirectory() as where:
-        folder = Path(where)
-        profile, recording = folder / "short.toml", folder / "short"
-        profile.write_text(PROFILE)
-        for words in (
-            ["simulate", "flight", "--profile", str(profile), "--rate", "20", "-o", str(recording), "--quiet"],
-            ["evaluate", str(recording), "--output", str(folder / "page"), "--quiet"],
-            ["diagnose", str(recording), "--report", str(folder / "diagnosis"), "--quiet"],
-            ["flight-report", "--ensemble", "2", "--workers", "1", "--output", str(folder / "flight"), "--quiet"],
-        ):
+        (Path(where) / "short.toml").write_text(PROFILE)
+        for words in commands(Path(where)):
             print(f"make env: {words[0]}", flush=True)
-            run(words)
+            if code := run(words):
+                return code
     return 0
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from ins_eval import prepare
 from ins_eval.cli import SHELLS, leaves, main, make_parser
 from ins_eval.progress import progress
 
@@ -117,3 +118,8 @@ def test_progress_is_a_bar_on_a_terminal_and_lines_elsewhere(
         lines = text.splitlines()
         assert len(lines) >= 3 and "\r" not in text
         assert all(line.startswith(f"instruments: {min(k, 3)} of 3 after 00:00") for k, line in enumerate(lines[:4]))
+
+
+def test_what_an_install_compiles_is_asked_for_as_verbs_are(tmp_path) -> None:
+    for words in prepare.commands(tmp_path):
+        make_parser().parse_args(words)
