@@ -110,13 +110,15 @@ def fit_noise(seen: AllanDeviation) -> NoiseFit | None:
     if octaves.size <= len(TERMS) or not (seen.deviation[octaves] > 0.0).all():
         return None
     fewer = min(MOST_LEFT_OUT, octaves.size - len(TERMS) - 1)
-    for left_out in range(fewer + 1):
+    fitted = whole = _fitted(seen, octaves)
+    left_out = 0
+    while fitted[1] > 1.0 and left_out < fewer:
+        left_out += 1
         fitted = _fitted(seen, octaves[left_out:])
-        if fitted[1] == 1.0:
-            break
-    else:
-        left_out, fitted = 0, _fitted(seen, octaves)
-    if left_out:
+    short = octaves[:left_out]
+    if fitted[1] > 1.0 or (seen.deviation[short] ** 2 > _model(seen.tau_s[short]) @ fitted[0]).any():
+        fitted = whole  # what lies above the terms, a spike or a vibration, no filter has made
+    elif left_out:
         fitted = _fitted(seen, octaves[min(left_out + MARGIN, fewer) :])
     theta, excess, squared, covariance, spectra = fitted
     design = _model(spectra.tau_s)
