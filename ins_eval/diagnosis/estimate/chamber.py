@@ -191,7 +191,8 @@ class ChamberCandidates:
             if effect.enters not in (ACCELEROMETER, "temperature") or not possible(effect, self.given):
                 continue
             constant = effect.multipliers == ("1",) and effect.slow == "1"  # as the constant of a run is
-            if effect.enters == ACCELEROMETER and (constant or effect.multipliers[0] not in OF_INPUT):
+            jumps = effect.slow == "step"  # any ramp whose temperature is not known would pass for one
+            if effect.enters == ACCELEROMETER and (constant or jumps or effect.multipliers[0] not in OF_INPUT):
                 continue
             axis = None if effect.enters == "temperature" else self.given.axes[0]
             for parameters in tried(effect, axis, self.given):
