@@ -204,13 +204,13 @@ def _same_white(case: Case, before: Case, noise: NoiseModel) -> NoiseModel:
 
     What motion adds to it is that of the nodes of `case`: a clock that is set right moves measurements along.
     """
-    white = noise.white
-    if not np.array_equal(case.model.nodes_s, before.model.nodes_s):
-        typical = []
-        for one, level in ((before, noise.white), (case, case.noise.white)):
-            known = np.where(np.isfinite(one.seen.residual), level, np.nan)
-            typical.append([np.nanmedian(column) if np.isfinite(column).any() else 1.0 for column in known.T])
-        white = case.noise.white * np.divide(*typical)
+    if np.array_equal(case.model.nodes_s, before.model.nodes_s):
+        return noise
+    typical = []
+    for one, level in ((before, noise.white), (case, case.noise.white)):
+        known = np.where(np.isfinite(one.seen.residual), level, np.nan)
+        typical.append([np.nanmedian(column) if np.isfinite(column).any() else 1.0 for column in known.T])
+    white = case.noise.white * np.divide(*typical)
     return replace(case.noise, priors=noise.priors, down=noise.down, white=white)
 
 
