@@ -15,7 +15,7 @@ import hashlib
 import os
 import signal
 import threading
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -63,6 +63,19 @@ def results(
             yield key, _alone(work, arguments)
     else:
         yield from _of_processes(work, jobs, min(workers or os.cpu_count() or 1, len(jobs)))
+
+
+def in_order(
+    work: Callable[..., Found], jobs: Iterable[tuple], workers: int | None = None, scheduler: str | None = None
+) -> Iterator[Found]:
+    """What `work` finds of each of `jobs`, in their order, each as soon as all before it have ended; see `results`."""
+    waiting: dict[int, Found] = {}
+    first = 0
+    for number, found in results(work, dict(enumerate(jobs)), workers, scheduler):
+        waiting[number] = found
+        while first in waiting:
+            yield waiting.pop(first)
+            first += 1
 
 
 def _of_processes(work: Callable[..., Found], jobs: Mapping[Key, tuple], workers: int) -> Iterator[tuple[Key, Found]]:

@@ -39,6 +39,8 @@ def test_jobs_of_a_cluster_and_of_processes_find_the_same(cluster: str) -> None:
     for where in ({"workers": 1}, {"workers": 2}, {"scheduler": cluster}):
         found = dict(parallel.results(squared, JOBS, **where))
         assert {key: square for key, (square, _) in found.items()} == expected, where
+    ordered = [square for square, _ in parallel.in_order(squared, JOBS.values(), scheduler=cluster)]
+    assert ordered == list(expected.values())
 
 
 @pytest.mark.parametrize("where", ["here", "cluster"])

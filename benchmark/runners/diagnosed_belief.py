@@ -19,13 +19,9 @@ from __future__ import annotations
 
 import argparse
 import json
-import multiprocessing
-import os
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +34,7 @@ from ins_eval.effects import without_effects
 from ins_eval.ensemble import Plan, World
 from ins_eval.imu import Mission
 from ins_eval.navigation import compensate, evaluate, measures, samples, standstill_to_align_on
+from ins_eval.parallel import in_order
 from ins_eval.profile import Anchor, Profile, load
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import Belief
@@ -204,14 +201,7 @@ def _pooled(found: Sequence[DiagnosedUnit], arm: str, measure: str, drawn: Seque
 
 def population(seed: int, count: int, workers: int, chamber: bool = False) -> Iterator[DiagnosedUnit]:
     """The first `count` instruments of a seed, in their order."""
-    return at_once(workers, _one, repeat(seed), range(count), repeat(chamber))
-
-
-def at_once(workers: int, of: Callable[..., Any], *arguments: Iterable[Any]) -> Iterator[Any]:
-    """``map(of, *arguments)`` in that many processes with one thread each."""
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        yield from pool.map(of, *arguments)
+    return in_order(_one, ((seed, index, chamber) for index in range(count)), workers)
 
 
 def _one(seed: int, index: int, chamber: bool) -> DiagnosedUnit:

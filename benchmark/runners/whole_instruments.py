@@ -19,14 +19,10 @@ from __future__ import annotations
 
 import argparse
 import json
-import multiprocessing
-import os
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +36,7 @@ from ins_eval.cli import main as ins_eval
 from ins_eval.compensation.file import believed_model
 from ins_eval.effects import without_effects
 from ins_eval.navigation import beginning, compensate, evaluate, samples
+from ins_eval.parallel import in_order
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief
 from ins_eval.tables import parse, read_toml
@@ -106,9 +103,7 @@ def unit(population: str, seed: int, index: int, modes: Sequence[str]) -> dict[s
 
 def units(population: str, seed: int, count: int, workers: int, modes: Sequence[str]) -> Iterator[dict[str, Any]]:
     """The first `count` instruments of a population, in their order."""
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        yield from pool.map(unit, repeat(population), repeat(seed), range(count), repeat(modes))
+    return in_order(unit, ((population, seed, index, modes) for index in range(count)), workers)
 
 
 def summary(found: Sequence[dict[str, Any]], mode: str, seed: int = 0) -> dict[str, Any]:

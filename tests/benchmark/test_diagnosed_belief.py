@@ -16,13 +16,13 @@ from benchmark.runners.diagnosed_belief import (
     STATISTICS,
     DiagnosedUnit,
     InverseProblem,
-    at_once,
     compared,
     diagnosed,
     population,
     shares,
 )
 from ins_eval.laboratory import Chamber
+from ins_eval.parallel import in_order
 from ins_eval.units import MINUTE
 
 pytestmark = pytest.mark.slow
@@ -85,7 +85,7 @@ def of_chamber(index: int) -> InChamber:
 @pytest.fixture(scope="module")
 def in_chambers() -> list[InChamber]:
     """The accelerometer of each instrument whose rate terms are those of JB-KT8 #1, the largest."""
-    return list(at_once(os.cpu_count() or 1, of_chamber, range(CHAMBERS)))
+    return list(in_order(of_chamber, ((index,) for index in range(CHAMBERS))))
 
 
 def test_the_chamber_names_epsilon_and_alpha(in_chambers: list[InChamber]):
