@@ -25,8 +25,10 @@ LARGEST_FACTOR = 1e4  # of a coefficient squared, where nothing bounds it from a
 LEAST_SKEWNESS = 1.6e-5  # below it a distribution counts as normal
 LEAST_SAMPLES = 32
 MISFIT_CHANCE = 1e-3
-MOST_LEFT_OUT = 7  # octaves at the short end, up to 64 samples
-MARGIN = 2  # further octaves where some are: what they lack is too little to be seen as a misfit, and biases
+MOST_LEFT_OUT = 7  # octaves at the short end, up to 64 samples: slower filters are no noise of a sample
+# Further octaves where some are: what they lack is too little to be seen as a misfit, and biases. Calibrated on white
+# noise behind a trapezoid and a first-order filter: 42 of 48 intervals of 95 % hold it, 1 of 48 without a margin.
+MARGIN = 2
 
 
 @dataclass(frozen=True, eq=False)
