@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ins_eval.errors import DataRefused, StorageError, UsageError
+from ins_eval.errors import StorageError, UsageError
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start, form
 from ins_eval.recording.belief import AxisBelief, Belief, BiasBelief, GpsBelief, ScaleBelief
 from ins_eval.recording.form.toml import dumps
@@ -299,15 +300,16 @@ class TestThereAndBack:
             form.write(replace(flight, reference=None), tmp_path)
         assert theirs.read_text() == "theirs"
 
-    def test_a_write_that_fails_leaves_no_recording(self, folder, flight, monkeypatch):
-        def full_disk(path, content):
-            raise StorageError("disk full")
+    def test_a_write_that_fails_leaves_the_earlier_recording(self, folder, flight, monkeypatch):
+        before = {path.name: path.read_bytes() for path in folder.iterdir()}
 
-        monkeypatch.setattr("ins_eval.recording.form.writing.write_whole", full_disk)
+        def full_disk(file):
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+        monkeypatch.setattr("ins_eval.files.os.fsync", full_disk)
         with pytest.raises(StorageError):
-            form.write(flight, folder)
-        with pytest.raises(DataRefused, match="holds no recording.toml"):
-            form.read(folder)
+            form.write(replace(flight, gps=None), folder)
+        assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
     def test_a_path_below_a_file_is_a_storage_error(self, folder, flight):
         with pytest.raises(StorageError, match="cannot be written"):

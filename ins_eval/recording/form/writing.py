@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ins_eval.errors import UsageError
-from ins_eval.files import cannot_write, write_whole
+from ins_eval.files import write_together, write_whole
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.form.columns import CSV, PARQUET, parquet_bytes
@@ -47,8 +47,8 @@ def write(recording: Recording, folder: str | Path, truth: Fixes | None = None) 
     `form.read` gives back every array to the last bit. A radian value that no number of degrees can hold comes back
     as the nearest that one can (`units.through_degrees`). The same recording gives the same bytes.
 
-    Every file is put in place whole, ``recording.toml`` last: an interrupted write leaves no recording behind, and
-    an earlier recording in the folder is replaced with all its tables.
+    All files are written aside and then put in place, ``recording.toml`` last: an earlier recording in the folder is
+    replaced with all its tables, and stays what it was where one cannot be written.
     Raises UsageError for a folder with tables of another origin, which would mix with these, and StorageError.
     """
     of_fixes = {"gps": recording.gps, "reference": recording.reference, "solution": recording.solution, "truth": truth}
@@ -142,23 +142,11 @@ def _write_folder(folder: Path, description: dict[str, Any], tables: dict[str, T
                 f"{folder}: holds {file}, which is not ours to replace, expected a new folder or that of an earlier "
                 "result; choose another folder or move the file away"
             )
-    _remove(folder / FILE)
-    for name in TABLES:
-        if name in tables:
-            write_whole(folder / f"{name}{PARQUET}", parquet_bytes(tables[name]))
-        else:
-            _remove(folder / f"{name}{PARQUET}")
-    write_whole(folder / FILE, dumps(description, HEAD).encode())
+    contents = {folder / f"{name}{PARQUET}": parquet_bytes(table) for name, table in tables.items()}
+    contents[folder / FILE] = dumps(description, HEAD).encode()
+    gone = [folder / FILE, *(folder / f"{name}{PARQUET}" for name in TABLES if name not in tables)]
+    write_together(contents, gone)
     return folder
-
-
-def _remove(path: Path) -> None:
-    try:
-        path.unlink(missing_ok=True)
-    except NotADirectoryError:
-        pass  # writing beside it will say so
-    except OSError as error:
-        raise cannot_write(path, error) from None
 
 
 def _start(recording: Recording) -> StartTable:
