@@ -29,7 +29,8 @@ def read(path: Path, assumed: Mapping[str, str]) -> NoReturn:
     table = text_numbers(str(path), raw, COLUMNS, EXPECTED)
     if not len(table) or not np.isfinite(table).all():
         raise DataRefused(f"{path}: holds values that are not finite, expected {EXPECTED}; remove or repair them")
-    force = ", ".join(f"{value:.0f}" for value in table[:, 1:4].mean(axis=0))
+    mean = (table[:, 1:4] / len(table)).sum(axis=0)  # a sum of values that were damaged may overflow
+    force = ", ".join(f"{value:.6g}" for value in mean)
     low, high = table[:, 4].min(), table[:, 4].max()
     raise DataRefused(
         f"{path}: has {len(table)} rows at {low:.1f} to {high:.1f} degC in one position (mean {force} milli-g), "
