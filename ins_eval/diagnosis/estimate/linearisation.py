@@ -25,7 +25,7 @@ from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space, sums, uni
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.estimate.refine import RefinedFit
     from ins_eval.diagnosis.policy import Policy
 
@@ -113,7 +113,11 @@ class Linearisation:
     def places(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         """log B of every family in the place of member `k`, and its best member."""
         others = [j for j in self.best.members if j != k]
-        return one_more(self.here.normal, self.here.projection, others, self.space)
+        of_family, members = one_more(self.here.normal, self.here.projection, others, self.space)
+        own = self.space.families[k]
+        if own in self.space.families[others]:  # jumps at two instants are of one family
+            of_family[own], members[own] = self.gain(self.best.members) - self.gain(others), k
+        return of_family, members
 
     def chi_square_gains(self, k: int) -> np.ndarray:
         """Of every hypothesis (m,) in the place of member `k`: by how much it lowers chi-square at any size."""
