@@ -3,10 +3,11 @@
 The states are those of a path that the measurements allow: found by `initialization`, then corrected by a smoother over
 the whole recording that knows the linear error model, wide biases of the sensors, of clock and antenna, and no more,
 
-    x = [dp, dv, phi, b_a, b_g, delay, arm],   x_k+1 = F_k x_k + w,   y_k = H_k x_k + v,
+    x = [dp, dv, phi, b_a, b_g, delay, arm],   x_k+1 = F_k x_k + u_k + w,   y_k = H_k x_k + v,
 
-until the path stays. It is only what errors are linear about: what an arc changes where it begins is known and is taken
-off the residual again (`error_model`), so that an error of a sensor acts through all arcs as through one.
+u what the begin of an arc is known to change, until the path stays. It is only what errors are linear about: what an
+arc changes where it begins is known and is taken off the residual again (`error_model`), so that an error of a sensor
+acts through all arcs as through one.
 
 Source: multiple shooting, Bock and Plitt, IFAC Proc. 17 (1984) 1603; iterated smoother, Bell, SIAM J. Optim. 4 (1994)
 626.
@@ -38,8 +39,8 @@ if TYPE_CHECKING:
     from ins_eval.initialization import Initialization
     from ins_eval.recording import Recording, Start
 
-STATES = 19
-STATE, BIAS, DELAY, ARM = slice(0, 9), slice(9, 15), 15, slice(16, 19)
+STATES = 20
+STATE, BIAS, DELAY, ARM, KNOWN = slice(0, 9), slice(9, 15), 15, slice(16, 19), 19  # the last is 1
 DELAY_SIGMA_S, ARM_SIGMA_M = 0.3, 1.0  # of stamps and of an antenna that nobody measured
 LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
 LARGEST_VELOCITY_MPS = 17.0  # what that tilt makes in ten seconds
@@ -200,30 +201,27 @@ def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.
     walk = np.zeros(STATES)
     walk[3:6], walk[6:9], walk[BIAS] = here.walks[1], here.walks[0], WALK_SHARE / np.sqrt(60.0) * wide
     noise = walk**2 * model.interval_s[:, None, None] * np.eye(STATES)
-    given = np.zeros((nodes, 9))  # what is known to have been done to the solution
-    for k in range(nodes - 1):
-        given[k + 1] = model.transition[k] @ given[k] + model.half[k] @ model.known[k]
-    z = seen.residual - np.einsum("kij,kj->ki", seen.design, given)
+    # what is known to have been done to the solution: carried open loop it would grow for hours as heights do
+    f[:, STATE, KNOWN] = np.einsum("kij,kj->ki", model.half, model.known)
     h = np.zeros((nodes, 9, STATES))
     h[:, :, STATE], h[:, :, DELAY], h[:, :, ARM] = seen.design, seen.of_delay, np.swapaxes(seen.of_arm, 1, 2)
     start = here.navigated.start
     sigma = np.concatenate([
         np.full(3, start.position_sigma_m), np.full(3, start.velocity_sigma_mps), here.navigated.attitude_sigma_n,
-        wide, [DELAY_SIGMA_S], np.full(3, ARM_SIGMA_M),
+        wide, [DELAY_SIGMA_S], np.full(3, ARM_SIGMA_M), [0.0],
     ])  # fmt: skip
     scale = np.repeat([*here.fix_scale, 1.0], 3)
     level = np.maximum(white(seen)[0], scale * seen.sigma)
-    known = np.isfinite(z)
+    known = np.isfinite(seen.residual)
     mean, _, covariance, _, _ = filtered(
         f,
         noise,
         np.repeat(np.arange(nodes), 3),
-        np.where(known, z, 0.0).reshape(-1, 3),
+        np.where(known, seen.residual, 0.0).reshape(-1, 3),
         h.reshape(-1, 3, STATES),
         np.where(known, level**2, 0.0).reshape(-1, 3),
-        np.zeros(STATES),
+        np.eye(STATES)[KNOWN],
         np.diag(sigma**2),
         np.inf,
     )
-    mean[:, STATE] += given
     return mean, np.sqrt(np.diag(covariance)[STATE])
