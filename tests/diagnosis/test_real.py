@@ -16,7 +16,7 @@ from ins_eval.diagnosis.answer.summary import turned_on
 from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.diagnosis.estimate.case import Case
 from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-from ins_eval.diagnosis.estimate.noise import Fitted
+from ins_eval.diagnosis.estimate.noise_fit import Fitted
 from ins_eval.diagnosis.model.columns import Column, Drive, Measured
 from ins_eval.earth import EARTH_RATE
 from ins_eval.recording import ChamberReadings, Recording

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.policy import Policy
 
 ROUNDS = 3
@@ -102,7 +102,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     cases = tuple(cases)
     rng = Streams(0).at("diagnosis", "significance").rng()
     progress("noise")
-    null = tuple(fit_noise(cases, [], [None] * len(cases)))
+    null = tuple(fit_noise(cases, [], [None] * len(cases), hills=True))
     known = [
         replace(one, noise_point=within_grade(case, one.noise_point, policy))
         for case, one in zip(cases, null, strict=True)
@@ -283,7 +283,7 @@ def _searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Pol
         if best.log_bayes_factor < policy.worth_refitting:
             return linearisation
         if turn == 0:
-            fitted = fit_noise(linearisation.cases, linearisation.chosen(), linearisation.fitted)
+            fitted = fit_noise(linearisation.cases, linearisation.chosen(), linearisation.fitted, hills=True)
             linearisation = _at_noise(linearisation, fitted, policy)
             if linearisation.best.log_posterior < 0.0:
                 return linearisation

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.estimate.forecast import Forecast
     from ins_eval.diagnosis.estimate.linearisation import Linearisation
-    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.estimate.study import Hypothesis
     from ins_eval.diagnosis.policy import Policy
     from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance

@@ -12,7 +12,7 @@ import numpy as np
 
 from ins_eval.diagnosis.estimate import arcs, noise
 from ins_eval.diagnosis.estimate.coarse import block_of, coarse, coarse_noise, few_blocks
-from ins_eval.diagnosis.estimate.noise import Ready
+from ins_eval.diagnosis.estimate.noise_fit import Ready, fit
 from ins_eval.diagnosis.estimate.whitening import Whitened, whiten
 from ins_eval.diagnosis.model import null, observations
 from ins_eval.diagnosis.model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
@@ -28,7 +28,8 @@ from ins_eval.units import DEG_PER_H, UG
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.evidence import Gain
-    from ins_eval.diagnosis.estimate.noise import Fitted, NoiseModel
+    from ins_eval.diagnosis.estimate.noise import NoiseModel
+    from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.model.error_model import ErrorModel
     from ins_eval.diagnosis.model.null import Believed
     from ins_eval.recording import Recording
@@ -73,9 +74,15 @@ class Case:
         assembled = coarse(self.assembled(columns), block)
         return whiten(assembled, coarse_noise(self.noise, block, self.seen.residual).levels(noise_point), keep)
 
-    def fitted(self, columns: Sequence[Column] = (), start: Fitted | None = None, gain: Gain | None = None) -> Fitted:
+    def fitted(
+        self,
+        columns: Sequence[Column] = (),
+        start: Fitted | None = None,
+        gain: Gain | None = None,
+        hills: bool = False,
+    ) -> Fitted:
         """Noise fitted with nuisances and `columns`, of which `gain` tells what they gain; else as nuisances."""
-        return noise.fit(self.ready(columns), len(self.nuisances), gain, start)
+        return fit(self.ready(columns), len(self.nuisances), gain, start, hills)
 
     def ready(self, columns: Sequence[Column]) -> Ready:
         """The pass on means over `block` nodes as a function of the noise point: what it shares is done once."""
@@ -100,16 +107,26 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
     errors. A parked unit is: in hours its solution is kilometres off, while the standstill is known to a millimetre.
     """
     if recording.kind in PARKED:
-        return _in_arcs(recording, folder, (arcs.planned if planned else arcs.settle)(recording, folder))
+        return _in_arcs(recording, folder, (arcs.planned if planned else _settled)(recording, folder))
     believed = null.believe(recording, folder)
     if not believed.time_s.size:
         raise DataRefused(
             f"{recording.name}: no sample lies behind what the start needs, expected some to judge by; record longer"
         )
     if arcs.needed(believed) and not planned:
-        return _in_arcs(recording, folder, arcs.settle(recording, folder))
+        return _in_arcs(recording, folder, _settled(recording, folder))
     case = _around(recording, believed, believed, nuisances(believed), folder)
-    return _in_arcs(recording, folder, arcs.settle(recording, folder)) if arcs.lost(case.seen) else case
+    return _in_arcs(recording, folder, _settled(recording, folder)) if arcs.lost(case.seen) else case
+
+
+def _settled(recording: Recording, folder: str | Path) -> arcs.Settled:
+    try:
+        return arcs.settle(recording, folder)
+    except arcs.Diverged as error:
+        raise DataRefused(
+            f"{error}, expected a path that comes near what was measured; look at units, axes and times, and at what "
+            "is believed of the sensors"
+        ) from None
 
 
 def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) -> Case:

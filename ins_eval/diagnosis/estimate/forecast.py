@@ -37,7 +37,7 @@ from ins_eval.effects.vocabulary import VOCABULARY
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.model.columns import Column
 
 BEGIN = "branch_begin"
@@ -176,7 +176,7 @@ def names(of: Pool) -> np.ndarray:
 def lessened(a: np.ndarray, b: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A and b of one recording once a part of its own of each coefficient, of that `variance` (k,), is integrated out.
 
-        A' = A (I + V A)^-1,   b' = (I + A V)^-1 b
+    A' = A (I + V A)^-1,   b' = (I + A V)^-1 b
     """
     inverse = np.linalg.inv(np.eye(b.size) + a * variance)
     out = inverse @ a

@@ -11,27 +11,21 @@ is taken from the sheet makes them of an instrument that is a little worse.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.optimize import minimize
 
-from ins_eval.diagnosis.estimate.evidence import log_evidence, log_evidence_with, sensitivity
-from ins_eval.diagnosis.estimate.slope import slopes
-from ins_eval.diagnosis.estimate.whitening import NoiseLevels, Whitened, whiten
+from ins_eval.diagnosis.estimate.whitening import NoiseLevels
 from ins_eval.diagnosis.model import drives
 from ins_eval.diagnosis.model.observations import CHANNELS, Observations
 from ins_eval.effects.parts import SENSORS
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.estimate.evidence import Gain
     from ins_eval.diagnosis.estimate.slope import Slopes
-    from ins_eval.diagnosis.model.columns import Assembled
     from ins_eval.diagnosis.model.error_model import ErrorModel
     from ins_eval.diagnosis.model.null import Believed
     from ins_eval.recording.belief import Belief
@@ -49,14 +43,8 @@ COARSE_WANDER_TIME_S = 200.0  # of gyros that flicker within a minute: the plate
 AGITATION_S = 1.0  # within which motion changes faster than fixes tell
 SAMPLING = 0.3  # of what changes within a second: between the twelfth that a trapezoid misses and all that is felt
 JITTER_S = 0.01  # of stamps that a log gives when a message has arrived; both by reasoning, with wide priors
-WIDEST = 3.0  # prior sigmas that a level may move
 OUTLIER = 4.5  # sigmas from its neighbours of a measurement that is not believed
 NEIGHBOUR_VARIANCE = 0.3  # of the median of four
-_APART = 0.3  # prior sigmas between the points that tell a curvature
-_ENOUGH = 0.05  # nats that two further steps must gain
-_STEPS, _EVALUATIONS = 60, 80  # of the slope
-_RUNS, _FAR = 4, 0.5  # prior sigmas from where a curvature was taken, beyond which it is taken again
-_THREADS = 2
 
 
 class Prior(NamedTuple):
@@ -272,109 +260,6 @@ def _agitation(y: np.ndarray, inside: np.ndarray) -> np.ndarray:
     second = np.pad(np.where(inside, second, 0.0), 1, mode="edge")
     local = np.sqrt(np.maximum(uniform_filter1d(second**2, AGITATION_ROWS), 0.0))  # running sums round below 0
     return np.where(local > AGITATED * usual, local / SECOND_DIFFERENCE, 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Ready:
-    """Columns and noise of one recording on means over the same blocks."""
-
-    columns: Assembled
-    noise: NoiseModel
-
-    def __call__(self, noise_point: np.ndarray) -> Whitened:
-        """The pass with noise at `noise_point`."""
-        return whiten(self.columns, self.noise.levels(noise_point))
-
-    def slope(
-        self, noise_point: np.ndarray, sensitivity: Callable[[Whitened], tuple[float, np.ndarray]]
-    ) -> tuple[float, np.ndarray]:
-        """The log evidence that `sensitivity` tells of a pass, and how it changes with the noise point."""
-        height, by = slopes(self.columns, self.noise.levels(noise_point), sensitivity)
-        return height, self.noise.slope(noise_point, by)
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass.
-
-    `unit` are the sigmas by which it was climbed, those of the curvature where it began.
-    """
-
-    noise_point: np.ndarray
-    log_evidence: float
-    whitened: Whitened
-    unit: np.ndarray
-
-
-def fit(ready: Ready, known: int, gain: Gain | None = None, start: Fitted | None = None) -> Fitted:
-    """Maximise log evidence + log prior over the free levels, in prior sigmas from the centre.
-
-    Of the columns beyond those `known`, `gain` tells what they gain; without it all are known. By quasi-Newton steps
-    in units of the curvature at the start: thousands of fixes tell one level to a hundredth of its prior sigma and
-    another not at all.
-    """
-
-    def height(noise_point: np.ndarray) -> float:
-        whitened = ready(noise_point)
-        found = log_evidence(whitened) if gain is None else log_evidence_with(whitened, known, gain)
-        return found - 0.5 * float(noise_point @ noise_point)
-
-    def slope(noise_point: np.ndarray) -> tuple[float, np.ndarray]:
-        found, by = ready.slope(noise_point, lambda w: sensitivity(w) if gain is None else sensitivity(w, known, gain))
-        return found - 0.5 * float(noise_point @ noise_point), by - noise_point
-
-    noise_point = np.zeros(len(ready.noise.free)) if start is None else start.noise_point
-    unit = None if start is None else start.unit
-    for run in range(_RUNS):
-        begin = noise_point
-        if unit is None or run > 0:
-            unit = _unit(height, begin)
-        noise_point, highest = _climbed(slope, begin, unit)
-        if np.abs(noise_point - begin).max() < _FAR:
-            break
-    return Fitted(noise_point, highest, ready(noise_point), unit)
-
-
-def _unit(height: Callable[[np.ndarray], float], at: np.ndarray) -> np.ndarray:
-    """One sigma of each level by the curvature."""
-    sides = [at + sign * one for one in _APART * np.eye(at.size) for sign in (1.0, -1.0)]
-    with ThreadPoolExecutor(_THREADS) as pool:
-        here, *heights = pool.map(height, [at, *sides])
-    curvature = (2.0 * here - np.array(heights[::2]) - np.array(heights[1::2])) / _APART**2
-    return 1.0 / np.sqrt(np.maximum(curvature, 1.0))  # that of the prior is 1
-
-
-def _climbed(
-    slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.ndarray, unit: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """The highest position found from `begin` by steps in `unit`, and its height."""
-
-    def down(moved: np.ndarray) -> tuple[float, np.ndarray]:
-        height, by = slope(begin + unit * moved)
-        return -height, -unit * by
-
-    found = minimize(
-        down,
-        np.zeros(begin.size),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=list(zip((-WIDEST - begin) / unit, (WIDEST - begin) / unit, strict=True)),
-        options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": 0.1},
-        callback=_Patience(),
-    )
-    return np.clip(begin + unit * found.x, -WIDEST, WIDEST), -float(found.fun)
-
-
-class _Patience:
-    """Stops where two steps together gained next to nothing."""
-
-    def __init__(self):
-        self.seen: list[float] = []
-
-    def __call__(self, intermediate_result) -> None:
-        self.seen.append(float(intermediate_result.fun))
-        if len(self.seen) > 2 and self.seen[-3] - self.seen[-1] < _ENOUGH:
-            raise StopIteration
 
 
 def without_outliers(seen: Observations) -> tuple[Observations, int]:

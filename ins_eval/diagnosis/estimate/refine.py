@@ -26,7 +26,8 @@ from ins_eval.recording.belief import EffectBelief
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.noise import Fitted, NoiseModel
+    from ins_eval.diagnosis.estimate.noise import NoiseModel
+    from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.model.library import Candidate
     from ins_eval.effects.effect import Parameter
 

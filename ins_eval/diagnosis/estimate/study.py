@@ -20,7 +20,7 @@ from ins_eval.effects.composed import NAME as COMPOSED
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.estimate.whitening import Whitened
     from ins_eval.diagnosis.model.columns import Column
     from ins_eval.diagnosis.model.library import Candidate
@@ -142,11 +142,14 @@ def total(parts: Sequence[Sums], point: np.ndarray | None) -> Sums:
     return Sums(normal, projection, log_null)
 
 
-def fit_noise(cases: Sequence[Case], model: Sequence[Hypothesis], starts: Sequence[Fitted | None]) -> list[Fitted]:
-    """Noise of each recording with the effects of `model` free."""
+def fit_noise(
+    cases: Sequence[Case], model: Sequence[Hypothesis], starts: Sequence[Fitted | None], hills: bool = False
+) -> list[Fitted]:
+    """Noise of each recording with the effects of `model` free; with `hills` on more hills than those of the starts."""
     out = []
     for r, (case, start) in enumerate(zip(cases, starts, strict=True)):
-        out.append(case.fitted([one.columns[r] for one in model if one.columns[r] is not None], start))
+        columns = [one.columns[r] for one in model if one.columns[r] is not None]
+        out.append(case.fitted(columns, start, hills=hills))
     return out
 
 

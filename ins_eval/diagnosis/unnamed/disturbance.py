@@ -22,7 +22,7 @@ from ins_eval.navigation import PARKED
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.estimate.whitening import Whitened
     from ins_eval.diagnosis.model.columns import Column
     from ins_eval.diagnosis.policy import Policy

@@ -32,7 +32,7 @@ from ins_eval.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.noise import Fitted
+    from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.model.columns import Column
     from ins_eval.diagnosis.model.error_model import ErrorModel
     from ins_eval.diagnosis.policy import Policy
