@@ -48,6 +48,11 @@ def collect_seldom() -> None:
     gc.set_threshold(*COLLECTED_AFTER)
 
 
+def collect_no_more() -> None:
+    """Leave circles of objects to the system, which takes all at once when the process ends."""
+    gc.freeze()
+
+
 def memory_ceiling_bytes() -> int | None:
     """Half of the memory that is there, of the machine or of its container; None where it cannot be known."""
     sizes = []

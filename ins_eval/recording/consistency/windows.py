@@ -107,10 +107,9 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: 
     wanted[:, :, 2] -= down * (at_s[last] - at_s[first])
     # the offset that rotations alone like best is a wrong one where the vehicle rocks
     starts = _best_clock(turned, at_s[rows], grid_s, wanted), _at_clock(0.0, at_s[rows], grid_s, 2 * len(turned))
-    parts = [  # of each start also with a mirrored set of accelerometers
-        (attitude, angle, sign * turned, at)
-        for start in starts
-        for sign, at in zip((1.0, -1.0), np.split(start, 2), strict=True)
+    mirrored = turned, -turned  # by a set of accelerometers of the other hand
+    parts = [
+        (attitude, angle, felt, at) for start in starts for felt, at in zip(mirrored, np.split(start, 2), strict=True)
     ]
     freedom = wanted[0].size - 3.0
     squares, log_prior = map(np.stack, zip(*(_refined(*part, wanted, arm_m, 1, 1) for part in parts), strict=True))
