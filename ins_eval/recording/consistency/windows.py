@@ -12,6 +12,7 @@ tells the order of one triad against the other and whether they are right-handed
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba
@@ -112,22 +113,22 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: 
         (attitude, angle, felt, at) for start in starts for felt, at in zip(mirrored, np.split(start, 2), strict=True)
     ]
     freedom = wanted[0].size - 3.0
-    squares, log_prior = map(np.stack, zip(*(_refined(*part, wanted, arm_m, 1, 1) for part in parts), strict=True))
+    squares, log_prior = map(np.stack, zip(*(_refined(part, wanted, arm_m, 1, 1) for part in parts), strict=True))
     log = _window_scores(squares, log_prior, freedom)
     for k, part in enumerate(parts):
         near = np.flatnonzero(log[k] > log.max() - HOPELESS)
         if near.size:
-            chosen = (each[near] for each in part)
-            squares[k, near], log_prior[k, near] = _refined(*chosen, wanted, arm_m, ITERATIONS, CLOCKS)
+            chosen = [each[near] for each in part]
+            squares[k, near], log_prior[k, near] = _refined(chosen, wanted, arm_m, ITERATIONS, CLOCKS)
     log = _window_scores(squares, log_prior, freedom)
     return log.reshape(len(starts), 2, len(RELATIVE_FACTORS), 48).max(axis=0).transpose(0, 2, 1)
 
 
 def _refined(
-    attitude: np.ndarray, angle: np.ndarray, turned: np.ndarray, at: np.ndarray, wanted: np.ndarray, arm_m: np.ndarray,
-    iterations: int, clocks: int,
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Squares of residuals (a, w) and log prior (a,) of alternatives, from the rows `at` (a, w, m) of the grid on."""
+    part: Sequence[np.ndarray], wanted: np.ndarray, arm_m: np.ndarray, iterations: int, clocks: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Squares of residuals (a, w) and log prior (a,) of alternatives: attitudes, angles, sums of R f and begin."""
+    attitude, angle, turned, at = part  # the last: rows (a, w, m) of the grid
     for _ in range(clocks):
         slope = _slopes(attitude, angle, turned, at)
         here = np.arange(at.shape[0])[:, None, None], np.arange(at.shape[1])[None, :, None], at
