@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq, nnls
 from scipy.special import chdtrc, gammainc, gammaincc, ndtr
 
 TERMS = ("quantisation", "white", "flicker", "random_walk")  # Q, N, B, K
@@ -135,6 +134,8 @@ def fit_noise(seen: AllanDeviation) -> NoiseFit | None:
 
 def _fitted(seen: AllanDeviation, octaves: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, np.ndarray, _Spectra]:
     """Coefficients squared (4,), misfit, variances seen (t,), their covariance and spectra at the rows `octaves`."""
+    from scipy.optimize import nnls  # imported here, for it takes long and few need it
+
     tau_s, squared, counts = seen.tau_s[octaves], seen.deviation[octaves] ** 2, seen.counts[octaves]
     design = _model(tau_s)
     spectra = _Spectra(seen.interval_s, np.rint(tau_s / seen.interval_s), counts)
@@ -244,6 +245,8 @@ def _chance_below(at: float, skewness: float) -> float:
 
 def _crossing(chance: Callable[[float], float], level: float, between: tuple[float, float]) -> float:
     """Where a falling chance crosses a level; the farther end where it does not."""
+    from scipy.optimize import brentq
+
     low, high = between
     if (chance(low) - level) * (chance(high) - level) >= 0.0:
         return high

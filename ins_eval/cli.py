@@ -342,7 +342,10 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = vars(make_parser().parse_args(arguments))
     verb, memory = chosen.pop("verb"), chosen.pop("memory_bytes") or process.memory_ceiling_bytes()
     chosen["quiet"] |= chosen["json"] == options.STANDARD_OUTPUT
-    return run(verb, chosen, memory, own_process=arguments is None, closed=closed)
+    code = run(verb, chosen, memory, own_process=arguments is None, closed=closed)
+    if arguments is None:
+        process.collect_no_more()
+    return code
 
 
 if __name__ == "__main__":

@@ -152,27 +152,27 @@ class Mission:
             belief=NAVIGATION_GRADE,
         )
 
-    def ideal(self) -> Recording:
+    def ideal(self, until_s: float = np.inf) -> Recording:
         """What an IMU without any error records from time 0 on, the true attitude given: for the numeric floor."""
-        keep = self.increments.time_s > 0.5 / self.rate_hz
+        true = self.trajectory.increments(self.rate_hz, 0.0, until_s)
         return Recording(
             name=f"{self.profile.name}, no errors",
             kind="flight",
             start=self.start(0.0, aligned=True),
             imu=Imu(
-                time_s=self.increments.time_s[keep],
-                gyro=self.increments.dtheta_b[keep],
-                accelerometer=self.increments.dv_b[keep],
+                time_s=true.time_s,
+                gyro=true.dtheta_b,
+                accelerometer=true.dv_b,
                 accelerometer_form="increment",
-                height_baro_m=self.height_m[keep],
+                height_baro_m=self.trajectory.truth(true.time_s).height_m.copy(),
             ),
-            reference=self.truth(0.0),
+            reference=self.truth(0.0, until_s=float(true.time_s[-1])),
             belief=NAVIGATION_GRADE,
         )
 
-    def truth(self, from_s: float, period_s: float = 1.0) -> Fixes:
+    def truth(self, from_s: float, period_s: float = 1.0, until_s: float = np.inf) -> Fixes:
         """The true trajectory every `period_s`, in the form of a reference with attitude."""
-        true = self.trajectory.truth(np.arange(from_s, self.trajectory.end_s + 0.5 * period_s, period_s))
+        true = self.trajectory.truth(np.arange(from_s, min(self.trajectory.end_s, until_s) + 0.5 * period_s, period_s))
         return Fixes(
             true.time_s,
             true.latitude_rad,

@@ -5,6 +5,8 @@ Beyond them no vehicle goes and no instrument measures; a number without unit mu
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 # unit at the end of a name: lowest, highest
@@ -41,6 +43,7 @@ SMALLEST_DIVISOR = 1e-9  # of what divides: a quotient leaves room to be squared
 LONGEST_TEXT = 2000  # characters of a name or note
 
 
+@lru_cache(maxsize=1000)  # of a list of numbers each is held to them
 def limits_of(name: str) -> tuple[float, float]:
     """Lowest and highest value of the key or column of that name, in its own unit."""
     if name in BY_NAME:

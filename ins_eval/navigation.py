@@ -44,7 +44,7 @@ class Evaluation:
     attitude: AttitudeErrors | None = None  # where the reference has one
 
 
-def samples(recording: Recording) -> Iterator[Samples]:
+def samples(recording: Recording, kind: type[Samples] = Samples) -> Iterator[Samples]:
     """What a compensation model may see of each accelerometer, x, y, z, of a recording whose output is in pulses.
 
     Without a thermometer the temperature is the believed reference temperature and its rate zero.
@@ -59,7 +59,7 @@ def samples(recording: Recording) -> Iterator[Samples]:
         if axis < len(readings):
             reading = np.ascontiguousarray(readings[axis])
             rate = filtered_rate(imu.time_s, reading, believed.rate_filter_s)
-        yield Samples(imu.time_s, imu.accelerometer[:, axis] / interval_s, reading, rate)
+        yield kind(imu.time_s, imu.accelerometer[:, axis] / interval_s, reading, rate)
 
 
 def compensate(seen: Iterable[Samples], triad: Sequence[CompensationModel], interval_s: np.ndarray) -> np.ndarray:

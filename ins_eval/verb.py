@@ -36,6 +36,7 @@ def run(verb: str, options: dict[str, Any], memory: int | None, own_process: boo
             raise StorageError("standard output is closed, expected a place for the text; give one, or add --quiet")
         if own_process:
             process.keep_quiet()
+            process.collect_seldom()
             process.limit_memory(memory)
         # imported here: a verb should not wait for what only another one needs
         command = import_module(f"ins_eval.{MODULES.get(verb) or 'commands.' + verb.replace('-', '_')}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property
+from math import ceil
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -114,7 +115,7 @@ class RecordingEvaluation:
 
     @cached_property
     def floor(self) -> NumericFloor:
-        """The same navigation of an IMU without errors: at the same place for as long, or on the shipped flight."""
+        """The same navigation of an IMU without errors for as long: at the same place, or on the shipped flight."""
         time_s = self.first.solution.time_s
         return _floor(self.recording, float(time_s[-1] - time_s[0]), self.rate_hz)
 
@@ -319,17 +320,17 @@ def _vertical(recording: Recording) -> str:
 
 
 def _floor(recording: Recording, duration_s: float, rate_hz: float) -> NumericFloor:
-    """The same navigation of an IMU without errors: at the same place for as long, or on the shipped flight."""
+    """The same navigation of an IMU without errors for as long: at the same place, or on the shipped flight."""
     if recording.kind not in PARKED:
-        return _floor_of_flight(float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ)))
+        return _floor_of_flight(float(np.clip(round(rate_hz), MIN_RATE_HZ, MAX_RATE_HZ)), ceil(duration_s))
     _, horizontal_m, velocity_mps = numeric_floor(_at_rest(recording, duration_s, rate_hz))
     return NumericFloor(rate_hz, "standstill", horizontal_m, velocity_mps)
 
 
 @cache  # of several recordings the rates are few, and a flight of 8400 s takes as long as all else
-def _floor_of_flight(rate_hz: float) -> NumericFloor:
+def _floor_of_flight(rate_hz: float, duration_s: int) -> NumericFloor:
     profile = load("climb-cruise-landing")
-    _, horizontal_m, velocity_mps = numeric_floor(Mission(profile, rate_hz).ideal())
+    _, horizontal_m, velocity_mps = numeric_floor(Mission(profile, rate_hz).ideal(until_s=duration_s))
     return NumericFloor(rate_hz, profile.name, horizontal_m, velocity_mps)
 
 

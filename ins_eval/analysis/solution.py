@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 from ins_eval.analysis.correlated import Fit, Series, mean, regress, root_mean_square
@@ -23,6 +22,7 @@ from ins_eval.tree import as_tree
 
 if TYPE_CHECKING:
     import pandas as pd
+    from scipy.interpolate import CubicSpline
 
 SHORTEST_FOR_RATE_S = 0.5 * SCHULER_PERIOD_S  # below it a radial error over time is the start, not the instrument
 CLOCK_LIMIT_S = 0.2  # half an interval, beyond which the motion does not determine the offset of the clocks
@@ -262,6 +262,12 @@ def _outside_gaps(errors: Errors, samples_s: np.ndarray) -> Errors:
     return replace(errors, valid=errors.valid & ~_in_gap(errors.time_s, samples_s))
 
 
+def _spline(time_s: np.ndarray, values: np.ndarray) -> CubicSpline:
+    from scipy.interpolate import CubicSpline  # imported here, for it takes long and few need it
+
+    return CubicSpline(time_s, values)
+
+
 def _in_gap(time_s: np.ndarray, samples_s: np.ndarray) -> np.ndarray:
     spacing = np.diff(samples_s)
     right = np.clip(np.searchsorted(samples_s, time_s), 1, spacing.size)
@@ -278,7 +284,7 @@ def _clock_offset(rows: Fixes, stamp_s, lever_arm_m, fixes: Fixes, believed_s: f
     solution = _solution(rows, stamp_s, _has(rows, "velocity"), lever_arm_m)
     if solution.time_s.size < 4:
         return None, "the solution has too few rows"
-    course = CubicSpline(solution.time_s, solution.velocity_n[:, :2])
+    course = _spline(solution.time_s, solution.velocity_n[:, :2])
     offset_s = believed_s
     for _ in range(CLOCK_REPEATS):
         at_s = fixes.time_s - offset_s
@@ -339,7 +345,7 @@ def _schuler(
     path = States(nodes_s, latitude, np.zeros_like(latitude), height, velocity, np.zeros_like(velocity), axes)
     error = errors.velocity_n[valid, :2]
     if clock is not None:  # what the offset of the clocks makes is neither the start's nor a sensor's
-        course = CubicSpline(stamp_s[moving], rows.velocity_n[moving, :2])
+        course = _spline(stamp_s[moving], rows.velocity_n[moving, :2])
         acceleration = course(np.clip(time_s, stamp_s[moving][0], stamp_s[moving][-1]), 1)
         error = error - (clock.coefficients[0] - believed_s) * acceleration
     found = fit_schuler(time_s, error, path, in_body)

@@ -20,6 +20,12 @@ import numpy as np
 from ins_eval.recording import ChamberReadings
 
 
+class Curve(Protocol):
+    """A quantity against temperature and its rate."""
+
+    def evaluate(self, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray: ...
+
+
 @dataclass(frozen=True)
 class Samples:
     """What a model may see of one accelerometer, all of shape (n,).
@@ -31,6 +37,21 @@ class Samples:
     output: np.ndarray  # pulse/s, mean over the sample
     temperature_c: np.ndarray
     rate_c_per_min: np.ndarray
+
+    def of(self, curve: Curve) -> np.ndarray:
+        """A curve at these samples, (n,)."""
+        return curve.evaluate(self.temperature_c, self.rate_c_per_min)
+
+
+class SharedSamples(Samples):
+    """Samples that several models see: a curve that they have in common is evaluated once, and its values are kept."""
+
+    def of(self, curve: Curve) -> np.ndarray:
+        """A curve at these samples, (n,), not to be written into."""
+        kept = self.__dict__.setdefault("kept", {})
+        if id(curve) not in kept:
+            kept[id(curve)] = curve, super().of(curve)  # with the curve, so that no other takes its place in memory
+        return kept[id(curve)][1]
 
 
 @runtime_checkable

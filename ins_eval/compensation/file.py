@@ -32,9 +32,9 @@ from pydantic import Field, model_validator
 
 from ins_eval.calibration.branches import BranchCurve
 from ins_eval.calibration.fits import LINE, REFERENCE_C, Polynomial
-from ins_eval.compensation import CompensationModel
+from ins_eval.compensation import CompensationModel, Curve
 from ins_eval.compensation.refined import Refined
-from ins_eval.compensation.scale_and_bias import Curve, ScaleAndBias
+from ins_eval.compensation.scale_and_bias import ScaleAndBias
 from ins_eval.errors import UsageError
 from ins_eval.files import write_whole
 from ins_eval.recording.belief import Belief

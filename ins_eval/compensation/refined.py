@@ -60,7 +60,7 @@ class Refined:
         force = self.model.specific_force(samples)
         if self.residual_ is None:
             return force
-        return force - self.residual_.evaluate(samples.temperature_c, samples.rate_c_per_min)
+        return force - samples.of(self.residual_)
 
 
 def _binned(samples: Samples, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -5,22 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Protocol
 
 import numpy as np
 
 from ins_eval.calibration.four_point import FourPoint, four_point
 from ins_eval.calibration.models import with_covariance
-from ins_eval.compensation import Samples
+from ins_eval.compensation import Curve, Samples
 from ins_eval.recording import ChamberReadings
 from ins_eval.units import STANDARD_GRAVITY, UG
-
-
-class Curve(Protocol):
-    """A quantity against temperature and its rate."""
-
-    def evaluate(self, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray: ...
-
 
 CurveFit = Callable[[np.ndarray, np.ndarray, np.ndarray], Curve]  # of temperature, rate and values, all (n,)
 
@@ -66,6 +58,4 @@ class ScaleAndBias:
 
     def specific_force(self, samples: Samples) -> np.ndarray:
         """Specific force along the input axis, (n,) m/s^2."""
-        scale = self.scale_.evaluate(samples.temperature_c, samples.rate_c_per_min)
-        bias_ug = self.bias_ug_.evaluate(samples.temperature_c, samples.rate_c_per_min)
-        return STANDARD_GRAVITY * samples.output / scale - UG * bias_ug
+        return STANDARD_GRAVITY * samples.output / samples.of(self.scale_) - UG * samples.of(self.bias_ug_)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ins_eval import metrics
+from ins_eval.compensation import SharedSamples
 from ins_eval.ensemble.conditions import conditions
 from ins_eval.ensemble.world import World, beginning
 from ins_eval.navigation import compensate, evaluate, samples
@@ -27,7 +28,7 @@ def fly(world: World, index: int) -> dict[str, dict[str, np.ndarray]]:
     """
     mission = world.mission(index)
     recording = mission.record(world.instrument(index), world.streams(index).at("flight"))
-    seen, begin = tuple(samples(recording)), beginning(mission, recording, world.alignment)
+    seen, begin = tuple(samples(recording, SharedSamples)), beginning(mission, recording, world.alignment)
     result = {}
     for arm, triad in world.triads(index).items():
         velocity = compensate(seen, triad, recording.interval_s)

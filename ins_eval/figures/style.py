@@ -7,11 +7,13 @@ import io
 import re
 import textwrap
 import zlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -131,11 +133,24 @@ def as_written(figure: Figure) -> Figure:
 
     The numbers of an axis are made when it is drawn, so that those in powers of ten are not touched.
     """
-    for text in figure.findobj(Text):
+    for text in _texts(figure):
         if text.get_text():
             text.set_text(printable(text.get_text(), keep="\n"))
             text.set_parse_math(False)
     return figure
+
+
+def _texts(artist: Artist) -> Iterator[Text]:
+    """Every text below an artist; of an axis without the numbers that are yet to be made, and would be by asking."""
+    if isinstance(artist, Text):
+        yield artist
+    if isinstance(artist, Axis):
+        made = (*vars(artist).get("majorTicks", ()), *vars(artist).get("minorTicks", ()))
+        below = [artist.label, artist.offsetText, *made]
+    else:
+        below = artist.get_children()
+    for one in below:
+        yield from _texts(one)
 
 
 class Drawing(Figure):
@@ -203,9 +218,9 @@ def svg(figure: Figure) -> str:
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(RC)
-        FigureCanvasSVG(figure)  # its layout is found with the widths of text in this format
+        canvas = FigureCanvasSVG(figure)  # its layout is found with the widths of text in this format
         if layout := figure.get_layout_engine():
             layout.execute(figure)
             figure.set_layout_engine(None)  # a second layout would start from the first and shift by a hair
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), buffer.getvalue())
+        canvas.print_svg(buffer, metadata={"Date": None, "Creator": None})  # `savefig` draws twice
+    return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(?<=\.\d\d)\d+", "", path[0]), buffer.getvalue())

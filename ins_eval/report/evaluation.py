@@ -165,7 +165,11 @@ def _heading(start: StartAttitude) -> str:
 
 def _result(found: EvaluationNumbers) -> list[Block]:
     arms, floor = _arms(found), found.floor
-    what = "the same navigation" if floor.profile == "standstill" else f"the flight '{floor.profile}' at this rate"
+    what = (
+        "the same navigation"
+        if floor.profile == "standstill"
+        else f"as much of the flight '{floor.profile}' at this rate"
+    )
     note = (
         f"Window: {_span(found)}. Numeric floor, {what} without sensor errors: {small(floor.horizontal_m, 'm')} in "
         "position."

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from ins_eval.navigation import PARKED
 from ins_eval.output_equation import SENSOR_AXES
@@ -65,6 +64,8 @@ def _calm(time_s: np.ndarray, increments: np.ndarray) -> np.ndarray:
 
     With it a column is made of the very noise that the residual holds, and a scale factor of per cents "explains" it.
     """
+    from scipy.ndimage import uniform_filter1d  # imported here, for it takes long and few need it
+
     rows = max(1, int(CALM_S / float(np.median(np.diff(time_s)))))
     return np.ascontiguousarray(uniform_filter1d(increments, rows, axis=0, mode="nearest"))
 

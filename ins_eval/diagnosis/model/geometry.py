@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from ins_eval.earth import radii
@@ -62,6 +61,8 @@ def at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
 
 
 def _at(arcs: Sequence[Solution], gyro: np.ndarray, time_s: np.ndarray) -> States:
+    from scipy.interpolate import make_interp_spline  # imported here, for it takes long and few need it
+
     whole = Solution(*(np.concatenate([getattr(arc, field.name) for arc in arcs]) for field in fields(Solution)))
     ends = np.cumsum([arc.time_s.size for arc in arcs])  # rows of `whole`, in which no step leads from arc to arc
     cuts = [0, *np.searchsorted(time_s, [arc.time_s[-1] + _CLOCK_S for arc in arcs[:-1]]), time_s.size]

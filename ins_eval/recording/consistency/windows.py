@@ -12,6 +12,7 @@ tells the order of one triad against the other and whether they are right-handed
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba
@@ -31,6 +32,9 @@ MOST_WINDOWS, FEWEST_WINDOWS = 16, 3
 WINDOW_FLOOR_MPS = 0.05  # of a difference of two velocities
 ARM_HALF_S = 0.1  # half of the time over which a receiver's velocity is a mean, of 5 to 10 Hz receivers
 ITERATIONS, CLOCKS = 3, 2  # of the fit, and of the clock about which it is one
+# Nats behind the best after one step of the fit, beyond which there is no second: the steps to come gain below 70 in
+# flights, drives and the real one.
+HOPELESS = 150.0
 TINY = 1e-12  # (m/s)^2
 RANK = 1e-12  # of what is felt: where it is all along one axis, the turn about that axis is free
 # sigma of what nobody stated
@@ -102,20 +106,36 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: 
     first, last = rows[:, :-1], rows[:, 1:]
     wanted = velocity_n[last] - velocity_n[first]
     wanted[:, :, 2] -= down * (at_s[last] - at_s[first])
+    # the offset that rotations alone like best is a wrong one where the vehicle rocks
     starts = _best_clock(turned, at_s[rows], grid_s, wanted), _at_clock(0.0, at_s[rows], grid_s, 2 * len(turned))
-    parts = []
-    for start in starts:  # the offset that rotations alone like best is a wrong one where the vehicle rocks
-        for sign, at in zip((1.0, -1.0), np.split(start, 2), strict=True):  # a mirrored set of accelerometers
-            for _ in range(CLOCKS):
-                slope = _slopes(attitude, angle, sign * turned, at)
-                here = np.arange(len(at))[:, None, None], np.arange(len(rows))[None, :, None], at
-                fit = _fitted(np.diff(sign * turned[here], axis=2), slope, wanted, arm_m)
-                ahead = np.rint(fit[2] / STEP_S).astype(int)[:, None, None]
-                at = (at + ahead).clip(0, turned.shape[2] - 1)
-            parts.append(fit[:2])
-    squares, log_prior = (np.concatenate(part) for part in zip(*parts, strict=True))
-    log = _window_scores(squares, log_prior, wanted[0].size - 3.0)
+    mirrored = turned, -turned  # by a set of accelerometers of the other hand
+    parts = [
+        (attitude, angle, felt, at) for start in starts for felt, at in zip(mirrored, np.split(start, 2), strict=True)
+    ]
+    freedom = wanted[0].size - 3.0
+    squares, log_prior = map(np.stack, zip(*(_refined(part, wanted, arm_m, 1, 1) for part in parts), strict=True))
+    log = _window_scores(squares, log_prior, freedom)
+    for k, part in enumerate(parts):
+        near = np.flatnonzero(log[k] > log.max() - HOPELESS)
+        if near.size:
+            chosen = [each[near] for each in part]
+            squares[k, near], log_prior[k, near] = _refined(chosen, wanted, arm_m, ITERATIONS, CLOCKS)
+    log = _window_scores(squares, log_prior, freedom)
     return log.reshape(len(starts), 2, len(RELATIVE_FACTORS), 48).max(axis=0).transpose(0, 2, 1)
+
+
+def _refined(
+    part: Sequence[np.ndarray], wanted: np.ndarray, arm_m: np.ndarray, iterations: int, clocks: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Squares of residuals (a, w) and log prior (a,) of alternatives: attitudes, angles, sums of R f and begin."""
+    attitude, angle, turned, at = part  # the last: rows (a, w, m) of the grid
+    for _ in range(clocks):
+        slope = _slopes(attitude, angle, turned, at)
+        here = np.arange(at.shape[0])[:, None, None], np.arange(at.shape[1])[None, :, None], at
+        squares, log_prior, clock_s = _fitted(np.diff(turned[here], axis=2), slope, wanted, arm_m, iterations)
+        ahead = np.rint(clock_s / STEP_S).astype(int)[:, None, None]
+        at = (at + ahead).clip(0, turned.shape[2] - 1)
+    return squares, log_prior
 
 
 def _windows(integrals: Integrals, at_s, velocity_n):
@@ -261,7 +281,7 @@ def _slopes(attitude, angle, turned, index):
     return out
 
 
-def _fitted(felt, slope, wanted, arm_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _fitted(felt, slope, wanted, arm_m: np.ndarray, iterations: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Squares of residuals (a, w), log prior and clock, s, (a,) at the best rotations, offsets, scales, arm and clock.
 
     felt (a, w, m - 1, 3) in m/s and its `slope`, wanted (w, m - 1, 3) in m/s, arm_m (3,) believed.
@@ -270,7 +290,7 @@ def _fitted(felt, slope, wanted, arm_m: np.ndarray) -> tuple[np.ndarray, np.ndar
     centre = np.zeros(len(SPREAD))
     centre[ARM] = arm_m
     state = np.broadcast_to(centre, (a, len(centre))).copy()
-    for _ in range(ITERATIONS):
+    for _ in range(iterations):
         shown = felt + _times(slope, state)
         u, _, vt = np.linalg.svd(np.swapaxes(wanted, 1, 2) @ shown)
         u[..., 2] *= np.sign(np.linalg.det(u @ vt))[..., None]
@@ -308,10 +328,10 @@ def _times(slope: np.ndarray, state: np.ndarray) -> np.ndarray:
 
 
 def _window_scores(squares: np.ndarray, log_prior: np.ndarray, freedom: float) -> np.ndarray:
-    """log L (a,) of squares (a, w): Student's distribution of each window, of the size that the best leaves."""
-    sigma2 = max(float(np.median(squares, axis=1).min()) / freedom, WINDOW_FLOOR_MPS**2)
+    """log L (p, a) of squares (p, a, w): Student's distribution of each window, of the size that the best leaves."""
+    sigma2 = max(float(np.median(squares, axis=-1).min()) / freedom, WINDOW_FLOOR_MPS**2)
     counted = 0.5 * freedom  # velocities are smoothed, and the increments of one fix have opposite errors
-    log = -0.5 * (NU + counted) * np.log1p(squares * (counted / freedom) / (NU * sigma2)).sum(axis=1)
+    log = -0.5 * (NU + counted) * np.log1p(squares * (counted / freedom) / (NU * sigma2)).sum(axis=-1)
     return log + log_prior
 
 

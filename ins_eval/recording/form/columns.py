@@ -129,8 +129,7 @@ class Columns:
             column = column.cast(kind.value_type)
             kind = column.type
         if pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_boolean(kind):
-            plain = column if pa.types.is_floating(kind) else column.cast(pa.float64(), safe=False)
-            return np.array(plain.to_numpy(), dtype=float)
+            return np.array(_plain(column), dtype=float)
         if pa.types.is_null(kind):
             return np.full(self.rows, np.nan)
         if not (pa.types.is_string(kind) or pa.types.is_large_string(kind) or pa.types.is_binary(kind)):
@@ -233,8 +232,20 @@ def _number(text: str | bytes) -> float | None:
         return None
 
 
+def _plain(column: pa.ChunkedArray) -> np.ndarray:
+    """The values of a column; without gaps they are taken as they lie, for `to_numpy` imports pandas."""
+    if column.null_count or not column.num_chunks:
+        return column.to_numpy()
+    whole = pa.concat_arrays(column.chunks)
+    if pa.types.is_boolean(whole.type):
+        bits = np.frombuffer(whole.buffers()[1], dtype=np.uint8)
+        return np.unpackbits(bits, bitorder="little")[whole.offset : whole.offset + len(whole)].astype(bool)
+    of_numbers = pa.types.is_floating(whole.type) or pa.types.is_integer(whole.type)
+    return np.from_dlpack(whole) if of_numbers else column.to_numpy()
+
+
 def _as_it_is(column: pa.ChunkedArray) -> np.ndarray:
     try:
-        return np.array(column.to_numpy())
+        return np.array(_plain(column))
     except _UNREADABLE:
         return np.array([str(value) for value in column], dtype=object)
