@@ -17,6 +17,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -92,9 +93,11 @@ def _heights(cases: list, effects: list, null: list) -> tuple[list, float, float
 
     model = [one for one, _ in effects]
     wide = [one.scaled(max(1.0, abs(effect["value"] / one.candidate.nominal))) for one, effect in effects]
-    loud = [one.noise_point for one in null]
-    quiet = [with_quiet_sensors(case, position) for case, position in zip(cases, loud, strict=True)]
-    starts = [fit_noise(cases, wide, start) for start in (loud, quiet)]
+    quiet = [
+        replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
+        for case, one in zip(cases, null, strict=True)
+    ]
+    starts = [fit_noise(cases, wide, start) for start in (null, quiet)]
     there = max(starts, key=lambda fitted: sum(one.log_evidence for one in fitted))
     centre = np.array([one.candidate.centre for one in model])
     without, beside = marginal(cases, [one.noise_point for one in there], model, [[], list(range(len(model)))], centre)
