@@ -74,7 +74,7 @@ def reached(truth: dict, answer: dict, folders: list[Path], manifest: dict) -> d
     else:
         truths = [(one, effect) for effect in truth["effects"] if (one := _hypothesis(effect, cases)) is not None]
     told = answer.get("effects", ())
-    named = [one for effect in told if (one := _answered(effect, cases)) is not None]
+    named = [one for effect in told if (one := answered(effect, cases)) is not None]
     null = fit_noise(cases, [], [None] * len(cases))
     alone = float(marginal(cases, [one.noise_point for one in null], [], [[]], np.zeros(0))[0])
     there, without, beside = _heights(cases, truths, null)
@@ -117,7 +117,7 @@ def _removed(cases: list, noise: list, truth: list, named: list) -> float:
     return 1.0 - float(values @ a @ values) / of_truth
 
 
-def _answered(effect: dict, cases: list):
+def answered(effect: dict, cases: list):
     """An effect that an answer names, as columns, with its value."""
     parameters = effect["parameters"] | {key: effect[key] for key in FURTHER if key in effect}
     one = _columns(effect["name"], effect["axis"], parameters, cases)
