@@ -108,7 +108,7 @@ def _gyro(belief: Belief, sheet: UnitSheet | None, grade: Grade) -> dict[str, Fi
         filled["angle_random_walk_deg_per_sqrt_h"] = _white(ANGLE_RANDOM_WALK, "gyro", sheet, grade)
     measured = offset is not None and bool((np.abs(offset) > VISIBLE_SIGMAS * sigma).any())
     if gyro.bias_radps is None:
-        filled["bias_radps"] = Filled(ZERO, "taken as 0, since nothing at rest shows another")
+        filled["bias_radps"] = Filled(ZERO, "taken as 0, since no stretch at rest shows another")
         if measured:
             value = tuple(float(f"{one:.6g}") for one in offset)
             filled["bias_radps"] = Filled(value, f"mean rate in {grade.rest_s:.0f} s at rest less Earth rate")

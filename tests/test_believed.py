@@ -94,6 +94,18 @@ def test_offsets_and_noise_at_rest_are_those_put_in() -> None:
     assert "MEMS" in grade.grade
 
 
+def test_a_vehicle_that_stands_but_is_shaken_is_not_said_to_move() -> None:
+    """Its fixes stand from 30 s on; the gyros are shaken throughout."""
+    moving = driven()
+    velocity = moving.gps.velocity_n.copy()
+    velocity[30:] = 0.0
+    stands = measure_grade(driven(replace(moving.gps, velocity_n=velocity)), moving.imu.accelerometer)
+    assert stands.words.startswith("It stands still from 30 to 119 s by the fixes, but is disturbed there")
+    assert measure_grade(moving, moving.imu.accelerometer).words.startswith(
+        "No stretch of 10 s is at rest. White noise"
+    )
+
+
 def test_the_vertical_part_of_earth_rate_is_no_offset() -> None:
     recording = parked(offset_radps=np.zeros(3), arw=0.002, vrw=10.0)
     grade = measure_grade(recording, recording.imu.accelerometer)
