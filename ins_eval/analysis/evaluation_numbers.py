@@ -16,6 +16,8 @@ from ins_eval.metrics import Estimate
 from ins_eval.navigation import Measures
 from ins_eval.restarts import Restarts
 
+LOST_MPS = 100.0  # horizontal velocity RMS beyond which a pure-inertial solution means nothing
+
 
 @dataclass(frozen=True)
 class RecordingFacts:
