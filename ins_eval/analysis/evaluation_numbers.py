@@ -21,7 +21,7 @@ LOST_MPS = 100.0  # horizontal velocity RMS beyond which a pure-inertial solutio
 
 @dataclass(frozen=True)
 class RecordingFacts:
-    """What was recorded; `filled_samples` lie on straight lines where none were."""
+    """What was recorded; `filled_samples` are increments that rest on samples on straight lines, where none were."""
 
     name: str
     kind: str

@@ -333,7 +333,7 @@ def _recording(recording: RecordingFacts) -> Section:
     facts += [] if recording.rate_hz is None else [f"rate {recording.rate_hz:g} Hz"]
     facts.append(f"length {recording.duration_s:g} s")
     if filled := recording.filled_samples:
-        facts.append(f"{filled} samples that were not recorded and lie on straight lines")
+        facts.append(f"{filled} increments that rest on samples on straight lines, which were not recorded")
     blocks = [
         *paragraphs(sentence(", ".join(facts)), *(sentence(note) for note in recording.notes)),
         Picture("flight_path", "Path over ground and height, from the reference."),
