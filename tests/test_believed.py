@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +16,9 @@ from ins_eval.errors import DataRefused, UsageError
 from ins_eval.grade import measure_grade, nearest_unit
 from ins_eval.interface.compare import compare
 from ins_eval.interface.evaluate import evaluate
+from ins_eval.readers.attribution import attributed
 from ins_eval.recording import Fixes, Imu, Recording, Start, form
-from ins_eval.recording.belief import Belief, GyroBelief
+from ins_eval.recording.belief import AccelerometerBelief, Belief, GpsBelief, GyroBelief
 from ins_eval.recording.validation import validate
 from tests.beliefs import navigation_grade
 
@@ -286,3 +288,34 @@ def test_a_large_offset_that_nobody_ruled_out_is_accepted_and_a_mix_up_of_units_
     mixed = replace(recording, imu=replace(recording.imu, gyro=recording.imu.gyro / DEG))
     with pytest.raises(DataRefused, match="degrees given for radians"):
         validate(mixed)
+
+
+# ---------------------------------------------------------------------------------------------------------- attributed
+
+
+def test_what_a_reader_assumed_is_not_called_stated(tmp_path: Path) -> None:
+    """Through the form and back: every value of the belief names who took it, the user's own excepted."""
+    belief = Belief(
+        gyro=GyroBelief(bias_sigma_deg_per_h=600.0, source="bias_sigma_deg_per_h: the sheet"),
+        accelerometer=AccelerometerBelief(bias_sigma_ug=2e4),
+        gps=GpsBelief(time_offset_s=0.2, position_sigma_m=2.5),
+    )
+    fixes = driven().gps
+    stands = replace(fixes, latitude_rad=np.full(120, LATITUDE_RAD), velocity_n=np.zeros((120, 3)))
+    recording = replace(parked(120.0), gps=stands, belief=belief)
+
+    def sources(reader: str | None) -> dict[str, str]:
+        read = attributed(recording, reader, ("gps.time_offset_s",))
+        form.write(read, tmp_path / str(reader))
+        return {row.key: row.source for row in belief_rows(form.read(tmp_path / str(reader)))}
+
+    of_reader, of_user = sources("apm-mat"), sources(None)
+    for key, words in {
+        "[gyro] bias_sigma_deg_per_h": "the sheet",
+        "[gps] lever_arm_m": "not stated, taken as 0",
+        "[gps] time_offset_s": "--assume",
+    }.items():
+        assert of_reader[key] == of_user[key] == words
+    for key in ("[accelerometer] bias_sigma_ug", "[gps] position_sigma_m"):
+        assert of_reader[key] == "assumed by the reader of apm-mat, see the notes"
+        assert of_user[key] == "stated"
