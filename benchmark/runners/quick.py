@@ -2,8 +2,8 @@
 
 Kinds stand in the proportions of the last whole sealed set, whose score `reports/concealed/log.json` keeps. Detected,
 named, confidently wrong and false alarms are held against what that score allows of so many cases, see
-`scores.predictive`; where one of them falls outside, the exit code is 1. Writes a page with the score, each case, and
-the five that tell most.
+`scores.predictive`. Where one of them falls outside, or a case ends with an error, the exit code is 1. Writes a page
+with the score, each case, and the five that tell most.
 
 ``--without`` cripples the search, which must then fall outside: a check of this check.
 """
@@ -66,15 +66,17 @@ def compared(fresh: dict, whole: dict) -> list[Compared]:
     return out
 
 
-def verdict(found: list[Compared], cases: int, seed: int, without: str | None) -> str:
-    """One sentence, then each rate that lies outside."""
+def verdict(found: list[Compared], cases: int, missing: int, seed: int, without: str | None) -> str:
+    """One sentence: whether all lie within, and which do not; another where cases have no answer."""
     outside = [one.words for one in found if not one.inside]
     of = f"{cases} fresh cases, seed {seed}" + (
         f", the effects of the {without} left out of the search" if without else ""
     )
+    said = "within what that of the last whole set allows"
     if outside:
-        return f"{of}: the score is outside of what that of the last whole set allows: {'; '.join(outside)}."
-    return f"{of}: the score is within what that of the last whole set allows."
+        said = f"outside of what that of the last whole set allows: {'; '.join(outside)}"
+    unanswered = f" {missing} of the cases ended with an error, see the page." if missing else ""
+    return f"{of}: the score is {said}.{unanswered}"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -99,16 +101,16 @@ def main(arguments: list[str] | None = None) -> int:
     bound.main([str(folder), str(answers), "--workers", str(chosen.workers)])
     result = report.result_of(folder, answers)
     found = compared(report.headline(result), whole["found"])
-    said = verdict(found, len(cases), chosen.seed, chosen.without)
+    said = verdict(found, len(cases), len(result["missing"]), chosen.seed, chosen.without)
     truths, given = read(folder / "truth"), read(answers)
     telling = quick_page.telling(result["records"])
     figures = quick_page.drawings(telling, truths, given, cases, chosen.workers)
     sections = quick_page.sections(result, found, telling, whole)
     write_whole(chosen.output / "manifest.json", as_json(report.manifest(folder, answers)))
     write_results(chosen.output, TITLE, said, sections, result, figures, chosen.quiet)
-    inside = all(one.inside for one in found)
-    print(said, file=sys.stdout if inside else sys.stderr)
-    return 0 if inside else 1
+    well = all(one.inside for one in found) and not result["missing"]
+    print(said, file=sys.stdout if well else sys.stderr)
+    return 0 if well else 1
 
 
 if __name__ == "__main__":

@@ -96,7 +96,7 @@ def drawings(
     chosen: Sequence[tuple[str, dict]], truths: Mapping, answers: Mapping, cases: Mapping, workers: int
 ) -> dict[str, Figure]:
     """A figure of each case: its whitened residual, with that beside what the answer names where it names something."""
-    jobs = {one["case"]: (truths[one["case"]], answers.get(one["case"], {}), cases[one["case"]]) for _, one in chosen}
+    jobs = {one["case"]: (answers.get(one["case"], {}), cases[one["case"]]) for _, one in chosen}
     seen = dict(results(residuals, jobs, workers))
     return {one["case"]: drawn(truths[one["case"]], one, seen[one["case"]]) for _, one in chosen}
 

@@ -71,7 +71,8 @@ def test_a_score_like_that_of_the_whole_set_is_within(whole: dict) -> None:
     assert [one.name for one in found] == list(quick.RATES)
     assert all(one.inside for one in found)
     assert found[-1].fresh == (0, 14) and found[-1].whole == (7, 300)  # plain and adversarial nulls
-    assert "is within" in quick.verdict(found, 40, 1, None)
+    assert quick.verdict(found, 40, 0, 1, None).endswith("is within what that of the last whole set allows.")
+    assert "2 of the cases ended with an error" in quick.verdict(found, 40, 2, 1, None)
 
 
 @pytest.mark.parametrize(
@@ -84,7 +85,7 @@ def test_a_score_like_that_of_the_whole_set_is_within(whole: dict) -> None:
 def test_a_worse_score_is_outside_and_says_which(word: str, hits: tuple, name: str, whole: dict) -> None:
     found = quick.compared(fresh(**{word: hits}), whole["found"])
     assert [one.name for one in found if not one.inside] == [name]
-    said = quick.verdict(found, 40, 1, "gyro")
+    said = quick.verdict(found, 40, 0, 1, "gyro")
     assert name in said and "gyro left out" in said and "where" in said
 
 
