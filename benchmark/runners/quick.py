@@ -102,12 +102,13 @@ def main(arguments: list[str] | None = None) -> int:
     result = report.result_of(folder, answers)
     found = compared(report.headline(result), whole["found"])
     said = verdict(found, len(cases), len(result["missing"]), chosen.seed, chosen.without)
-    truths, given = read(folder / "truth"), read(answers)
     telling = quick_page.telling(result["records"])
-    figures = quick_page.drawings(telling, truths, given, cases, chosen.workers)
+    figures = quick_page.drawings(telling, read(answers), cases, chosen.workers)
     sections = quick_page.sections(result, found, telling, whole)
     write_whole(chosen.output / "manifest.json", as_json(report.manifest(folder, answers)))
-    write_results(chosen.output, TITLE, said, sections, result, figures, chosen.quiet)
+    numbers = ", ".join(f"{one.name.split(',')[0]} {one.fresh[0]} of {one.fresh[1]}" for one in found)
+    answer = f"{said}\n{numbers[:1].upper()}{numbers[1:]}."
+    write_results(chosen.output, TITLE, answer, sections, result, figures, chosen.quiet)
     well = all(one.inside for one in found) and not result["missing"]
     print(said, file=sys.stdout if well else sys.stderr)
     return 0 if well else 1

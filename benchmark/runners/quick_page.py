@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -22,10 +23,10 @@ from ins_eval.wording import fixed
 
 MOST = 5
 BLOCK_S = 60.0
-Record = Mapping[str, object]
+Record = Mapping[str, Any]
 # why a case is worth a look, which cases it holds for, and by what the one is taken: the largest of all
 FAILED: tuple[tuple[str, Callable], ...] = (
-    ("an effect of the vocabulary or of none is named for sure, and wrong", lambda one: one["wrong"]),
+    ("named for sure, and wrong", lambda one: one["wrong"] and (one["inside"] or one["kind"] == "outside")),
     ("a false alarm", lambda one: one["false alarm"]),
     ("not detected, though D is at least 16", lambda one: one["inside"] and one["band"] == CLEAR and not one["heard"]),
     ("detected, and the truth is neither named nor listed", lambda one: one["heard"] and one.get("found") is False),
@@ -34,6 +35,7 @@ TELLING: tuple[tuple[str, Callable, int], ...] = (
     ("the faintest that is named first", lambda one: one.get("first"), -1),
     ("the clearest that is not detected", lambda one: one["inside"] and not one["heard"], 1),
     ("what has no name", lambda one: one["kind"] == "outside", 1),
+    ("what lasts for a time", lambda one: one["kind"] == "limited", 1),
     ("what one recording cannot tell", lambda one: one["verdict"] == "not identifiable", 1),
     ("two effects at once", lambda one: one["kind"] == "pair", 1),
     ("nothing is concealed, and the noise is other than believed", lambda one: one["kind"] == "adversarial", 1),
@@ -92,23 +94,25 @@ def words(one: dict) -> str:
     )
 
 
-def drawings(
-    chosen: Sequence[tuple[str, dict]], truths: Mapping, answers: Mapping, cases: Mapping, workers: int
-) -> dict[str, Figure]:
+def drawings(chosen: Sequence[tuple[str, dict]], answers: Mapping, cases: Mapping, workers: int) -> dict[str, Figure]:
     """A figure of each case: its whitened residual, with that beside what the answer names where it names something."""
     jobs = {one["case"]: (answers.get(one["case"], {}), cases[one["case"]]) for _, one in chosen}
     seen = dict(results(residuals, jobs, workers))
-    return {one["case"]: drawn(truths[one["case"]], one, seen[one["case"]]) for _, one in chosen}
+    return {one["case"]: drawn(one, seen[one["case"]]) for _, one in chosen}
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Whitened residuals (n, 9) at times of nodes, without and with the effects that an answer names, if any."""
+    """Whitened residuals (n, 9) at times of nodes, without and with the effects that an answer names, if any.
+
+    `located` is what the answer locates in this recording: begin, end, channel.
+    """
 
     time_s: np.ndarray
     channels: Sequence[str]
     before: np.ndarray
     after: np.ndarray | None
+    located: Sequence[tuple[float, float, str]]
 
 
 def residuals(answer: dict, folders: Sequence[Path]) -> Residuals:
@@ -123,14 +127,15 @@ def residuals(answer: dict, folders: Sequence[Path]) -> Residuals:
     named = [one for effect in answer.get("effects", ()) if (one := bound.answered(effect, cases)) is not None]
     model = [one.scaled(max(1.0, abs(effect["value"] / one.candidate.nominal))) for one, effect in named]
     noise = fit_noise(cases, model, [None] * len(cases))
-    where = [one.get("recording") for one in answer.get("mismatch") or ()]
-    r = next((k for k, case in enumerate(cases) if where and case.name == where[0]), 0)
+    seen = [one for one in answer.get("mismatch") or () if one["interval_s"]]
+    r = next((k for k, case in enumerate(cases) if seen and case.name == seen[0]["recording"]), 0)
     case, known = cases[r], len(cases[r].nuisances)
     columns = [one.columns[r] for one in model if one.columns[r] is not None]
     kept = case.whitened(columns, noise[r].noise_point, keep=1 + known + len(columns)).kept
     channels = CHANNELS if case.believed is not None else ("accelerometer", *CHANNELS[1:])
     after = at_best(kept) if columns else None
-    return Residuals(case.model.nodes_s, channels, at_best(kept[..., : 1 + known]), after)
+    located = [(*one["interval_s"], one["channel"]) for one in seen if one["recording"] == case.name]
+    return Residuals(case.model.nodes_s, channels, at_best(kept[..., : 1 + known]), after, located)
 
 
 def at_best(kept: np.ndarray) -> np.ndarray:
@@ -141,16 +146,15 @@ def at_best(kept: np.ndarray) -> np.ndarray:
     return residual - others @ np.linalg.solve(np.eye(x.shape[1]) + x.T @ x, x.T @ residual[seen])
 
 
-def drawn(truth: dict, one: dict, seen: Residuals) -> Figure:
-    """Before and after; without a name, the residual with the interval in which something is concealed."""
+def drawn(one: Record, seen: Residuals) -> Figure:
+    """Before and after; where nothing is named, the residual with what is located."""
     title = f"Concealed: {', '.join(short(name) for name in one['truth']) or 'nothing'}"
     if seen.after is not None:
         return before_and_after(
             time_s=seen.time_s, before=seen.before, after=seen.after, block_s=BLOCK_S, channels=seen.channels,
             title=title,
         )  # fmt: skip
-    interval = truth["interval_s"] or (seen.time_s[0], seen.time_s[-1])
     return whitened_residuals(
-        time_s=seen.time_s, innovations=seen.before, located=[(*interval, short(name)) for name in one["truth"]],
-        block_s=BLOCK_S, channels=seen.channels, title=title,
+        time_s=seen.time_s, innovations=seen.before, located=seen.located, block_s=BLOCK_S, channels=seen.channels,
+        title=title,
     )  # fmt: skip
