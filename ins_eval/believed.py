@@ -19,7 +19,16 @@ from ins_eval.errors import InsEvalError
 from ins_eval.grade import ANGLE_RANDOM_WALK, BIAS, VELOCITY_RANDOM_WALK, VISIBLE_SIGMAS, Grade, measure_grade, typical
 from ins_eval.navigation import compensate, samples
 from ins_eval.recording import Fixes, Recording
-from ins_eval.recording.belief import POSITION_SIGMA_M, VELOCITY_SIGMA_MPS, ZERO, Belief, FormTable
+from ins_eval.recording.belief import (
+    POSITION_SIGMA_M,
+    SHOWN_KEYS,
+    UNSTATED,
+    VELOCITY_SIGMA_MPS,
+    ZERO,
+    Belief,
+    FormTable,
+    clauses,
+)
 from ins_eval.recording.mending import mended
 from ins_eval.units import DEG_PER_H, UG
 
@@ -108,7 +117,7 @@ def _gyro(belief: Belief, sheet: UnitSheet | None, grade: Grade) -> dict[str, Fi
         filled["angle_random_walk_deg_per_sqrt_h"] = _white(ANGLE_RANDOM_WALK, "gyro", sheet, grade)
     measured = offset is not None and bool((np.abs(offset) > VISIBLE_SIGMAS * sigma).any())
     if gyro.bias_radps is None:
-        filled["bias_radps"] = Filled(ZERO, "taken as 0, since nothing at rest shows another")
+        filled["bias_radps"] = Filled(ZERO, "taken as 0, since no stretch at rest shows another")
         if measured:
             value = tuple(float(f"{one:.6g}") for one in offset)
             filled["bias_radps"] = Filled(value, f"mean rate in {grade.rest_s:.0f} s at rest less Earth rate")
@@ -243,24 +252,19 @@ class BeliefRow:
 def belief_rows(recording: Recording) -> list[BeliefRow]:
     """What is believed of gyros, accelerometers and GPS."""
     belief = recording.belief
-    keys = {
-        "gyro": ("bias_radps", "bias_sigma_deg_per_h", "angle_random_walk_deg_per_sqrt_h"),
-        "accelerometer": ("bias_mps2", "bias_sigma_ug", "velocity_random_walk_ug_per_sqrt_hz"),
-        "gps": ("lever_arm_m", "time_offset_s", "position_sigma_m", "velocity_sigma_mps"),
-    }
     rows = []
-    for table in FILLED:
+    for table in SHOWN_KEYS:
         if table == "gps" and recording.gps is None:
             continue
         of = getattr(belief, table)
-        clauses = dict(clause.split(": ", 1) for clause in (of.source or "").split("; ") if ": " in clause)
-        own = {key: clauses[key] for key in keys[table] if key in clauses}
-        for key in keys[table]:
+        sources = clauses(of.source)
+        own = {key: sources[key] for key in SHOWN_KEYS[table] if key in sources}
+        for key in SHOWN_KEYS[table]:
             value = getattr(of, key)
             if value is None:
                 source = "unknown, estimated where it is needed"
             elif key not in of.model_fields_set and key not in own:
-                source = "not stated, taken as 0"
+                source = UNSTATED
             else:
                 source = own.get(key) or (STATED if own or not of.source else of.source)
             shown = "none" if value is None else _shown(value)

@@ -34,7 +34,7 @@ def make_parser() -> argparse.ArgumentParser:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     for add in (
         *(_flight_report, _paper_report, _loop_report, _presets, _evaluate, _results, _simulate),
-        *(_calibrate, _import, _compare, _diagnose, _predict, _loop, _check_model, _check_cep),
+        *(_calibrate, _import, _compare, _diagnose, _predict, _loop, _open, _check_model, _check_cep),
     ):
         add(verbs)
     for verb in leaves(verbs):
@@ -140,7 +140,7 @@ def _evaluate(verbs: argparse._SubParsersAction) -> None:
         type=float,
         dest="restart_every_s",
         metavar="S",
-        help="also navigate in pieces of S seconds, each from a fix: for instruments that drift away in minutes",
+        help="also navigate in pieces of S seconds, each from a fix (default: 30 where it is lost when left alone)",
     )
     parser.add_argument(
         "--magnetometer",
@@ -309,6 +309,20 @@ def _loop(verbs: argparse._SubParsersAction) -> None:
         metavar="N",
         help="code of DA0 as it is set now (default: %(default)s)",
     )
+
+
+def _open(verbs: argparse._SubParsersAction) -> None:
+    parser = verbs.add_parser("open", help="show the latest report in the browser, or a list of all")
+    parser.add_argument(
+        "folder",
+        type=Path,
+        nargs="?",
+        default=Path("reports"),
+        metavar="DIR",
+        help="a report, or a folder of reports (default: %(default)s)",
+    )
+    parser.add_argument("--serve", action="store_true", help="serve the list to this machine, read-only, until Ctrl-C")
+    parser.add_argument("--port", type=options.port, metavar="N", help="of --serve (default: a free one)")
 
 
 def _check_model(verbs: argparse._SubParsersAction) -> None:

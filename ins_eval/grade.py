@@ -84,7 +84,7 @@ class Grade:
     `gyro_offset` (3,) rad/s and `force_offset` m/s^2, that of the norm of specific force from gravity, have one sigma
     beside them: how they wander in this recording and what rotation and gravity of the Earth leave open. They are None
     without a rest. `bounds` are upper bounds of the white noise by its key, for where none is seen: motion adds to it,
-    or a filter of the output hides it.
+    or a filter of the output hides it. `standing` is the longest stretch in which fixes stand, where none is at rest.
     """
 
     rests: tuple[Stretch, ...]
@@ -96,6 +96,7 @@ class Grade:
     temperature_c: tuple[float, float] | None
     bounds: Mapping[str, float]
     laws: tuple[TemperatureLaw, ...] = ()
+    standing: Stretch | None = None
 
     @property
     def rest_s(self) -> float:
@@ -137,7 +138,7 @@ class Grade:
     def words(self) -> str:
         """One sentence: the grade, and from what it was told."""
         if self.grade is None:
-            return "The grade cannot be told: nothing at rest and no noise is seen."
+            return f"The grade cannot be told, since no noise is seen. {self._unrest}."
         seen = self.white or self.bounds
         units = {
             ANGLE_RANDOM_WALK: "deg/sqrt(h) of the gyros",
@@ -146,9 +147,10 @@ class Grade:
         noise = " and ".join(f"{value:.3g} {units[key]}" for key, value in seen.items())
         near = datasheets.unit(self.nearest).name
         if not self.white:
+            where = f"In {self.rest_s:.0f} s at rest white" if self.rests else f"{self._unrest}. White"
             return (
-                f"{f'In {self.rest_s:.0f} s at rest' if self.rests else 'Nothing is at rest:'} white noise is at most "
-                f"{noise}, so the grade is {self.grade}{'' if self.rests else ' or better'} (nearest sheet: {near})."
+                f"{where} noise is at most {noise}, so the grade is {self.grade}{'' if self.rests else ' or better'} "
+                f"(nearest sheet: {near})."
             )
         each = ", ".join(f"{rest.duration_s:.0f} s" for rest in self.rests[:6]) + (
             ", ..." if len(self.rests) > 6 else ""
@@ -156,6 +158,17 @@ class Grade:
         return (
             f"Grade: {self.grade}, by offsets and white noise of {noise} in {each} at rest, the noise of the place "
             f"included (nearest sheet: {near})."
+        )
+
+    @property
+    def _unrest(self) -> str:
+        """Why no stretch counts as rest."""
+        if self.standing is None:
+            return f"No stretch of {SHORTEST_REST_S:.0f} s is at rest"
+        begin_s, end_s = self.standing.start_s, self.standing.end_s
+        return (
+            f"It stands still from {begin_s:.0f} to {end_s:.0f} s by the fixes, but is disturbed there: no stretch "
+            f"of {SHORTEST_REST_S:.0f} s is quiet enough to count as rest"
         )
 
     def as_tree(self) -> dict[str, Any]:
@@ -239,7 +252,7 @@ def measure_grade(recording: Recording, velocity: np.ndarray | None) -> Grade:
     rows = [slice(*np.searchsorted(imu.time_s, [r.start_s + 1e-6, r.end_s + 1e-6])) for r in rests]
     if not rests:
         bounds = _bounds(columns, step_s)
-        return Grade(rests, (), None, None, None, None, None, bounds)
+        return Grade(rests, (), None, None, None, None, None, bounds, standing=_standing(recording))
     channels = []
     for name, column in zip(CHANNELS, columns, strict=False):
         allan = allan_deviation([column[r] for r in rows], step_s, per_octave=3)
@@ -331,6 +344,18 @@ def _rests(recording: Recording) -> list[Stretch]:
                 stands.append(rest)
         break
     return stands
+
+
+def _standing(recording: Recording) -> Stretch | None:
+    """The longest stretch, of at least `SHORTEST_REST_S`, in which a reference or GPS stands."""
+    found: list[Stretch] = []
+    for fixes in filter(None, (recording.reference, recording.gps)):
+        speed = np.hypot(*fixes.velocity_n[:, :2].T)
+        time_s, stands = fixes.time_s[fixes.valid], (speed < STANDING_SPEED_MPS)[fixes.valid]
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], stands, [False]]).astype(int)))
+        found += [Stretch(float(time_s[a]), float(time_s[b - 1])) for a, b in edges.reshape(-1, 2)]
+    longest = max(found, key=lambda one: one.duration_s, default=None)
+    return longest if longest is not None and longest.duration_s >= SHORTEST_REST_S else None
 
 
 def _blocks(columns: np.ndarray, rows: Sequence[slice], step_s: float) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from ins_eval.boundary import GIB
 
 LEAST_GIB = 0.5  # the libraries alone take 0.3 GiB
+LAST_PORT = 65535
 STANDARD_OUTPUT = Path("-")
 EXPORTS = ("csv", "parquet", "mat", "nc", "kml", "gpx", "tex")  # `exports.FORMATS`, without importing them
 FILES = (".toml", ".json", ".html", ".csv", ".py")  # a folder with such a name is a slip
@@ -142,6 +143,14 @@ def at_least(smallest: int) -> Callable[[str], int]:
         return value
 
     return number
+
+
+def port(text: str) -> int:
+    """The number of a port that needs no rights."""
+    value = at_least(1024)(text)
+    if value > LAST_PORT:
+        raise argparse.ArgumentTypeError(f"{value}, expected at most {LAST_PORT}")
+    return value
 
 
 def gib(text: str) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +16,9 @@ from ins_eval.errors import DataRefused, UsageError
 from ins_eval.grade import measure_grade, nearest_unit
 from ins_eval.interface.compare import compare
 from ins_eval.interface.evaluate import evaluate
+from ins_eval.readers.attribution import attributed
 from ins_eval.recording import Fixes, Imu, Recording, Start, form
-from ins_eval.recording.belief import Belief, GyroBelief
+from ins_eval.recording.belief import AccelerometerBelief, Belief, GpsBelief, GyroBelief
 from ins_eval.recording.validation import validate
 from tests.beliefs import navigation_grade
 
@@ -92,6 +94,18 @@ def test_offsets_and_noise_at_rest_are_those_put_in() -> None:
     assert grade.white["angle_random_walk_deg_per_sqrt_h"] == pytest.approx(ARW_DEG, rel=WHITE)
     assert grade.white["velocity_random_walk_ug_per_sqrt_hz"] == pytest.approx(VRW_UG, rel=WHITE)
     assert "MEMS" in grade.grade
+
+
+def test_a_vehicle_that_stands_but_is_shaken_is_not_said_to_move() -> None:
+    """Its fixes stand from 30 s on; the gyros are shaken throughout."""
+    moving = driven()
+    velocity = moving.gps.velocity_n.copy()
+    velocity[30:] = 0.0
+    stands = measure_grade(driven(replace(moving.gps, velocity_n=velocity)), moving.imu.accelerometer)
+    assert stands.words.startswith("It stands still from 30 to 119 s by the fixes, but is disturbed there")
+    assert measure_grade(moving, moving.imu.accelerometer).words.startswith(
+        "No stretch of 10 s is at rest. White noise"
+    )
 
 
 def test_the_vertical_part_of_earth_rate_is_no_offset() -> None:
@@ -274,3 +288,34 @@ def test_a_large_offset_that_nobody_ruled_out_is_accepted_and_a_mix_up_of_units_
     mixed = replace(recording, imu=replace(recording.imu, gyro=recording.imu.gyro / DEG))
     with pytest.raises(DataRefused, match="degrees given for radians"):
         validate(mixed)
+
+
+# ---------------------------------------------------------------------------------------------------------- attributed
+
+
+def test_what_a_reader_assumed_is_not_called_stated(tmp_path: Path) -> None:
+    """Through the form and back: every value of the belief names who took it, the user's own excepted."""
+    belief = Belief(
+        gyro=GyroBelief(bias_sigma_deg_per_h=600.0, source="bias_sigma_deg_per_h: the sheet"),
+        accelerometer=AccelerometerBelief(bias_sigma_ug=2e4),
+        gps=GpsBelief(time_offset_s=0.2, position_sigma_m=2.5),
+    )
+    fixes = driven().gps
+    stands = replace(fixes, latitude_rad=np.full(120, LATITUDE_RAD), velocity_n=np.zeros((120, 3)))
+    recording = replace(parked(120.0), gps=stands, belief=belief)
+
+    def sources(reader: str | None) -> dict[str, str]:
+        read = attributed(recording, reader, ("gps.time_offset_s",))
+        form.write(read, tmp_path / str(reader))
+        return {row.key: row.source for row in belief_rows(form.read(tmp_path / str(reader)))}
+
+    of_reader, of_user = sources("apm-mat"), sources(None)
+    for key, words in {
+        "[gyro] bias_sigma_deg_per_h": "the sheet",
+        "[gps] lever_arm_m": "not stated, taken as 0",
+        "[gps] time_offset_s": "--assume",
+    }.items():
+        assert of_reader[key] == of_user[key] == words
+    for key in ("[accelerometer] bias_sigma_ug", "[gps] position_sigma_m"):
+        assert of_reader[key] == "assumed by the reader of apm-mat, see the notes"
+        assert of_user[key] == "stated"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -11,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import scipy.io
+from lxml import etree
 
 import ins_eval as ie
 from ins_eval.errors import UsageError
@@ -22,6 +24,8 @@ from ins_eval.exports.tracks import MOST_POINTS
 from ins_eval.options import EXPORTS
 
 KML = {"kml": "http://www.opengis.net/kml/2.2"}
+# that of tracks; the whole schema of the OGC, ogckml22.xsd with what it imports, takes its place where it is named
+KML_SCHEMA = Path(os.environ.get("KML_SCHEMA") or Path(__file__).with_name("kml.xsd"))
 PLACE_DEG, HEIGHT_M = 5.1e-10, 5.1e-4  # half of the last digit that a track states
 
 
@@ -96,6 +100,31 @@ def test_a_track_is_where_the_solution_is(result, folder: Path) -> None:
     for found in (ours[:, [1, 0, 2]], theirs):
         assert np.abs(found[:, :2] - expected[:, :2]).max() <= PLACE_DEG
         assert np.abs(found[:, 2] - expected[:, 2]).max() <= HEIGHT_M
+
+
+@pytest.fixture(scope="module")
+def schema() -> etree.XMLSchema:
+    return etree.XMLSchema(etree.parse(KML_SCHEMA))
+
+
+def test_kml_keeps_to_its_schema(schema: etree.XMLSchema, folder: Path, tmp_path: Path) -> None:
+    schema.assertValid(etree.parse(folder / "tracks.kml"))
+    place = pd.DataFrame({"latitude_deg": [45.0, 45.1], "longitude_deg": [7.0, -7.0], "height_m": [np.nan, 1.0]})
+    (odd,) = FORMATS["kml"]({"2nd run: a/b <c>": place, "2nd run: a b (c)": place}, tmp_path)
+    schema.assertValid(etree.parse(odd))
+
+
+@pytest.mark.parametrize("spoiled", ["order", "identifier", "color"])
+def test_the_schema_refuses_what_is_no_kml(spoiled: str, schema: etree.XMLSchema, folder: Path) -> None:
+    tree = etree.parse(folder / "tracks.kml")
+    if spoiled == "order":
+        mark = tree.find("kml:Document/kml:Placemark", KML)
+        mark.insert(1, mark.find("kml:LineString", KML))
+    elif spoiled == "identifier":
+        tree.find("kml:Document/kml:Style", KML).set("id", "2nd run")
+    else:
+        tree.find(".//kml:color", KML).text = "blue"
+    assert not schema.validate(tree)
 
 
 def test_latex_holds_the_main_figures(result, folder: Path) -> None:

@@ -17,6 +17,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -73,7 +74,7 @@ def reached(truth: dict, answer: dict, folders: list[Path], manifest: dict) -> d
     else:
         truths = [(one, effect) for effect in truth["effects"] if (one := _hypothesis(effect, cases)) is not None]
     told = answer.get("effects", ())
-    named = [one for effect in told if (one := _answered(effect, cases)) is not None]
+    named = [one for effect in told if (one := answered(effect, cases)) is not None]
     null = fit_noise(cases, [], [None] * len(cases))
     alone = float(marginal(cases, [one.noise_point for one in null], [], [[]], np.zeros(0))[0])
     there, without, beside = _heights(cases, truths, null)
@@ -92,9 +93,11 @@ def _heights(cases: list, effects: list, null: list) -> tuple[list, float, float
 
     model = [one for one, _ in effects]
     wide = [one.scaled(max(1.0, abs(effect["value"] / one.candidate.nominal))) for one, effect in effects]
-    loud = [one.noise_point for one in null]
-    quiet = [with_quiet_sensors(case, position) for case, position in zip(cases, loud, strict=True)]
-    starts = [fit_noise(cases, wide, start) for start in (loud, quiet)]
+    quiet = [
+        replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
+        for case, one in zip(cases, null, strict=True)
+    ]
+    starts = [fit_noise(cases, wide, start) for start in (null, quiet)]
     there = max(starts, key=lambda fitted: sum(one.log_evidence for one in fitted))
     centre = np.array([one.candidate.centre for one in model])
     without, beside = marginal(cases, [one.noise_point for one in there], model, [[], list(range(len(model)))], centre)
@@ -114,7 +117,7 @@ def _removed(cases: list, noise: list, truth: list, named: list) -> float:
     return 1.0 - float(values @ a @ values) / of_truth
 
 
-def _answered(effect: dict, cases: list):
+def answered(effect: dict, cases: list):
     """An effect that an answer names, as columns, with its value."""
     parameters = effect["parameters"] | {key: effect[key] for key in FURTHER if key in effect}
     one = _columns(effect["name"], effect["axis"], parameters, cases)

@@ -10,6 +10,7 @@ import hashlib
 import json
 import sys
 import time
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from benchmark.worlds import cases
@@ -42,6 +43,36 @@ def one(job) -> tuple[str, str, float]:
     return case.name, kind, time.perf_counter() - start
 
 
+def make(
+    folder: Path,
+    drawn: tuple[str, int, float | None],
+    wanted: Mapping[str, Sequence[int]],
+    oracle: bool = True,
+    workers: int = 1,
+    scheduler: str | None = None,
+) -> Iterator[tuple[str, str, float]]:
+    """Make the cases `wanted`, kind -> indices, that `folder` does not hold yet; what `one` returns of each.
+
+    `drawn` are the set, the seed and the samples a second, None for drawn ones.
+    """
+    which, seed, rate = drawn
+    (folder / "truth").mkdir(parents=True, exist_ok=True)
+    (folder / "recordings").mkdir(parents=True, exist_ok=True)
+    jobs = [
+        (which, seed, kind, index, rate, oracle, str(folder))
+        for kind, indices in wanted.items()
+        for index in indices
+        if not (folder / "truth" / f"{cases.title(which, seed, kind, index)}.json").exists()
+    ]
+    for _, found in results(one, {job: (job,) for job in jobs}, workers, scheduler):
+        yield found
+    manifest = folder / "truth" / "manifest.json"
+    made = json.loads(manifest.read_text())["made"] if manifest.exists() else []
+    made.append({"set": which, "seed": seed, "wanted": {kind: list(indices) for kind, indices in wanted.items()},
+                 "rate_hz": rate, "generator_sha256": code_hash()})  # fmt: skip
+    manifest.write_text(json.dumps({"made": made}, indent=1) + "\n")
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmark.runners.make", description=__doc__.splitlines()[0])
     parser.add_argument("--set", choices=list(cases.SETS), default="development", dest="which")
@@ -59,21 +90,13 @@ def main(arguments: list[str] | None = None) -> int:
     unknown = [kind for kind in kinds if kind not in cases.KINDS]
     if unknown:
         parser.error(f"unknown kind {unknown[0]}; expected some of {', '.join(cases.KINDS)}")
-    (chosen.output / "truth").mkdir(parents=True, exist_ok=True)
-    (chosen.output / "recordings").mkdir(parents=True, exist_ok=True)
-    jobs = [
-        (chosen.which, chosen.seed, kind, index, chosen.rate, not chosen.no_oracle, str(chosen.output))
-        for kind in kinds
-        for index in range(chosen.first, chosen.first + chosen.count)
-        if not (chosen.output / "truth" / f"{cases.title(chosen.which, chosen.seed, kind, index)}.json").exists()
-    ]
-    for _, (name, kind, seconds) in results(one, {job: (job,) for job in jobs}, chosen.workers, chosen.scheduler):
+    indices = range(chosen.first, chosen.first + chosen.count)
+    drawn = chosen.which, chosen.seed, chosen.rate
+    wanted = {kind: indices for kind in kinds}
+    for name, kind, seconds in make(
+        chosen.output, drawn, wanted, not chosen.no_oracle, chosen.workers, chosen.scheduler
+    ):
         print(f"{name}  {kind:14s} {seconds:5.1f} s", flush=True)
-    manifest = chosen.output / "truth" / "manifest.json"
-    made = json.loads(manifest.read_text())["made"] if manifest.exists() else []
-    made.append({"set": chosen.which, "seed": chosen.seed, "kinds": kinds, "first": chosen.first,
-                 "count": chosen.count, "rate_hz": chosen.rate, "generator_sha256": code_hash()})  # fmt: skip
-    manifest.write_text(json.dumps({"made": made}, indent=1) + "\n")
     return 0
 
 

@@ -32,7 +32,7 @@ def content(result: dict, log: Sequence[dict]) -> tuple[str, list[Section]]:
         Section("Fit on unused data", _fit(result)),
         Section("Navigation", _navigation(result)),
         Section("The oracle beside ours", _oracle()),
-        Section("Time and failures", _time(result)),
+        Section("Time and failures", seconds(result)),
         Section("All runs on sealed sets", _log(log)),
     ]
     return _answer(result), [section for section in sections if section.blocks]
@@ -59,7 +59,7 @@ def _words(one: dict) -> str:
     return ", ".join(short(name) for name in one["truth"]) or "nothing"
 
 
-def _case_rows(records: Sequence[dict]) -> list[tuple[str, ...]]:
+def case_rows(records: Sequence[dict]) -> list[tuple[str, ...]]:
     return [
         (one["case"].removeprefix("case-"), one["kind"], one["where"], _words(one), fixed(one["d"], 1),
          fixed(one["margin"], 1), one["verdict"], ", ".join(short(name) for name in one["named"]) or MISSING)
@@ -86,7 +86,7 @@ def _outside(result: dict) -> list[Block]:
     below = [
         (*row, fixed(one.get("answer below"), 1))
         for one in sorted(other, key=lambda one: -(one["d"] or 0.0))
-        for row in _case_rows([one])
+        for row in case_rows([one])
     ]
     told = (
         "Below: by how many nats what was named stays below the truth, the noise estimated beside either. The truth is "
@@ -98,7 +98,7 @@ def _outside(result: dict) -> list[Block]:
         *_rates("By size", result["outside"], note="A disturbance that lasts for a time is counted by itself."),
         *table("Each form", header, rows, note),
         *table("Another name was given, D of at least 8", (*CASES, "below"), below, told, align=CASES_ALIGN + "r"),
-        *table("Confidently wrong", CASES, _case_rows(wrong), align=CASES_ALIGN),
+        *table("Confidently wrong", CASES, case_rows(wrong), align=CASES_ALIGN),
     ]
 
 
@@ -107,7 +107,7 @@ def _nulls(result: dict) -> list[Block]:
     return [
         *targets.table(result, "false alarms"),
         *_rates("False alarms, by kind and recording", result["false alarms"]),
-        *table("Each false alarm", CASES, _case_rows(alarms), align=CASES_ALIGN),
+        *table("Each false alarm", CASES, case_rows(alarms), align=CASES_ALIGN),
     ]
 
 
@@ -115,7 +115,7 @@ def _confusion(result: dict) -> list[Block]:
     wrong = [one for one in result["records"] if one["inside"] and one["wrong"]]
     return [
         Picture("confusion", "Green: the right name and axis. Grey: nothing was named. Red: another name."),
-        *table("Confidently wrong inside the vocabulary", CASES, _case_rows(wrong), align=CASES_ALIGN),
+        *table("Confidently wrong inside the vocabulary", CASES, case_rows(wrong), align=CASES_ALIGN),
     ]
 
 
@@ -144,7 +144,7 @@ def _detection(result: dict) -> list[Block]:
         *_bands("Detected, by effect and size", result["by effect"], effects, "{key}: detected, {band}"),
         *_bands("Named first, by effect and size", result["by effect"], effects, "{key}: named, {band}"),
         *_rates("Detected, by what was recorded", _part(result["by recording"], "detected")),
-        *table("Not detected although D is at least 16", CASES, _case_rows(clear), align=CASES_ALIGN),
+        *table("Not detected although D is at least 16", CASES, case_rows(clear), align=CASES_ALIGN),
     ]
 
 
@@ -164,7 +164,7 @@ def _naming(result: dict) -> list[Block]:
         *_rates("Named first where separable, by what was recorded", _part(result["by recording"], "named")),
         *table("Sets", ("", "cases", "mean", *QUANTILES), sizes if size["count"] else []),
         *_rates("Confidently wrong", result["confidently wrong"]),
-        *table("Separable, but not named first", CASES, _case_rows(wrong), align=CASES_ALIGN),
+        *table("Separable, but not named first", CASES, case_rows(wrong), align=CASES_ALIGN),
     ]
 
 
@@ -280,7 +280,7 @@ def _oracle() -> list[Block]:
     return [*paragraphs(text), Picture("oracle", "Log evidence gained, ours and the oracle's.")]
 
 
-def _time(result: dict) -> list[Block]:
+def seconds(result: dict) -> list[Block]:
     rows = []
     for where in sorted({one["where"] for one in result["records"]}):
         taken = [one["seconds"] for one in result["records"] if one["where"] == where and one["seconds"] is not None]

@@ -21,6 +21,7 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -89,9 +90,14 @@ def read_runs(answers: Path) -> dict[str, dict]:
 
 
 def run(
-    cases: dict[str, list[Path]], answers: Path, workers: int = 1, limit_s: float = 0.0, scheduler: str | None = None
+    cases: dict[str, list[Path]],
+    answers: Path,
+    workers: int = 1,
+    limit_s: float = 0.0,
+    scheduler: str | None = None,
+    work: Callable[..., tuple[int, str, float, float]] = diagnose,
 ) -> list[str]:
-    """Diagnose `cases`, name -> recordings, into `answers`; returns the names of those that failed.
+    """Diagnose `cases`, name -> recordings, into `answers` by `work`; returns the names of those that failed.
 
     A case that takes longer than `limit_s` of the processor, which no other load lengthens, is ended; 0: none is, nor
     on the workers of a Dask `scheduler`.
@@ -104,7 +110,7 @@ def run(
         name: ([str(one.resolve()) for one in cases[name]], str((answers / f"{name}.json").resolve()), limit_s)
         for name in to_do
     }
-    found = results(diagnose, jobs, workers, scheduler)
+    found = results(work, jobs, workers, scheduler)
     for name, (code, said, seconds, used) in tqdm(
         found, "cases", len(cases), initial=len(cases) - len(to_do), file=sys.stderr
     ):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property
 from math import ceil
@@ -12,6 +13,7 @@ import numpy as np
 
 from ins_eval.analysis.compensations import arms_of
 from ins_eval.analysis.evaluation_numbers import (
+    LOST_MPS,
     ComparedWith,
     EvaluationNumbers,
     FoundStart,
@@ -64,6 +66,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SHORTEST_NAVIGATION_S = 10.0
+RESTART_EVERY_S = 30.0  # of what is lost by then
 MOST_ROWS = 500_000  # of a solution that is kept beside its errors: 2.8 h at 200 Hz whole
 POLAR_M = 0.01  # a hundred times what navigation leaves in the same time at 34 degrees and 10 Hz
 
@@ -205,7 +208,8 @@ def evaluate_recording(
     Parameters
     ----------
     compensations : those wanted, by name or file; none: all that the recording has
-    restart_every_s : also in pieces of this length, see `restarts`
+    restart_every_s : also in pieces of this length, see `restarts`; None: in pieces of `RESTART_EVERY_S` where the
+        horizontal velocity RMS of every compensation is above `LOST_MPS`, and there are fixes to start from
     models : further compensations of pulses by name, a fitted model for each of x, y and z
 
     Raises: DataRefused, UsageError.
@@ -233,6 +237,11 @@ def evaluate_recording(
         evaluations[name] = replace(one, solution=_thinned(one.solution))
         if restart_every_s is not None:
             pieces[name] = restarts(arm.recording, arm.velocity, restart_every_s, one.initialization)
+        elif recording.gps is not None and measures(one).velocity_rms_mps.get("horizontal", 0.0) > LOST_MPS:
+            with suppress(DataRefused):  # nothing to start from, or no piece between outages
+                pieces[name] = restarts(arm.recording, arm.velocity, RESTART_EVERY_S, one.initialization)
+    if restart_every_s is None and len(pieces) < len(arms):
+        pieces = {}
     polar = _near_a_pole(next(iter(evaluations.values())).solution, recording)
     recording = replace(recording, notes=(*recording.notes, *notes, *polar, *([str(fast)] if fast.warned else [])))
     solution = None if recording.solution is None else evaluate_solution(recording)

@@ -16,10 +16,12 @@ from ins_eval.metrics import Estimate
 from ins_eval.navigation import Measures
 from ins_eval.restarts import Restarts
 
+LOST_MPS = 100.0  # horizontal velocity RMS beyond which a pure-inertial solution means nothing
+
 
 @dataclass(frozen=True)
 class RecordingFacts:
-    """What was recorded; `filled_samples` lie on straight lines where none were."""
+    """What was recorded; `filled_samples` are increments that rest on samples on straight lines, where none were."""
 
     name: str
     kind: str

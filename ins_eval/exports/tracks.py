@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from ins_eval.errors import UsageError
-from ins_eval.exports.frames import file_name
 from ins_eval.files import write_whole
 
 KML, GPX = "http://www.opengis.net/kml/2.2", "http://www.topografix.com/GPX/1/1"
@@ -26,15 +25,16 @@ def write_kml(frames: Mapping[str, pd.DataFrame], folder: Path) -> list[Path]:
     root = Xml.Element(f"{{{KML}}}kml")
     document = Xml.SubElement(root, f"{{{KML}}}Document")
     tracks = _tracks(frames, "kml")
-    for k, name in enumerate(tracks):
-        style = Xml.SubElement(document, f"{{{KML}}}Style", id=file_name(name))
+    styles = {name: f"track_{k}" for k, name in enumerate(tracks)}  # identifiers of XML, as names need not be
+    for k, style_name in enumerate(styles.values()):
+        style = Xml.SubElement(document, f"{{{KML}}}Style", id=style_name)
         line = Xml.SubElement(style, f"{{{KML}}}LineStyle")
         Xml.SubElement(line, f"{{{KML}}}color").text = COLOURS[k % len(COLOURS)]
         Xml.SubElement(line, f"{{{KML}}}width").text = "2"
     for name, place in tracks.items():
         mark = Xml.SubElement(document, f"{{{KML}}}Placemark")
         Xml.SubElement(mark, f"{{{KML}}}name").text = name.replace("_", " ")
-        Xml.SubElement(mark, f"{{{KML}}}styleUrl").text = f"#{file_name(name)}"
+        Xml.SubElement(mark, f"{{{KML}}}styleUrl").text = f"#{styles[name]}"
         line = Xml.SubElement(mark, f"{{{KML}}}LineString")
         Xml.SubElement(line, f"{{{KML}}}altitudeMode").text = "absolute"
         Xml.SubElement(line, f"{{{KML}}}coordinates").text = " ".join(

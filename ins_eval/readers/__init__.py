@@ -30,6 +30,7 @@ from ins_eval.readers import (
     rosbag,
     ulog,
 )
+from ins_eval.readers.attribution import attributed
 from ins_eval.recording import Recording
 
 
@@ -65,6 +66,8 @@ FORMATS = {
     "ins-recording": _format(ins_recording, "our own form, a folder: checked and written again"),
 }
 
+STATED_BY_USER = ("csv", "mat", "netcdf", "ins-recording")  # what is believed, by a mapping or the form
+
 
 def read(format_name: str, path: str | Path, assumed: Mapping[str, str]) -> Recording:
     """What a file of the named format holds.
@@ -75,7 +78,8 @@ def read(format_name: str, path: str | Path, assumed: Mapping[str, str]) -> Reco
     for key in assumed:
         if key not in known.keys:
             raise UsageError(f"--assume {key}: {format_name} does not know it{did_you_mean(key, known.keys)}")
-    return known.read(Path(path), assumed)
+    own_values = None if format_name in STATED_BY_USER else format_name
+    return attributed(known.read(Path(path), assumed), own_values, assumed)
 
 
 def find(format_name: str) -> Format:

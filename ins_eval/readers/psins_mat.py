@@ -67,8 +67,10 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
             reference=ReferenceBelief(
                 time_offset_s=offset_s, position_sigma_m=POSITION_SIGMA_M, velocity_sigma_mps=VELOCITY_SIGMA_MPS
             ),
-            gyro=GyroBelief(bias_radps=biases["eb0"], **GYRO),
-            accelerometer=AccelerometerBelief(bias_mps2=biases["db0"], **ACCELEROMETER),
+            gyro=GyroBelief(bias_radps=biases["eb0"], source="bias_radps: the authors' constant eb0", **GYRO),
+            accelerometer=AccelerometerBelief(
+                bias_mps2=biases["db0"], source="bias_mps2: the authors' constant db0", **ACCELEROMETER
+            ),
         ),
         notes=(
             f"The file {path.name} is a PSINS recording: {len(rows)} IMU samples and {len(reference.time_s)} epochs of "

@@ -83,6 +83,8 @@ def sampled(readings: Readings, layout: Layout, where: str) -> Sampled:
         columns = {k: v if k in {"gyro", "accelerometer"} - increments else v[1:] for k, v in columns.items()}
         filled = filled[1:] | filled[:-1] if len(increments) == 0 else filled[1:]
         notes.append("The rates at the stamps were integrated to increments by the trapezoidal rule.")
+    if filled.any():
+        notes.append(f"{filled.sum()} increments rest on samples that were put in (column filled).")
     known = {name: columns.pop(name) for name in ("temperature_c", "height_baro_m") if name in columns}
     imu = Imu(
         time_s=time_s if both else time_s[1:],
@@ -218,6 +220,6 @@ def _bridged(time_s, columns, increments: set[str], layout: Layout, step_s: floa
     notes.append(
         f"{gaps.size} steps exceed {LONGEST_STEP} times the median step of {step_s:.4g} s, {steps[gaps].sum():.3g} s "
         f"in all, the longest {steps[gaps].max():.4g} s after {time_s[gaps[np.argmax(steps[gaps])]]:.10g} s: "
-        f"{len(added)} samples on straight lines were put in, not measured ones (column filled)."
+        f"{len(added)} samples on straight lines were put in, not measured ones."
     )
     return merged, mended, np.isin(merged, added)

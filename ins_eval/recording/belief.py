@@ -19,6 +19,17 @@ Vector = tuple[float, float, float]
 NotNegative = Annotated[float, Field(ge=0.0)]
 ZERO: Vector = (0.0, 0.0, 0.0)
 POSITION_SIGMA_M, VELOCITY_SIGMA_MPS = 2.5, 0.05  # of a single-frequency receiver: its slow error shows in no spread
+SHOWN_KEYS = {  # of the tables whose values have sources
+    "gyro": ("bias_radps", "bias_sigma_deg_per_h", "angle_random_walk_deg_per_sqrt_h"),
+    "accelerometer": ("bias_mps2", "bias_sigma_ug", "velocity_random_walk_ug_per_sqrt_hz"),
+    "gps": ("lever_arm_m", "time_offset_s", "position_sigma_m", "velocity_sigma_mps"),
+}
+UNSTATED = "not stated, taken as 0"
+
+
+def clauses(source: str | None) -> dict[str, str]:
+    """The sources of single keys that a ``source`` names: ``KEY: SOURCE; KEY: SOURCE``."""
+    return dict(clause.split(": ", 1) for clause in (source or "").split("; ") if ": " in clause)
 
 
 class FormTable(BaseModel):

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from ins_eval.analysis.evaluation_numbers import (
+    LOST_MPS,
     EvaluationNumbers,
     FoundStart,
     NavigatedSpan,
@@ -29,7 +30,6 @@ SOLUTION = "What the INS put out itself"
 AXES = ("north", "east", "down")
 SPOKEN_ONE_BY_ONE = 2  # compensations; of more, the first line names the best and the worst
 SPOKEN_TIMES_S = (10.0,)
-HOPELESS_MPS = 100.0  # horizontal velocity RMS beyond which a pure-inertial solution means nothing
 RESTART_TIMES_S = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
 SCATTER = 1.5  # of the fixes beyond their sigmas that is worth a word
 SIGMAS = 3.0  # a heading farther than this from the documented one, in its own sigma, is worth a word
@@ -83,21 +83,20 @@ def _answer(found: EvaluationNumbers) -> str:
         lines = [f"{name} was navigated, and what it is compared with has no velocity{said}.", solution]
         return "\n".join(lines).strip()
     if len(velocities) <= SPOKEN_ONE_BY_ONE:
-        results = "; ".join(f"{_called(arm)} {_spoken(arms[arm])}" for arm in velocities)
-        lines = [f"{name}: {results}, {span}."]
+        whole = f"{'; '.join(f'{_called(arm)} {_spoken(arms[arm])}' for arm in velocities)}, {span}."
     else:
         best, worst = min(velocities, key=velocities.get), max(velocities, key=velocities.get)
-        lines = [
-            f"{name}: of {len(velocities)} compensations {label(best)} is the best in horizontal velocity, {span}; "
+        whole = (
+            f"of {len(velocities)} compensations {label(best)} is the best in horizontal velocity, {span}; "
             f"{_called(best)} {_spoken(arms[best])}, {_called(worst)} it is {fixed(velocities[worst])} m/s."
-        ]
-    if growth := _growth(found.restarts):
-        lines.append(growth)
-    elif min(velocities.values()) > HOPELESS_MPS:
-        lines.append(
-            "That is no navigation: the instrument drifts too fast to be left alone for so long. --restart-every 30 "
-            "shows how far it can be trusted between fixes."
         )
+    growth = _growth(found.restarts)
+    if min(velocities.values()) <= LOST_MPS:
+        lines = [f"{name}: {whole}", *([sentence(growth)] if growth else [])]
+    elif growth:
+        lines = [f"{name}: {growth}", f"Left alone for longer it is lost: {whole}"]
+    else:
+        lines = [f"{name} drifts too fast to be left alone for so long: {whole}"]
     lines.append(_heading(found.alignment))
     lines.append("This is one run: a single radial error rate, not a CEP." + _short(found.navigation))
     lines += [solution] if solution else []
@@ -123,10 +122,18 @@ def _growth(pieces: Mapping[str, Restarts]) -> str:
     if not pieces:
         return ""
     best = min(pieces, key=lambda name: pieces[name].position_rms_m[-1])
-    after_s, position_m = pieces[best].after_s, pieces[best].position_rms_m
+    after_s = pieces[best].after_s
     at = [k for k, t in enumerate(after_s) if t in SPOKEN_TIMES_S or k == len(after_s) - 1]
-    grown = joined([f"{fixed(position_m[k], 0)} m after {fixed(after_s[k], 0)} s" for k in at])
-    return f"Started afresh from a fix, {_called(best)}, it is off by {grown} (RMS over {pieces[best].count} starts)."
+    grown = joined([f"{_metres(pieces[best], k)} after {fixed(after_s[k], 0)} s" for k in at])
+    return f"started afresh from a fix, {_called(best)}, it is off by {grown} (RMS over {pieces[best].count} starts)."
+
+
+def _metres(piece: Restarts, k: int) -> str:
+    """The position error at one time since the start, with its interval where there is one."""
+    text, interval = f"{fixed(piece.position_rms_m[k], 0)} m", piece.position_interval_m[:, k]
+    if not _known(interval):
+        return text
+    return f"{text} (95 % interval {fixed(interval[0], 0)} to {fixed(interval[1], 0)} m)"
 
 
 def _short(navigation: NavigatedSpan) -> str:
@@ -247,7 +254,8 @@ def _restarts(found: EvaluationNumbers) -> list[Block]:
             "Growth of the horizontal error",
             ["time since the start afresh [s]", *columns],
             rows,
-            "RMS over the pieces, relative to the fix each started from, whose noise is in it twice.",
+            "RMS over the pieces, in brackets its 95 % interval by a bootstrap over them, where they are five or more. "
+            "Errors are relative to the fix each piece started from, whose noise is in them twice.",
         ),
     ]
 
@@ -329,7 +337,7 @@ def _recording(recording: RecordingFacts) -> Section:
     facts += [] if recording.rate_hz is None else [f"rate {recording.rate_hz:g} Hz"]
     facts.append(f"length {recording.duration_s:g} s")
     if filled := recording.filled_samples:
-        facts.append(f"{filled} samples that were not recorded and lie on straight lines")
+        facts.append(f"{filled} increments that rest on samples on straight lines, which were not recorded")
     blocks = [
         *paragraphs(sentence(", ".join(facts)), *(sentence(note) for note in recording.notes)),
         Picture("flight_path", "Path over ground and height, from the reference."),

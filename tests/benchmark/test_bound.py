@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmark.runners import bound
+from benchmark.scores import oracle
 from benchmark.scores.oracle import nominal
 from benchmark.worlds import cases
 from ins_eval.believed import believed
@@ -37,3 +38,13 @@ def test_what_has_no_name_is_drawn_again_as_it_acted(index, tmp_path):
     si = {"accelerometer": bound.UG, "gyro": bound.DEG_PER_H, "gps": 1.0}[channel.name.partition(".")[0]]
     expected = abs(nominal(drawn.hidden[0]).value) * si / channel.size
     assert np.sqrt(a[0, 0] / a[1, 1]) == pytest.approx(expected, rel=SIZE)
+
+
+def test_with_the_noise_to_be_estimated_less_can_be_told(tmp_path):
+    """The D of an oracle that knows the noise is the most; of a clear effect something remains."""
+    drawn = cases.draw("development", SEED, "limited", 4, RATE_HZ)
+    drawn.made[0].save(tmp_path / drawn.name)
+    known = oracle.judge(drawn)["log_bayes_factor"]
+    found = bound.reached(drawn.truth, {}, [tmp_path / drawn.name], MANIFEST)
+    assert 0.0 < found["log_bayes_factor"] < known
+    assert found["removed"] is found["answer_below"] is None

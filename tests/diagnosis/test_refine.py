@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.estimate.case import Case, prepare, with_effects
-from ins_eval.diagnosis.estimate.refine import Q95, RefinedFit, _Profile, believed_effect, refine
+from ins_eval.diagnosis.estimate.refine import Q95, RefinedFit, _Profile, _same_white, believed_effect, refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, sums
 from ins_eval.diagnosis.model.columns import Column
 from ins_eval.diagnosis.model.library import Candidate
@@ -174,6 +174,32 @@ def test_what_a_belief_says_of_an_effect(candidate, coefficient: float, value: f
     assert found.value == pytest.approx(value)
     for name in ("time_constant_s", "at_s"):
         assert getattr(found, name) == candidate.parameters.get(name)
+
+
+@dataclass(frozen=True)
+class Levels:
+    white: np.ndarray
+    priors: str
+    down: str
+
+
+@pytest.mark.parametrize("nodes", [9, 10, 11])
+def test_noise_stays_at_its_level_where_a_clock_that_is_set_right_leaves_other_nodes(nodes: int) -> None:
+    """Of `before` 10 nodes, one of them not measured; motion makes the last twice as noisy in each."""
+
+    def case(count: int, level: float, priors: str) -> SimpleNamespace:
+        white = np.full((count, 3), level)
+        white[-1] *= 2.0
+        residual = np.zeros((count, 3))
+        residual[0] = np.nan
+        model = SimpleNamespace(nodes_s=np.arange(count) + 0.1 * (count != 10))
+        noise, seen = Levels(white, priors, "down"), SimpleNamespace(residual=residual)
+        return SimpleNamespace(model=model, noise=noise, seen=seen)
+
+    before = case(10, 3.0, "of before")
+    found = _same_white(case(nodes, 5.0, "its own"), before)
+    assert found.priors == "of before"
+    np.testing.assert_allclose(found.white, case(nodes, 3.0, "").noise.white)
 
 
 @pytest.mark.parametrize("sigma", [1e-9, 1e-3, 0.3])

@@ -83,7 +83,15 @@ def test_restarts_are_told_where_there_are_any(evaluation_numbers):
     assert [row[0] for row in table.rows] == ["1", "2", "4"] and table.rows[-1][1:] == ("1.6", "0.80")
 
 
-def test_a_hopeless_instrument_is_sent_to_restarts(evaluation_numbers):
-    assert "--restart-every" not in evaluation_content(evaluation_numbers)[0]
-    hopeless = {"none": with_velocity(evaluation_numbers.compensations["none"], 500.0)}
-    assert "--restart-every" in evaluation_content(replace(evaluation_numbers, compensations=hopeless))[0]
+def test_what_is_lost_leads_with_how_far_it_goes_from_a_fix(evaluation_numbers):
+    lost = {"none": with_velocity(evaluation_numbers.compensations["none"], 500.0)}
+    alone = evaluation_content(replace(evaluation_numbers, compensations=lost))[0].splitlines()[0]
+    assert "drifts too fast to be left alone" in alone and "500.00 m/s" in alone
+    interval = np.array([[0.5, 30.0], [0.9, 60.0]])
+    grown = Restarts(np.array([1.0, 10.0]), np.array([0.7, 44.0]), np.array([0.2, 9.0]), interval, interval, 20)
+    answer, sections = evaluation_content(replace(evaluation_numbers, compensations=lost, restarts={"none": grown}))
+    first, second = answer.splitlines()[:2]
+    assert "off by 44 m (95 % interval 30 to 60 m) after 10 s" in first and "500.00 m/s" not in first
+    assert second.startswith("Left alone for longer it is lost: ") and "500.00 m/s" in second
+    table = next(b for s in sections if s.heading == "Between fixes" for b in s.blocks if isinstance(b, Table))
+    assert "95 % interval" in table.note

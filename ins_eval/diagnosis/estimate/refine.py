@@ -83,15 +83,15 @@ def refine(
     model = tuple(again(one, original) for one in model)  # they may come from other navigated recordings
     point, fitted = np.zeros(len(model)) if point is None else point, tuple(fitted)
     cases, fixed = original, np.array([one.candidate.name.startswith("earth.") for one in model])
-    noise = [case.noise for case in original]  # what is white is read off once: else no two fits could be compared
+    like = original  # whose noise is kept: what is white is read off once, else no two fits could be compared
     if fixed.any():  # there is nothing between a term that is there and one that is not
         point = np.where(fixed, [one.candidate.centre for one in model], point)
         cases, model = _navigated(original, model, point)
-        noise = [case.noise for case in cases]
+        like = cases
         fitted = tuple(fit_noise(cases, model, fitted))
     elif point.any():
-        cases, model = _navigated(original, model, point, noise)
-    at, steps = _Point(cases, model, point, fitted), _Steps(original, noise)
+        cases, model = _navigated(original, model, point, like)
+    at, steps = _Point(cases, model, point, fitted), _Steps(original, like)
     while steps.left:
         moved = list(at.taken)
         for k in range(len(model)):
@@ -116,8 +116,8 @@ def refine(
 class _Steps:
     """Steps from point to point at one noise: each is halved until recordings and prior are more probable after it."""
 
-    def __init__(self, original: tuple[Case, ...], noise: Sequence[NoiseModel]):
-        self.original, self.noise = original, noise
+    def __init__(self, original: tuple[Case, ...], like: tuple[Case, ...]):
+        self.original, self.like = original, like
         self.whole = self.navigated = 0
 
     @property
@@ -157,7 +157,7 @@ class _Steps:
             if abs(size) > one.candidate.largest:
                 raise Impossible(one.key)
         self.navigated += 1
-        return _Point(*_navigated(self.original, model, point, self.noise), point, fitted)
+        return _Point(*_navigated(self.original, model, point, self.like), point, fitted)
 
 
 def _more_probable(at: _Point, there: _Point, scales: np.ndarray) -> float:
@@ -184,35 +184,32 @@ def _navigated(
     original: Sequence[Case],
     model: Sequence[Hypothesis],
     point: np.ndarray,
-    noise: Sequence[NoiseModel] | None = None,
+    like: Sequence[Case] | None = None,
 ) -> tuple[tuple[Case, ...], tuple[Hypothesis, ...]]:
-    """The recordings with the effects of `model` taken off, with this `noise` or their own, and the effects around."""
+    """The recordings with the effects of `model` taken off, at the noise of `like` or their own, and the effects."""
     effects = [believed_effect(one, float(p), original) for one, p in zip(model, point, strict=True) if p != 0.0]
     try:
         cases = tuple(case.again(effects) for case in original)
     except Diverged as error:
         raise Impossible(model[int(np.argmax(np.abs(point)))].key) from error
-    if noise is not None:
-        cases = tuple(
-            replace(case, noise=_same_white(case, before, one))
-            for case, before, one in zip(cases, original, noise, strict=True)
-        )
+    if like is not None:
+        cases = tuple(replace(a, noise=_same_white(a, b)) for a, b in zip(cases, like, strict=True))
     return cases, tuple(again(one, cases) for one in model)
 
 
-def _same_white(case: Case, before: Case, noise: NoiseModel) -> NoiseModel:
+def _same_white(case: Case, before: Case) -> NoiseModel:
     """The noise of `case` with priors and white level of that of `before`.
 
     What motion adds to it is that of the nodes of `case`: a clock that is set right moves measurements along.
     """
     if np.array_equal(case.model.nodes_s, before.model.nodes_s):
-        return noise
+        return before.noise
     typical = []
-    for one, level in ((before, noise.white), (case, case.noise.white)):
-        known = np.where(np.isfinite(one.seen.residual), level, np.nan)
+    for one in (before, case):
+        known = np.where(np.isfinite(one.seen.residual), one.noise.white, np.nan)
         typical.append([np.nanmedian(column) if np.isfinite(column).any() else 1.0 for column in known.T])
     white = case.noise.white * np.divide(*typical)
-    return replace(case.noise, priors=noise.priors, down=noise.down, white=white)
+    return replace(case.noise, priors=before.noise.priors, down=before.noise.down, white=white)
 
 
 def again(one: Hypothesis, cases: Sequence[Case], parameters: dict | None = None) -> Hypothesis:

@@ -73,7 +73,10 @@ def test_a_short_gap_is_bridged_and_the_integral_stays():
     assert len(found.imu.time_s) == 99
     np.testing.assert_allclose(np.diff(found.imu.time_s), STEP_S, rtol=1e-9)
     assert found.imu.gyro[:, 0].sum() == pytest.approx(0.5 * (time_s[-1] ** 2 - time_s[0] ** 2), rel=ROUNDING)
-    assert "3 samples on straight lines were put in, not measured ones" in "\n".join(found.notes)
+    notes = "\n".join(found.notes)
+    assert "3 samples on straight lines were put in, not measured ones." in notes
+    assert f"{found.imu.filled.sum()} increments rest on samples that were put in" in notes
+    assert found.imu.filled.sum() == 4  # a sample is an end of two of them
 
 
 def test_bridged_increments_lie_on_a_straight_line():
