@@ -43,7 +43,8 @@ COLOUR = {
     "hysteresis_blind": "#b08968",
     "hysteresis_piecewise_scale": "#e8c4a2",
 }
-OTHER_COLOURS = ("#1b7837", "#35978f", "#7fa53a")  # a user's own models
+OTHER_COLOURS = (("#5aae61", "#1b7837"), ("#5ab4ac", "#01665e"))  # a user's own models, and the same refined
+REFINED = "_refined"  # what ends the name of a model whose oven run was used
 
 LABEL = {
     "none": "none",
@@ -92,12 +93,14 @@ RC = {
 
 def colour(name: str) -> str:
     """The colour of a compensation, the same in every figure."""
-    return COLOUR.get(name) or OTHER_COLOURS[zlib.crc32(name.encode()) % len(OTHER_COLOURS)]
+    light, dark = OTHER_COLOURS[zlib.crc32(name.removesuffix(REFINED).encode()) % len(OTHER_COLOURS)]
+    return COLOUR.get(name) or (dark if name.endswith(REFINED) else light)
 
 
 def label(name: str) -> str:
     """The name of a compensation as a reader sees it."""
-    return LABEL.get(name) or printable(name)
+    own = name.removesuffix(REFINED)
+    return LABEL.get(name) or printable(name if own == name else f"{own}, refined")
 
 
 def in_symbols(text: str) -> str:
@@ -108,9 +111,9 @@ def in_symbols(text: str) -> str:
 
 
 def in_order(names: Iterable[str]) -> list[str]:
-    """Compensations in the order of `COLOUR`, a user's own models last."""
+    """Compensations in the order of `COLOUR`, a user's own models first."""
     order = list(COLOUR)
-    return sorted(names, key=lambda name: (order.index(name) if name in order else len(order), name))
+    return sorted(names, key=lambda name: (order.index(name) if name in order else -1, name))
 
 
 def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Collection, Sequence
 
 from ins_eval.printable import printable
-from ins_eval.report.content import Block, Paragraph, Picture, Section, Table
+from ins_eval.report.content import Block, Numbers, Paragraph, Picture, Section, Table
 from ins_eval.wording import unbroken
 
 GAP = 2  # blanks between columns
@@ -75,6 +75,8 @@ def _column_widths(table: Table, rows: Sequence[Sequence[str]], width: int) -> l
 def _block(block: Block, figures: Collection[str], width: int) -> str:
     if isinstance(block, Paragraph):
         return _fill(_spoken(block), width)
+    if isinstance(block, Numbers):
+        return "\n".join(_fill(f"{one.what}: {one.value} {one.interval}".rstrip(), width) for one in block.items)
     if isinstance(block, Picture):
         return f"[figure: figures/{block.name}.svg]" if block.name in figures else ""
     return format_table(block, width)

@@ -188,7 +188,7 @@ def test_optional_parts_of_figures_may_be_missing(series):
         figures.error_budget(budget={"size": 3, "gyro": {"simple": {"cep_rate_final": {"value": 0.7}}}}),
         figures.velocity_rms_by_compensation(rms_mps={"mine": {"east": {"value": 1.0}}}),
         figures.single_flight_rates(rates_nmi_per_h={"final": {"mine": np.array([0.3, 0.5])}}),
-        figures.improvement_per_instrument(ratios={"velocity_rms_horizontal": np.array([0.5, 1.5])}),
+        figures.improvement_per_instrument(ratios={"a/b": {"velocity_rms_horizontal": np.array([0.5, 1.5])}}),
         figures.flight_path(
             time_s=t,
             latitude_deg=series["latitude_deg"],
