@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import ceil, log
 from typing import NamedTuple
 
-from ins_eval.figures.style import label
+from ins_eval.figures.style import REFINED, label
 from ins_eval.report import missions
 from ins_eval.report.content import Block, Number, Picture, Section, at_a_glance, table
 from ins_eval.tables import pick
@@ -47,32 +47,30 @@ def rivals(metrics: Mapping) -> list[Rivals]:
 
 def answer(metrics: Mapping) -> str:
     """First line the verdict, the others its terms; of the user's own model first."""
-    own = [line for of in rivals(metrics) for line in _about(metrics, of)]
-    return "\n".join([*own, *_on_missions(metrics), *_built_in(metrics, bool(own))])
+    own = _own(metrics)
+    return "\n".join([*own, *_built_in(metrics, bool(own))])
 
 
-def _about(metrics: Mapping, of: Rivals) -> list[str]:
-    """What a model of the user's does against the others of its kind."""
-    said: list[str] = []
-    for other in of.others:
-        if ratio := improvement(metrics, f"{of.own}/{other}", VELOCITY):
-            who = "It" if said else f"Your model “{label(of.own)}”"
-            text = effect(who, "the " + measure_name(VELOCITY), ratio)
-            said.append(f"{text} against {label(other)} compensation; {certainty(ratio)}.")
-    return [" ".join([*said, f"Over {instruments(metrics)}, {of.how}."])] if said else []
-
-
-def _on_missions(metrics: Mapping) -> list[str]:
-    """What the user's own model does on missions."""
-    tree = metrics.get("missions") or {}
+def _own(metrics: Mapping) -> list[str]:
+    """What the user's own model does: as the chamber left it, with the oven run, on missions."""
+    pairs, missions_flown = rivals(metrics), metrics.get("missions") or {}
+    where = f"On {pick(missions_flown, 'ensemble', 'size')} missions of other places, courses and days"
     lines = []
-    for of in rivals(metrics)[:1]:
+    for tree, of, begin in [
+        *[(metrics, of, f"Over {instruments(metrics)}, {of.how},") for of in pairs],
+        *[(missions_flown, of, f"{where}, {of.how},") for of in pairs[:1]],
+    ]:
         ratios = [(other, improvement(tree, f"{of.own}/{other}", VELOCITY)) for other in of.others]
-        texts = [f"{change(r)} against {label(other)} ({SHORT_VERDICT[verdict(r)]})" for other, r in ratios if r]
+        texts = [f"{change(r)} against {_plainly(name)} ({SHORT_VERDICT[verdict(r)]})" for name, r in ratios if r]
         if texts:
-            where = f"On {pick(tree, 'ensemble', 'size')} missions of other places, courses and days"
-            lines.append(f"{where} “{label(of.own)}” changes the {measure_name(VELOCITY)} by {joined(texts)}.")
+            who = "it" if lines else f"your model “{_plainly(of.own)}”"
+            lines.append(f"{begin} {who} changes the {measure_name(VELOCITY)} by {joined(texts)}.")
     return lines
+
+
+def _plainly(name: str) -> str:
+    """A name without the refinement that is said of all."""
+    return label(name.removesuffix(REFINED))
 
 
 def _built_in(metrics: Mapping, beside: bool) -> list[str]:
@@ -96,19 +94,18 @@ def _built_in(metrics: Mapping, beside: bool) -> list[str]:
             f" With the same oven run on both sides, {effect('hysteresis', 'the ' + measure_name(VELOCITY), twin)}; "
             f"{certainty(twin)}."
         )
-    return list(filter(None, (" ".join(parts), missions.answer(metrics), _levels(metrics), terms)))
+    more = [] if beside else [missions.answer(metrics), _levels(metrics)]  # the sections below have them
+    return list(filter(None, (" ".join(parts), *more, terms)))
 
 
 def _levels(metrics: Mapping) -> str:
-    """How good the INS is with each compensation that the answer names."""
-    own = [of.own for of in rivals(metrics)[:1]]
+    """How good the INS is with either compensation."""
     texts = []
     for measure, unit in UNITS.items():
-        arms = {name: of_ensemble(metrics, name, measure) for name in (*own, FIRST, SECOND)}
-        if all(arms.values()):
-            called = {**dict.fromkeys(arms, ""), FIRST: "simple", SECOND: "hysteresis"}
-            each = [f"{with_interval(of)} {unit} with {called[name] or label(name)}" for name, of in arms.items()]
-            texts.append(f"{measure_name(measure)} {joined(each)}")
+        arms = [of_ensemble(metrics, name, measure) for name in (FIRST, SECOND)]
+        if all(arms):
+            first, second = map(with_interval, arms)
+            texts.append(f"{measure_name(measure)} {first} {unit} with simple and {second} {unit} with hysteresis")
     return sentence("; ".join(texts)) if texts else ""
 
 
@@ -166,7 +163,7 @@ def _next_of_own(metrics: Mapping, of: Rivals) -> str:
             "(MISSIONS=400)."
         )
     if judged == "worse":
-        return f"Keep {other} on this flight: {who} is worse. The table of every compensation shows in what."
+        return f"Keep {other} on this flight: {who} is worse."
     if judged == "equal" or not (enough := _instruments_needed(ratio, pick(metrics, "ensemble", "size"))):
         return f"{who} and {other} do the same here: take the one that is cheaper to calibrate."
     return (

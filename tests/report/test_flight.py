@@ -126,10 +126,8 @@ def test_a_users_model_leads_the_report(flight_metrics):
     answer, sections = flight_content(flight_metrics)
     first, second, *_ = answer.splitlines()
     assert first == (
-        "Your model “mine” lowers the horizontal velocity RMS by 10 % (95 % interval 6 to 13 %) against simple "
-        "compensation; the difference is real. It changes the horizontal velocity RMS by −2 % (95 % interval −6 to "
-        "+3 %) against hysteresis compensation; a difference is not established. Over 200 paired instruments, all as "
-        "the chamber left them."
+        "Over 200 paired instruments, all as the chamber left them, your model “mine” changes the horizontal velocity "
+        "RMS by −10 % [−13, −6] against simple (better) and −2 % [−6, +3] against hysteresis (not established)."
     )
     assert second.startswith("Of the compensations beside it, hysteresis compensation lowers")
     numbers, step, _ = sections[0].blocks
