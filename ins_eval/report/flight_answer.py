@@ -55,7 +55,7 @@ def _own(metrics: Mapping) -> list[str]:
     """What the user's own model does: as the chamber left it, with the oven run, on missions."""
     pairs, missions_flown = rivals(metrics), metrics.get("missions") or {}
     where = f"On {pick(missions_flown, 'ensemble', 'size')} missions of other places, courses and days"
-    lines = []
+    lines: list[str] = []
     for tree, of, begin in [
         *[(metrics, of, f"Over {instruments(metrics)}, {of.how},") for of in pairs],
         *[(missions_flown, of, f"{where}, {of.how},") for of in pairs[:1]],
