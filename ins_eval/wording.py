@@ -14,6 +14,16 @@ Ratio = Estimate | metrics.Ratio | Mapping[str, Any]  # {"ratio": float, "interv
 Verdict = Literal["better", "worse", "open", "equal"]
 
 MISSING = "–"
+SYMBOLS = {
+    r"\bsqrt\((\w+)\)": r"√\1",
+    r"\bdegC\b": "°C",
+    r"\bdeg(?=/)|(?<=\[)deg(?=\])|(?<=\d) deg(?:rees)?\b(?!/)": "°",
+    r"\bug\b": "µg",
+    r"\burad\b": "µrad",
+    r"\+-": "±",
+    r"(?<=[\w)])\^2\b": "²",
+    r"(?<=[\w)])\^3\b": "³",
+}
 SHORT_VERDICT: dict[Verdict, str] = {
     "better": "better",
     "worse": "worse",
@@ -122,6 +132,16 @@ def joined(items: Sequence[str]) -> str:
 def sentence(text: str) -> str:
     """With a capital at the start and one full stop at the end."""
     return text[:1].upper() + text[1:].rstrip(".") + "."
+
+
+def in_symbols(text: str) -> str:
+    """Words of the package, which keep to ASCII, with the signs of units as a reader knows them: ``µg/°C²``, ``°/√h``.
+
+    Every page, text and figure passes its words through here.
+    """
+    for plain, sign in SYMBOLS.items():
+        text = re.sub(plain, sign, text)
+    return text
 
 
 def unbroken(text: str) -> str:

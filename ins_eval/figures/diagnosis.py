@@ -8,7 +8,7 @@ from textwrap import fill
 import numpy as np
 from matplotlib.figure import Figure
 
-from ins_eval.figures.style import INK, QUIET, in_symbols, legend_below, sheet, styled
+from ins_eval.figures.style import INK, QUIET, legend_below, sheet, styled
 
 CHANNELS = (
     "position north", "position east", "position down",
@@ -137,7 +137,6 @@ def effect_against_drive(
     )
     both = drive is not None
     figure, panels = sheet(5.9 if both else 3.4, title, note, rows=1 + both, squeeze=False)
-    label = _axis(quantity)
     top = panels[0, 0]
     top.fill_between(time_s, mean - BAND * sigma, mean + BAND * sigma, color="#dce6ee", linewidth=0, label="95 %")
     top.plot(time_s, mean, "o", color=FOUND, markersize=3.2, label="found without a form")
@@ -145,7 +144,7 @@ def effect_against_drive(
     if explained:
         top.plot(time_s, effect, color=LOCATED, linewidth=1.6, label="the effect")
     top.set_xlabel("time in the recording [s]")
-    top.set_ylabel(label)
+    top.set_ylabel(quantity)
     if both:
         ax = panels[1, 0]
         ax.plot(drive, mean, color="#b9cbd9", linewidth=0.7, label="in the order of time")
@@ -157,8 +156,8 @@ def effect_against_drive(
         if explained:
             order = np.argsort(drive)
             ax.plot(drive[order], effect[order], color=LOCATED, linewidth=1.6, label="the effect")
-        ax.set_xlabel(_axis(drive_name))
-        ax.set_ylabel(label)
+        ax.set_xlabel(drive_name)
+        ax.set_ylabel(quantity)
     legend_below(figure, *panels[:, 0])
     return figure
 
@@ -200,10 +199,6 @@ def before_and_after(
     panels[-1, 0].set_xlabel("time in the recording [s]")
     legend_below(figure, *panels[:, 0])
     return figure
-
-
-def _axis(text: str) -> str:
-    return in_symbols(text).replace("^2", "²").replace("^3", "³")
 
 
 def _nats(value: float) -> str:

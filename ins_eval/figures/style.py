@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from ins_eval.printable import printable
-from ins_eval.wording import unbroken
+from ins_eval.wording import in_symbols, unbroken
 
 WIDTH_IN = 8.0
 TITLE_PT = 11.0
@@ -103,13 +103,6 @@ def label(name: str) -> str:
     return LABEL.get(name) or printable(name if own == name else f"{own}, refined")
 
 
-def in_symbols(text: str) -> str:
-    """Words of the package, which keep to ASCII, with the signs of units as a reader knows them."""
-    for plain, sign in ((" degrees", "°"), ("degC^2", "°C²"), ("degC^3", "°C³"), ("degC", "°C"), ("deg/h", "°/h")):
-        text = text.replace(plain, sign)
-    return re.sub(r"\bug\b", "µg", text)
-
-
 def in_order(names: Iterable[str]) -> list[str]:
     """Compensations in the order of `COLOUR`, a user's own models first."""
     order = list(COLOUR)
@@ -136,7 +129,7 @@ def as_written(figure: Figure) -> Figure:
     """
     for text in figure.findobj(Text):
         if text.get_text():
-            text.set_text(printable(text.get_text(), keep="\n"))
+            text.set_text(in_symbols(printable(text.get_text(), keep="\n")))
             text.set_parse_math(False)
     return figure
 

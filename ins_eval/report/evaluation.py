@@ -19,6 +19,7 @@ from ins_eval.figures.style import in_order, label
 from ins_eval.navigation import Measures
 from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.report.evaluation_glance import evaluation_glance, solution_glance
 from ins_eval.report.grade import grade_section
 from ins_eval.report.solution import solution_answer, solution_blocks
 from ins_eval.restarts import Restarts
@@ -48,6 +49,7 @@ ATTITUDE_NOTE = (
 def evaluation_content(found: EvaluationNumbers) -> tuple[str, list[Section]]:
     """The answer and the sections of the evaluation of one recording."""
     sections = [
+        evaluation_glance(found),
         belief_section(found.belief),
         Section("Result", _result(found)),
         grade_section(found.grade),
@@ -61,7 +63,7 @@ def evaluation_content(found: EvaluationNumbers) -> tuple[str, list[Section]]:
 
 def solution_content(recording: RecordingFacts, solution: SolutionNumbers) -> tuple[str, list[Section]]:
     """The answer and the sections of a recording that holds the solution of an INS alone."""
-    sections = [Section(SOLUTION, solution_blocks(solution)), _recording(recording)]
+    sections = [solution_glance(solution), Section(SOLUTION, solution_blocks(solution)), _recording(recording)]
     return f"{recording.name}: {solution_answer(solution)}", sections
 
 
@@ -190,6 +192,7 @@ def _result(found: EvaluationNumbers) -> list[Block]:
         Picture("latitude_error", "Latitude error."),
         Picture("longitude_error", "Longitude error."),
         Picture("position_error", "Horizontal distance from the reference."),
+        Picture("ground_track", "Where the INS believes it went beside the reference, and its error over ground."),
     ]
 
 
@@ -245,6 +248,7 @@ def _restarts(found: EvaluationNumbers) -> list[Block]:
             rows,
             "RMS over the pieces, relative to the fix each started from, whose noise is in it twice.",
         ),
+        Picture("error_growth", "The same against time."),
     ]
 
 

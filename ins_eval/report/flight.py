@@ -268,6 +268,7 @@ def _shown(metrics: Mapping) -> list[Block]:
             "position_error",
             "Horizontal position error, as in Fig. 13c of the paper. Waves of 84.4 min are Schuler oscillations.",
         ),
+        Picture("ground_track", "Where the INS believes it went beside GPS, and its error over ground."),
     ]
     return blocks if any(not isinstance(block, Picture) for block in blocks) else []
 

@@ -87,10 +87,9 @@ def _channel(one) -> dict[str, Any]:
     tau_s, words, terms = one.allan.tau_s, [], {}
     for term in TERMS if one.fit else ():
         found, (name, size) = getattr(one.fit, term), of[term]
-        shown = name.replace("deg", "°").replace("ug", "µg").replace("sqrt(h)", "√h").replace("sqrt", "√")
         if found.visible and term != "quantisation":
             text = f"{found.value / size:.3g} [{found.low / size:.3g}, {found.high / size:.3g}]"
-            words.append(f"{LETTERS[term]} = {text} {shown}")
+            words.append(f"{LETTERS[term]} = {text} {name}")
         if found.visible:
             terms[term] = one.fit.deviation(tau_s, term) / si
     return {

@@ -16,7 +16,7 @@ from ins_eval.figures import style
 from ins_eval.files import write_whole
 from ins_eval.printable import printable
 from ins_eval.report.content import GLANCE, Numbers, Paragraph, Picture, Section, Table
-from ins_eval.wording import unbroken
+from ins_eval.wording import in_symbols, unbroken
 
 
 def write_page(
@@ -57,6 +57,7 @@ def render(
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=lambda shown: in_symbols(shown) if type(shown) is str else shown,
     )
     environment.tests.update(
         {
@@ -73,7 +74,7 @@ def render(
     facts = [f"{key} {metrics[key]}" for key in ("profile", "seed") if key in metrics]
     glance = [section for section in sections if section.heading == GLANCE]
     sections = [section for section in sections if section.heading != GLANCE]
-    blocks = [block for section in glance or sections for block in section.blocks]
+    blocks = [block for section in (*glance, *sections) for block in section.blocks]
     pictures = [block for block in blocks if isinstance(block, Picture) and block.name in inline]
     script = _text("page.js")
     html = environment.get_template("page.html").render(

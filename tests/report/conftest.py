@@ -342,6 +342,17 @@ def make_figures(s: dict, metrics: dict) -> dict:
             **traces,
         ),
         "position_error": figures.position_error(errors_m=s["radial"], floor_m=2.9e-4, **traces),
+        "ground_track": figures.ground_track(
+            time_s=s["time_s"],
+            reference_m=np.column_stack([30.0 * s["time_s"], 20.0 * s["time_s"]]),
+            errors_m={n: np.column_stack([r, -r]) for n, r in s["radial"].items()},
+        ),
+        "error_growth": figures.error_growth(
+            after_s=np.arange(1.0, 31.0),
+            position_m={"none": np.arange(1.0, 31.0) ** 2},
+            band_m={"none": np.outer([0.8, 1.2], np.arange(1.0, 31.0) ** 2)},
+            count=12,
+        ),
         "cep_over_time": figures.cep_over_time(
             time_s=t, cep_m=cep, size=200, band_m={n: np.column_stack([0.9 * v, 1.12 * v]) for n, v in cep.items()}
         ),

@@ -170,7 +170,7 @@ def test_every_figure_of_the_report_has_a_place(flight_metrics, drawn):
     of_others = {
         name
         for name in drawn
-        if name.startswith(("activity", "allan_", "attitude", "sensor_", "missions_", "temperature_laws"))
+        if name.startswith(("activity", "allan_", "attitude", "error_gr", "sensor_", "missions_", "temperature_laws"))
     }
     assert set(shown) == set(drawn) - of_others and len(shown) == len(set(shown))
 
