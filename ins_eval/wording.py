@@ -147,7 +147,8 @@ def in_symbols(text: str) -> str:
 def unbroken(text: str) -> str:
     """With no-break spaces between a number and its unit, so that no line ends between them; ``Table 7`` too."""
     text = re.sub(r"\b(Paper|Table|Fig\.) (?=[\dA])", "\\1\u00a0", text)
-    return re.sub(r"(?<=\d) (?=(?:%|m/s|nmi/h|nmi|Hz|min|[mkµn]?[ms])(?![\w/]))", "\u00a0", text)
+    units = r"%|m/s²?|nmi/h|nmi|Hz|min|°/[sh]|µ?g|ppm|nats?|σ|[mkµn]?[ms]"
+    return re.sub(rf"(?<=\d) (?=(?:{units})(?![\w/]))", "\u00a0", text)
 
 
 def _three(ratio: Ratio) -> tuple[float, float, float]:

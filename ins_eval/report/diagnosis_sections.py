@@ -197,16 +197,18 @@ def _where(tree: Mapping) -> list[Block]:
 
 
 def _held_out(tree: Mapping) -> list[Block]:
-    held = tree["diagnosis"]["fit"].get("held_out")
+    held, gain = tree["diagnosis"]["fit"].get("held_out"), tree.get("gain")
     if not held:
         return []
-    rows = [(name, figures(held[name])) for name in ("before", "after", "placebo")]
+    gained = {"before": "0", "after": nats(gain["nats"]), "placebo": nats(gain["placebo_nats"])} if gain else {}
+    rows = [(name, gained.get(name, MISSING), figures(held[name])) for name in ("before", "after", "placebo")]
     note = (
         "The recording is cut into blocks; what is fitted on every other of them is judged on the rest, and the other "
         "way round. Before: the belief. After: the belief with the effects. Placebo: as many coefficients, on the "
-        "effects' own responses half a recording late. 1 is what noise alone leaves."
+        "effects' own responses half a recording late. Gain: log predictive density over that of the belief. Squared "
+        "innovation: mean, normalised; 1 is what noise alone leaves."
     )
-    return table(sentence(held["measure"]).rstrip("."), ("fit", "value"), rows, note)
+    return table("Predicted from the other blocks", ("fit", "gain [nats]", "squared innovation"), rows, note)
 
 
 def _navigation(tree: Mapping) -> list[Block]:
