@@ -11,6 +11,7 @@ from ins_eval.analysis.schuler import SCHULER_PERIOD_S
 from ins_eval.figures.style import label
 from ins_eval.grade import Grade, units_of
 from ins_eval.report.content import Number, Picture, Section, at_a_glance
+from ins_eval.report.diagnosis_words import figures
 from ins_eval.restarts import Restarts
 from ins_eval.wording import fixed
 
@@ -105,8 +106,8 @@ def _at_rest(grade: Grade | None) -> list[Number]:
             most = max(seen, key=lambda one: one.terms["white"].value)
             white, (unit, _) = most.terms["white"], units_of(most.name)["white"]
             low, high = white.interval95
-            value = f"{white.value:.3g} {unit}"
-            numbers.append(Number(f"white noise of {most.name}, the largest", value, f"95 %: {low:.3g} to {high:.3g}"))
+            value, interval = f"{figures(white.value)} {unit}", f"95 %: {figures(low)} to {figures(high)}"
+            numbers.append(Number(f"white noise of {most.name}, the largest", value, interval))
     return numbers
 
 

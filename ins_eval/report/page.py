@@ -119,4 +119,5 @@ def inline_svg(name: str, drawing: str) -> str:
     drawing = re.sub(r'href="#([^"]+)"', rf'href="#{name}-\1"', drawing)
     drawing = re.sub(r"url\(#([^)]+)\)", rf"url(#{name}-\1)", drawing)
     size = re.search(r'<svg[^>]* viewBox="[^"]*"', drawing)[0]
-    return drawing.replace(size, re.sub(r' (width|height)="[^"]*"', "", size) + ' role="img"', 1)
+    named = re.sub(r' (width|height)="[^"]*"', "", size) + f' role="img" aria-labelledby="caption-{name}"'
+    return drawing.replace(size, named, 1)
