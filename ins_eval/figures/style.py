@@ -14,13 +14,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.text import Text
+from matplotlib.textpath import text_to_path
 
 from ins_eval.printable import printable
 from ins_eval.wording import in_symbols, unbroken
 
 WIDTH_IN = 8.0
+HANDLE, PAD, SPACING = 1.8, 0.8, 2.0  # of a legend, in font sizes: its lines, from there to the text, between columns
 TITLE_PT = 11.0
+UNHINTED = 1.03  # a text is up to so many times as wide when drawn as when it is measured
 NOTE_PT = 8.5
 NOTE_CHARACTERS = 126  # of NOTE_PT across WIDTH_IN
 INK, QUIET, FAINT = "#222222", "#666666", "#d9d9d9"
@@ -155,13 +159,25 @@ def sheet(height_in: float, title: str, note: str, *, rows: int = 1, columns: in
 
 
 def legend_below(figure: Figure, *axes: Axes, columns: int = 4) -> None:
-    """One legend under the panels, where it covers no data; equal entries once."""
+    """One legend under the panels, where it covers no data; equal entries once, in at most so many columns as fit."""
     entries: dict[str, object] = {}
     for ax in axes:
         for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
             entries.setdefault(text, handle)
     if entries:
-        figure.legend(entries.values(), entries.keys(), loc="outside lower left", ncols=columns, handlelength=1.8)
+        fitting = (count for count in range(columns, 1, -1) if _legend_width_pt(list(entries), count) < 72.0 * WIDTH_IN)
+        options = {"ncols": next(fitting, 1), "handlelength": HANDLE, "columnspacing": SPACING, "handletextpad": PAD}
+        figure.legend(entries.values(), entries.keys(), loc="outside lower left", **options)
+
+
+def _legend_width_pt(texts: Sequence[str], columns: int) -> float:
+    """How wide a legend is that is filled column by column."""
+    font = FontProperties(family=RC["font.family"], size=RC["legend.fontsize"])
+    wide = [text_to_path.get_text_width_height_descent(text, font, ismath=False)[0] for text in texts]
+    split = [part for part in np.array_split(wide, columns) if part.size]
+    blank, border = RC["legend.fontsize"] * (HANDLE + PAD), 2.0 * RC["legend.fontsize"]
+    between = RC["legend.fontsize"] * SPACING * (len(split) - 1)
+    return sum(UNHINTED * float(part.max()) + blank for part in split) + between + border
 
 
 def shade(ax: Axes, spans: Sequence[tuple[float, float]], text: str, *, color: str = OUTAGE) -> None:

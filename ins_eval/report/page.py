@@ -18,6 +18,8 @@ from ins_eval.printable import printable
 from ins_eval.report.content import GLANCE, Numbers, Paragraph, Picture, Section, Table
 from ins_eval.wording import in_symbols, unbroken
 
+COMMAND = re.compile(r"\bins-eval [a-z][a-z-]+|(?<![\w-])--[a-z][a-z-]+(?: \d+| \w+\.toml)?")
+
 
 def write_page(
     folder: str | Path,
@@ -65,7 +67,7 @@ def render(
             for kind in (Paragraph, Table, Picture, Numbers)
         }
     )
-    environment.filters["unbroken"] = unbroken
+    environment.filters["prose"] = prose
     mentioned = {block.name for section in sections for block in section.blocks if isinstance(block, Picture)}
     rest = [Picture(name, name.replace("_", " ").capitalize() + ".") for name in drawings if name not in mentioned]
     if rest:
@@ -89,6 +91,11 @@ def render(
         script_hash=Markup(_hash(script)),
     )
     return printable(html, keep="\n\t")
+
+
+def prose(text: str) -> Markup:
+    """Words as HTML: units with their signs, no break within a number and its unit, commands and options as code."""
+    return Markup(COMMAND.sub(r"<code>\g<0></code>", str(escape(unbroken(in_symbols(text))))))
 
 
 def _text(name: str) -> str:

@@ -87,6 +87,13 @@ def test_units_have_their_signs_wherever_they_stand():
         assert "degC" not in shown and "^2" not in shown and shown.count("µg/°C²") >= 9
 
 
+def test_commands_and_options_are_code_that_is_not_broken():
+    said = str(page.prose("Add --restart-every 30 <b>; ins-eval diagnose says why, - and a--b."))
+    assert said == (
+        "Add <code>--restart-every 30</code> &lt;b&gt;; <code>ins-eval diagnose</code> says why, - and a--b."
+    )
+
+
 def test_everything_given_is_escaped():
     sections = [
         Section(NASTY, [Paragraph(NASTY, NASTY), Table(NASTY, (NASTY,), [(NASTY,)], NASTY), Picture("none", NASTY)])
