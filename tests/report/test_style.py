@@ -63,7 +63,7 @@ def test_decimation_keeps_extremes_and_gaps():
     assert (t[0], t[-1]) == (0.0, 99_999.0) and np.all(np.diff(t) > 0)
 
 
-@pytest.mark.parametrize("words", ["none", "hysteresis, bias only", "hysteresis, bias blind to direction, RMS 1.23 m/s"])
+@pytest.mark.parametrize("words", ["none", "hysteresis, bias only", "hysteresis, blind to direction, RMS 1.23 m/s"])
 def test_a_legend_is_as_wide_as_its_figure_at_most(words):
     names = [f"{words} {k}" for k in range(7)]
 
