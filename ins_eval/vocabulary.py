@@ -12,6 +12,7 @@ HEADLINE = f"{SECOND}/{FIRST}"
 # The paper's "compensated" arm was refined in the oven, so it stands beside our refined one.
 PAPER_ARM = {"simple": FIRST, "hysteresis": SECOND}
 VELOCITY, CEP = "velocity_rms_horizontal", "cep_rate_final"
+HOPELESS_MPS = 100.0  # horizontal velocity RMS beyond which a pure-inertial solution means nothing
 COMPONENTS = ("east", "north", "horizontal", "down")
 
 DEFINITION_NAME = {

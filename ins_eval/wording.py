@@ -17,7 +17,7 @@ MISSING = "–"
 SYMBOLS = {
     r"\bsqrt\((\w+)\)": r"√\1",
     r"\bdegC\b": "°C",
-    r"\bdeg(?=/)|(?<=\[)deg(?=\])|(?<=\d) deg(?:rees)?\b(?!/)": "°",
+    r"^deg$|\bdeg(?=/)|(?<=\[)deg(?=\])|(?<=\d) deg(?:rees)?\b(?!/)": "°",
     r"\bug\b": "µg",
     r"\burad\b": "µrad",
     r"\+-": "±",

@@ -7,6 +7,7 @@ from math import exp, floor, hypot, log
 
 from ins_eval.report.content import Number, Picture, Section, at_a_glance
 from ins_eval.report.diagnosis_words import alike, chance, channel, effect_words, figures, nats, numbered
+from ins_eval.vocabulary import HOPELESS_MPS
 from ins_eval.wording import fixed, joined, sentence
 
 SPOKEN_ODDS = log(1e6)  # nats, beyond which odds are a power of ten
@@ -17,7 +18,8 @@ DESCRIPTIONS = ("recording", "clock", "gps", "reference")  # whose effects are m
 
 def diagnosis_glance(tree: Mapping) -> Section:
     """What the first screen of a diagnosis says."""
-    numbers = [*_first_effect(tree), *_probable(tree), *_nothing_found(tree), *_located(tree), *_navigation(tree)][:3]
+    found = [*_first_effect(tree), *_probable(tree), *_nothing_found(tree), *_located(tree)]
+    numbers = [*found, *_navigation(tree), *_excess(tree)][:3]
     return at_a_glance(numbers, _picture(tree), *_next_steps(tree))
 
 
@@ -102,7 +104,9 @@ def _located(tree: Mapping) -> list[Number]:
 def _navigation(tree: Mapping) -> list[Number]:
     fit = tree["diagnosis"]["fit"]
     velocity, rate = fit.get("velocity_rms_mps"), fit.get("radial_error_rate_nmi_per_h")
-    numbers = []
+    numbers: list[Number] = []
+    if velocity and hypot(*velocity["before"].values()) > HOPELESS_MPS:
+        return numbers
     for what, of, unit in (
         ("horizontal velocity RMS", velocity and {k: hypot(v["north"], v["east"]) for k, v in velocity.items()}, "m/s"),
         ("radial error rate", rate, "nmi/h"),
@@ -113,6 +117,13 @@ def _navigation(tree: Mapping) -> list[Number]:
         elif of:
             numbers.append(Number(what, f"{fixed(of['before'])} {unit}", "as believed, this recording"))
     return numbers
+
+
+def _excess(tree: Mapping) -> list[Number]:
+    gain = tree.get("gain")
+    if not gain or gain["excess_removed"] is None:
+        return []
+    return [Number("excess of the residual that is gone", f"{100.0 * gain['excess_removed']:.0f} %", "over its noise")]
 
 
 def _picture(tree: Mapping) -> Picture:

@@ -207,7 +207,9 @@ def _residuals(diagnosis: Diagnosis) -> dict[str, Figure]:
         numbered("whitened_residuals", r, several): figures.whitened_residuals(
             time_s=case.model.nodes_s,
             innovations=innovations,
-            located=[(one.begin_s, one.end_s, one.channel) for one in diagnosis.mismatches if one.recording == r],
+            located=[
+                (one.begin_s, one.end_s, channel(one.channel)) for one in diagnosis.mismatches if one.recording == r
+            ],
             block_s=BLOCK_S,
             channels=_channels(case),
             title=f"Whitened residuals: {case.name}",

@@ -147,7 +147,7 @@ def _evidence(tree: Mapping) -> list[Block]:
 
 def _rivals(tree: Mapping) -> list[Block]:
     rows = [
-        (effect_words(one), one["from"].replace(".", " ").replace("_", " "), nats(one["log_evidence_below_best"]),
+        (effect_words(one), effect_words({"name": one["from"]}), nats(one["log_evidence_below_best"]),
          probability(one["probability"]), "yes" if one["told_apart_by_prior_only"] else "no",
          one["experiment"] or MISSING,
          nats(one["expected_log_bayes_factor"]))
@@ -260,7 +260,7 @@ def _residuals(tree: Mapping) -> list[Block]:
         ]  # fmt: skip
         if one["whiteness_after"] is None:
             header, rows = header[:4], [row[:4] for row in rows]
-        measured = joined(one["measured_by"])
+        measured = joined([name.replace("gps", "GPS") for name in one["measured_by"]])
         note = (
             f"Of a white residual 1, 0 and 1. {one['measurements']} measurements by {measured}, {one['outliers']} "
             "isolated ones left out as outliers. The noise was fitted with the belief, where it may hide a part of "

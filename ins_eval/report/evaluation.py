@@ -19,18 +19,18 @@ from ins_eval.figures.style import in_order, label
 from ins_eval.navigation import Measures
 from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.report.diagnosis_words import figures
 from ins_eval.report.evaluation_glance import evaluation_glance, solution_glance
 from ins_eval.report.grade import grade_section
 from ins_eval.report.solution import solution_answer, solution_blocks
 from ins_eval.restarts import Restarts
-from ins_eval.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name
+from ins_eval.vocabulary import COMPONENTS, HOPELESS_MPS, MAIN_DEFINITIONS, definition_name
 from ins_eval.wording import MISSING, fixed, joined, sentence, small
 
 SOLUTION = "What the INS put out itself"
 AXES = ("north", "east", "down")
 SPOKEN_ONE_BY_ONE = 2  # compensations; of more, the first line names the best and the worst
 SPOKEN_TIMES_S = (10.0,)
-HOPELESS_MPS = 100.0  # horizontal velocity RMS beyond which a pure-inertial solution means nothing
 RESTART_TIMES_S = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
 SCATTER = 1.5  # of the fixes beyond their sigmas that is worth a word
 SIGMAS = 3.0  # a heading farther than this from the documented one, in its own sigma, is worth a word
@@ -299,7 +299,8 @@ def _found_start(start: FoundStart) -> str:
     """How a start was found that the recording does not state."""
 
     def triad(values: Sequence[float], sigmas: Sequence[float]) -> str:
-        return ", ".join(f"{fixed(value, 0)} ± {sigma:.2g}" for value, sigma in zip(values, sigmas, strict=True))
+        pairs = zip(values, sigmas, strict=True)
+        return ", ".join(f"{fixed(value, 0)} ± {figures(sigma, 2)}" for value, sigma in pairs)
 
     gyro_bias = triad(start.gyro_bias_deg_per_h, start.gyro_bias_sigma_deg_per_h)
     accelerometer_bias = triad(start.accelerometer_bias_ug, start.accelerometer_bias_sigma_ug)

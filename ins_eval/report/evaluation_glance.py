@@ -13,6 +13,7 @@ from ins_eval.grade import Grade, units_of
 from ins_eval.report.content import Number, Picture, Section, at_a_glance
 from ins_eval.report.diagnosis_words import figures
 from ins_eval.restarts import Restarts
+from ins_eval.vocabulary import HOPELESS_MPS
 from ins_eval.wording import fixed
 
 COUNT = 3  # numbers of a first screen
@@ -26,7 +27,8 @@ def evaluation_glance(found: EvaluationNumbers) -> Section:
     """What the first screen of a recording says: between fixes first, where navigation was started afresh."""
     run = [*_of_the_run(found), *_of_the_start(found.alignment)]
     rest = _at_rest(found.grade)
-    lost = isinstance(found.alignment, FoundStart) and not found.alignment.heading_known
+    speeds = [one.velocity_rms_mps.get("horizontal", 0.0) for one in found.compensations.values()]
+    lost = min(speeds) > HOPELESS_MPS or isinstance(found.alignment, FoundStart) and not found.alignment.heading_known
     numbers = [*_between_fixes(found), *([*rest, *run] if lost else [*run, *rest])][:COUNT]
     return at_a_glance(numbers, _picture(found), *_next_steps(found))
 

@@ -87,3 +87,26 @@ def test_a_hopeless_instrument_is_sent_to_restarts(evaluation_numbers):
     assert "--restart-every" not in evaluation_content(evaluation_numbers)[0]
     hopeless = {"none": with_velocity(evaluation_numbers.compensations["none"], 500.0)}
     assert "--restart-every" in evaluation_content(replace(evaluation_numbers, compensations=hopeless))[0]
+
+
+def glance(numbers) -> tuple[list[str], list[str], str]:
+    """Values and intervals of the three numbers, and the figure, of the first screen."""
+    first, _, picture = evaluation_content(numbers)[1][0].blocks
+    return [one.value for one in first.items], [one.interval for one in first.items], picture.name
+
+
+def test_the_first_screen_has_three_numbers_each_with_how_sure_it_is(evaluation_numbers):
+    values, intervals, picture = glance(evaluation_numbers)
+    assert values == ["0.39 m/s", "0.51 nmi/h", "218.43°"]
+    assert intervals == ["one run, no interval", "one run, no interval", "± 0.24° (95 %)"]
+    assert picture == "position_error"
+
+
+def test_between_fixes_leads_where_navigation_was_started_afresh(evaluation_numbers):
+    seconds = np.arange(1.0, 31.0)
+    band = np.outer([0.9, 1.1], seconds)
+    pieces = {"none": Restarts(seconds, seconds, seconds, band, band, 20)}
+    values, intervals, picture = glance(replace(evaluation_numbers, restarts=pieces))
+    assert values[:2] == ["10.0 m", "30.0 m"]
+    assert intervals[:2] == ["95 %: 9.0 to 11.0", "95 %: 27.0 to 33.0"]
+    assert picture == "error_growth"

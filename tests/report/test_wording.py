@@ -69,6 +69,7 @@ def test_no_break_between_number_and_unit():
         ("deg/h/sqrt(h)", "°/h/√h"),
         ("ug/sqrt(Hz)", "µg/√Hz"),
         ("angle [deg]", "angle [°]"),
+        ("deg", "°"),
         ("turn left by 90 degrees", "turn left by 90°"),
         ("3 +- 1 urad", "3 ± 1 µrad"),
         ("bias_sigma_deg_per_h", "bias_sigma_deg_per_h"),  # a key is no unit
