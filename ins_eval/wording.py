@@ -14,6 +14,16 @@ Ratio = Estimate | metrics.Ratio | Mapping[str, Any]  # {"ratio": float, "interv
 Verdict = Literal["better", "worse", "open", "equal"]
 
 MISSING = "–"
+SYMBOLS = {
+    r"\bsqrt\((\w+)\)": r"√\1",
+    r"\bdegC\b": "°C",
+    r"^deg$|\bdeg(?=/)|(?<=\[)deg(?=\])|(?<=\d) deg(?:rees)?\b(?!/)": "°",
+    r"\bug\b": "µg",
+    r"\burad\b": "µrad",
+    r"\+-": "±",
+    r"(?<=[\w)])\^2\b": "²",
+    r"(?<=[\w)])\^3\b": "³",
+}
 SHORT_VERDICT: dict[Verdict, str] = {
     "better": "better",
     "worse": "worse",
@@ -124,10 +134,21 @@ def sentence(text: str) -> str:
     return text[:1].upper() + text[1:].rstrip(".") + "."
 
 
+def in_symbols(text: str) -> str:
+    """Words of the package, which keep to ASCII, with the signs of units as a reader knows them: ``µg/°C²``, ``°/√h``.
+
+    Every page, text and figure passes its words through here.
+    """
+    for plain, sign in SYMBOLS.items():
+        text = re.sub(plain, sign, text)
+    return text
+
+
 def unbroken(text: str) -> str:
     """With no-break spaces between a number and its unit, so that no line ends between them; ``Table 7`` too."""
     text = re.sub(r"\b(Paper|Table|Fig\.) (?=[\dA])", "\\1\u00a0", text)
-    return re.sub(r"(?<=\d) (?=(?:%|m/s|nmi/h|nmi|Hz|min|[mkµn]?[ms])(?![\w/]))", "\u00a0", text)
+    units = r"%|m/s²?|nmi/h|nmi|Hz|min|°/[sh]|µ?g|ppm|nats?|σ|[mkµn]?[ms]"
+    return re.sub(rf"(?<=\d) (?=(?:{units})(?![\w/]))", "\u00a0", text)
 
 
 def _three(ratio: Ratio) -> tuple[float, float, float]:

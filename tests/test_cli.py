@@ -167,6 +167,7 @@ def test_a_users_model_of_ten_lines_stands_beside_the_others(folder: Path) -> No
         assert re.search(name, (folder / "out" / "index.html").read_text())
     assert "mine/simple" in numbers["ensemble"]["improvement"]
     assert "mine_refined/hysteresis_refined" in numbers["ensemble"]["improvement"]
+    assert "your model “mine” changes" in " ".join(result.stdout.partition("\n\n")[0].split("\n")[:3])
     assert (folder / "out" / "report.txt").read_text() in result.stdout
     assert result.stderr == ""  # a bar is for a terminal
     manifest = json.loads((folder / "out" / "manifest.json").read_text())

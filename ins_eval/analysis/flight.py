@@ -99,7 +99,8 @@ def numbers(
 ) -> dict[str, Any]:
     """The tree ``ins-eval-metrics/1`` from the finished `members` of `plans` and the flight that is shown.
 
-    `names` are the names of the compensations by what the plan calls them; `users` those of the user's own. `agreed`
+    `names` are the names of the compensations by what the plan calls them; `users` those of the user's own, as the
+    chamber left it and with the oven run. `agreed`
     says how far the linear ensemble is from the flights in full, where there was one.
     """
     arms = by_arm(members, names, size)
@@ -111,6 +112,7 @@ def numbers(
         "seed": plan.seed,
         "t0_s": 0.0,
         "duration_s": profile.duration_s,
+        **({"own_models": list(users)} if users else {}),
         "definitions": _definitions(),
         "floor": _floor(shown.world),
         "ensemble": ensemble_numbers(arms, size, rng, users)

@@ -1,9 +1,10 @@
 """Figures: each function takes plain arrays and numbers and returns a matplotlib `Figure`; nothing is global.
 
-`traces` draws one flight or recording against time, `population` many instruments, `sensors` the channels of an IMU,
-`noise` their Allan deviation.
+`traces` draws one flight or recording against time, `ground` its track, `population` many instruments, `sensors` the
+channels of an IMU, `noise` their Allan deviation.
 """
 
+from ins_eval.figures.ground import error_growth, ground_track
 from ins_eval.figures.noise import allan_deviation, temperature_laws
 from ins_eval.figures.population import (
     cep_over_time,
@@ -33,7 +34,9 @@ __all__ = [
     "attitude_error",
     "cep_over_time",
     "error_budget",
+    "error_growth",
     "flight_path",
+    "ground_track",
     "improvement_per_instrument",
     "missions_by_temperature",
     "position_error",

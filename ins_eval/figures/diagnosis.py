@@ -8,14 +8,14 @@ from textwrap import fill
 import numpy as np
 from matplotlib.figure import Figure
 
-from ins_eval.figures.style import INK, QUIET, in_symbols, legend_below, sheet, styled
+from ins_eval.figures.style import INK, QUIET, legend_below, shade, sheet, styled
 
 CHANNELS = (
     "position north", "position east", "position down",
     "velocity north", "velocity east", "velocity down",
     "attitude north", "attitude east", "attitude down",
 )  # fmt: skip
-LOCATED = "#d95f02"
+LOCATED, LOCATED_TINT = "#d95f02", "#fdeee1"
 FOUND = "#12508f"
 BAND = 2.0  # sigmas
 LABEL_WIDTH = 14  # letters along the height of a panel
@@ -44,8 +44,9 @@ def whitened_residuals(
         1.2 + 1.05 * sum(heights), title, note, rows=count, sharex=True, squeeze=False, height_ratios=heights
     )
     for k, ax in zip(shown, panels[:, 0], strict=False):
-        t, mean = _means(time_s, innovations[:, k], block_s)
+        t, mean = block_means(time_s, innovations[:, k], block_s)
         ax.axhspan(-BAND, BAND, color="#ececec", linewidth=0, zorder=0.2, label="95 % of a white residual")
+        shade(ax, [(start, end) for start, end, _ in located], "located", color=LOCATED_TINT)
         ax.plot(t, mean, color=INK, linewidth=0.8, label="whitened residual")
         ax.axhline(0.0, color=QUIET, linewidth=0.5)
         ax.set_ylabel(fill(channels[k], LABEL_WIDTH))
@@ -63,7 +64,7 @@ def whitened_residuals(
     return figure
 
 
-def _means(time_s: np.ndarray, e: np.ndarray, block_s: float) -> tuple[np.ndarray, np.ndarray]:
+def block_means(time_s: np.ndarray, e: np.ndarray, block_s: float) -> tuple[np.ndarray, np.ndarray]:
     """Sum of each block over the root of its count; NaN where a block holds nothing."""
     block = np.floor((time_s - time_s[0]) / block_s).astype(int)
     here = np.isfinite(e)
@@ -118,12 +119,13 @@ def effect_against_drive(
     drive: np.ndarray | None,
     quantity: str,
     drive_name: str,
+    located: Sequence[tuple[float, float]] = (),
     title: str = "The effect against its drive",
 ) -> Figure:
     """What is wrong in one channel, (windows,) with its `sigma`, over time and over the `drive`; `effect` drawn in.
 
     `quantity` and `drive_name` are labels of axes, "channel [unit]". An `effect` of NaN is not drawn; without a `drive`
-    there is no second panel.
+    there is no second panel. `located` has the intervals, in s, in which this channel was located.
     """
     explained = bool(np.isfinite(effect).any())
     note = (
@@ -137,15 +139,15 @@ def effect_against_drive(
     )
     both = drive is not None
     figure, panels = sheet(5.9 if both else 3.4, title, note, rows=1 + both, squeeze=False)
-    label = _axis(quantity)
     top = panels[0, 0]
+    shade(top, located, "located", color=LOCATED_TINT)
     top.fill_between(time_s, mean - BAND * sigma, mean + BAND * sigma, color="#dce6ee", linewidth=0, label="95 %")
     top.plot(time_s, mean, "o", color=FOUND, markersize=3.2, label="found without a form")
     top.axhline(0.0, color=QUIET, linewidth=0.5)
     if explained:
         top.plot(time_s, effect, color=LOCATED, linewidth=1.6, label="the effect")
     top.set_xlabel("time in the recording [s]")
-    top.set_ylabel(label)
+    top.set_ylabel(quantity)
     if both:
         ax = panels[1, 0]
         ax.plot(drive, mean, color="#b9cbd9", linewidth=0.7, label="in the order of time")
@@ -157,8 +159,8 @@ def effect_against_drive(
         if explained:
             order = np.argsort(drive)
             ax.plot(drive[order], effect[order], color=LOCATED, linewidth=1.6, label="the effect")
-        ax.set_xlabel(_axis(drive_name))
-        ax.set_ylabel(label)
+        ax.set_xlabel(drive_name)
+        ax.set_ylabel(quantity)
     legend_below(figure, *panels[:, 0])
     return figure
 
@@ -172,14 +174,15 @@ def before_and_after(
     block_s: float,
     channels: Sequence[str] = CHANNELS,
     most: int = 4,
+    located: Sequence[tuple[float, float]] = (),
     title: str = "Before and after",
 ) -> Figure:
     """Means of the whitened residual over `block_s` without and with the effects, (n, 9) each, one noise for both.
 
-    Of the channels that change most, at most `most`.
+    Of the channels that change most, at most `most`. `located` has the intervals, in s, that an answer names.
     """
     shown = [k for k in range(before.shape[1]) if np.isfinite(before[:, k]).any()]
-    means = {k: [_means(time_s, of[:, k], block_s) for of in (before, after)] for k in shown}
+    means = {k: [block_means(time_s, of[:, k], block_s) for of in (before, after)] for k in shown}
     gain = {k: float(np.nansum(means[k][0][1] ** 2) - np.nansum(means[k][1][1] ** 2)) for k in shown}
     shown = sorted(shown, key=lambda k: -gain[k])[:most]
     shown = sorted(k for k in shown if k == shown[0] or gain[k] > LEAST_GAIN * gain[shown[0]])
@@ -191,6 +194,7 @@ def before_and_after(
     for k, ax in zip(shown, panels[:, 0], strict=True):
         (t, old), (_, new) = means[k]
         ax.axhspan(-BAND, BAND, color="#ececec", linewidth=0, zorder=0.2, label="95 % of a white residual")
+        shade(ax, located, "located", color=LOCATED_TINT)
         ax.plot(t, old, color=LOCATED, linewidth=0.9, label="before")
         ax.plot(t, new, color=INK, linewidth=0.9, label="after")
         ax.axhline(0.0, color=QUIET, linewidth=0.5)
@@ -200,10 +204,6 @@ def before_and_after(
     panels[-1, 0].set_xlabel("time in the recording [s]")
     legend_below(figure, *panels[:, 0])
     return figure
-
-
-def _axis(text: str) -> str:
-    return in_symbols(text).replace("^2", "²").replace("^3", "³")
 
 
 def _nats(value: float) -> str:

@@ -23,7 +23,8 @@ from ins_eval.figures.style import (
     styled,
 )
 from ins_eval.units import NMI
-from ins_eval.vocabulary import FIRST, PAPER_ARM, SECOND, definition_name, measure_name, source_name
+from ins_eval.vocabulary import PAPER_ARM, definition_name, measure_name, source_name
+from ins_eval.wording import joined
 
 Statistic = Mapping[str, Any]  # {"value": float, "interval95": [low, high]}
 
@@ -104,50 +105,46 @@ def missions_by_temperature(*, warmer_c: np.ndarray, ratios: Mapping[str, np.nda
 @styled
 def improvement_per_instrument(
     *,
-    ratios: Mapping[str, np.ndarray],
-    fraction_improved: Mapping[str, Statistic] | None = None,
+    ratios: Mapping[str, Mapping[str, np.ndarray]],
+    fraction_improved: Mapping[str, Mapping[str, Statistic]] | None = None,
 ) -> Figure:
-    """Distribution over instruments of refined hysteresis over simple, one panel a measure (-> (n,) ratios).
+    """Distribution over instruments of ratios: pair "new/old" -> measure -> (n,), one panel a measure.
 
     Left of 1 the instrument became better.
     """
-    size = len(next(iter(ratios.values())))
+    measures = list(next(iter(ratios.values())))
+    size = len(ratios[next(iter(ratios))][measures[0]])
+    words = {pair: " / ".join(map(label, pair.split("/"))) for pair in ratios}
     note = (
-        f"Ratio {label(SECOND)} / {label(FIRST)} of each of {size} paired instruments: cumulative share of "
-        "instruments at or below a ratio. Below 1 is better; the shaded side is worse."
+        f"Ratio {joined(list(words.values()))} of each of {size} paired instruments: cumulative share of instruments "
+        "at or below a ratio. Below 1 is better; the shaded side is worse."
     )
     figure, panels = sheet(
-        3.9, "Improvement of each instrument on its one flight", note, columns=len(ratios), sharey=True, squeeze=False
+        3.9, "Improvement of each instrument on its one flight", note, columns=len(measures), sharey=True, squeeze=False
     )
-    for ax, (measure, values) in zip(panels[0], ratios.items(), strict=True):
-        values = np.sort(np.asarray(values, dtype=float))
-        share = np.arange(1, values.size + 1) / values.size
-        ax.step(
-            np.clip(values, *RATIO_RANGE),
-            share,
-            where="post",
-            color=colour(SECOND),
-            linewidth=1.4,
-            label="instruments",
-        )
-        low, high = np.percentile(values, [5, 95])
-        ax.plot(
-            np.clip([low, high], *RATIO_RANGE),
-            [0.5, 0.5],
-            color=QUIET,
-            linewidth=1.0,
-            marker="|",
-            markersize=8,
-            label="5 to 95 % of instruments",
-        )
+    for ax, measure in zip(panels[0], measures, strict=True):
+        for k, (pair, of_pair) in enumerate(ratios.items()):
+            shade = colour(pair.partition("/")[0] if len(ratios) == 1 else pair.partition("/")[2])
+            values = np.sort(np.asarray(of_pair[measure], dtype=float))
+            share = np.arange(1, values.size + 1) / values.size
+            curve = words[pair] if len(ratios) > 1 else "instruments"
+            ax.step(np.clip(values, *RATIO_RANGE), share, where="post", color=shade, linewidth=1.4, label=curve)
+            ends = np.clip(np.percentile(values, [5, 95]), *RATIO_RANGE)
+            ax.plot(
+                *(ends, [0.5 - 0.05 * k] * 2),
+                color=QUIET if len(ratios) == 1 else shade,
+                linewidth=1.0,
+                marker="|",
+                markersize=8,
+                label="5 to 95 % of instruments" if k == 0 else "_",
+            )
+            text = f"{100 * float(np.mean(values < 1.0)):.0f} % improved"
+            if interval := (fraction_improved or {}).get(pair, {}).get(measure):
+                text = f"{100 * interval['value']:.0f} % improved\n[{_percent_range(interval['interval95'])}]"
+            tint = INK if len(ratios) == 1 else shade
+            ax.text(0.03, 0.97 - 0.15 * k, text, transform=ax.transAxes, va="top", ha="left", color=tint)
         ax.axvspan(1.0, RATIO_RANGE[1], color="#f5f5f5", linewidth=0, zorder=0.2)
         ax.axvline(1.0, color=QUIET, linewidth=0.8)
-        better = float(np.mean(values < 1.0))
-        interval = (fraction_improved or {}).get(measure)
-        text = f"{100 * better:.0f} % improved"
-        if interval:
-            text = f"{100 * interval['value']:.0f} % improved\n[{_percent_range(interval['interval95'])}]"
-        ax.text(0.03, 0.97, text, transform=ax.transAxes, va="top", ha="left")
         ax.set_xscale("log")
         ax.set_xlim(*RATIO_RANGE)
         ax.xaxis.set_major_locator(FixedLocator(RATIO_TICKS))

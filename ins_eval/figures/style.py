@@ -16,13 +16,17 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.text import Text
+from matplotlib.textpath import text_to_path
 
 from ins_eval.printable import printable
-from ins_eval.wording import unbroken
+from ins_eval.wording import in_symbols, unbroken
 
 WIDTH_IN = 8.0
+HANDLE, PAD, SPACING = 1.8, 0.8, 2.0  # of a legend, in font sizes: its lines, from there to the text, between columns
 TITLE_PT = 11.0
+UNHINTED = 1.03  # a text is up to so many times as wide when drawn as when it is measured
 NOTE_PT = 8.5
 NOTE_CHARACTERS = 126  # of NOTE_PT across WIDTH_IN
 INK, QUIET, FAINT = "#222222", "#666666", "#d9d9d9"
@@ -45,7 +49,8 @@ COLOUR = {
     "hysteresis_blind": "#b08968",
     "hysteresis_piecewise_scale": "#e8c4a2",
 }
-OTHER_COLOURS = ("#1b7837", "#35978f", "#7fa53a")  # a user's own models
+OTHER_COLOURS = (("#5aae61", "#1b7837"), ("#5ab4ac", "#01665e"))  # a user's own models, and the same refined
+REFINED = "_refined"  # what ends the name of a model whose oven run was used
 
 LABEL = {
     "none": "none",
@@ -94,25 +99,20 @@ RC = {
 
 def colour(name: str) -> str:
     """The colour of a compensation, the same in every figure."""
-    return COLOUR.get(name) or OTHER_COLOURS[zlib.crc32(name.encode()) % len(OTHER_COLOURS)]
+    light, dark = OTHER_COLOURS[zlib.crc32(name.removesuffix(REFINED).encode()) % len(OTHER_COLOURS)]
+    return COLOUR.get(name) or (dark if name.endswith(REFINED) else light)
 
 
 def label(name: str) -> str:
     """The name of a compensation as a reader sees it."""
-    return LABEL.get(name) or printable(name)
-
-
-def in_symbols(text: str) -> str:
-    """Words of the package, which keep to ASCII, with the signs of units as a reader knows them."""
-    for plain, sign in ((" degrees", "°"), ("degC^2", "°C²"), ("degC^3", "°C³"), ("degC", "°C"), ("deg/h", "°/h")):
-        text = text.replace(plain, sign)
-    return re.sub(r"\bug\b", "µg", text)
+    own = name.removesuffix(REFINED)
+    return LABEL.get(name) or printable(name if own == name else f"{own}, refined")
 
 
 def in_order(names: Iterable[str]) -> list[str]:
-    """Compensations in the order of `COLOUR`, a user's own models last."""
+    """Compensations in the order of `COLOUR`, a user's own models first."""
     order = list(COLOUR)
-    return sorted(names, key=lambda name: (order.index(name) if name in order else len(order), name))
+    return sorted(names, key=lambda name: (order.index(name) if name in order else -1, name))
 
 
 def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
@@ -135,7 +135,7 @@ def as_written(figure: Figure) -> Figure:
     """
     for text in _texts(figure):
         if text.get_text():
-            text.set_text(printable(text.get_text(), keep="\n"))
+            text.set_text(in_symbols(printable(text.get_text(), keep="\n")))
             text.set_parse_math(False)
     return figure
 
@@ -174,13 +174,25 @@ def sheet(height_in: float, title: str, note: str, *, rows: int = 1, columns: in
 
 
 def legend_below(figure: Figure, *axes: Axes, columns: int = 4) -> None:
-    """One legend under the panels, where it covers no data; equal entries once."""
+    """One legend under the panels, where it covers no data; equal entries once, in at most so many columns as fit."""
     entries: dict[str, object] = {}
     for ax in axes:
         for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
             entries.setdefault(text, handle)
     if entries:
-        figure.legend(entries.values(), entries.keys(), loc="outside lower left", ncols=columns, handlelength=1.8)
+        fitting = (count for count in range(columns, 1, -1) if _legend_width_pt(list(entries), count) < 72.0 * WIDTH_IN)
+        options = {"ncols": next(fitting, 1), "handlelength": HANDLE, "columnspacing": SPACING, "handletextpad": PAD}
+        figure.legend(entries.values(), entries.keys(), loc="outside lower left", **options)
+
+
+def _legend_width_pt(texts: Sequence[str], columns: int) -> float:
+    """How wide a legend is that is filled column by column."""
+    font = FontProperties(family=RC["font.family"], size=RC["legend.fontsize"])
+    wide = [text_to_path.get_text_width_height_descent(text, font, ismath=False)[0] for text in texts]
+    split = [part for part in np.array_split(wide, columns) if part.size]
+    blank, border = RC["legend.fontsize"] * (HANDLE + PAD), 2.0 * RC["legend.fontsize"]
+    between = RC["legend.fontsize"] * SPACING * (len(split) - 1)
+    return sum(UNHINTED * float(part.max()) + blank for part in split) + between + border
 
 
 def shade(ax: Axes, spans: Sequence[tuple[float, float]], text: str, *, color: str = OUTAGE) -> None:

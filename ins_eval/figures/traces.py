@@ -171,6 +171,7 @@ def velocity_error(
         main.set_xlabel(TIME_LABEL)
     _traces(main, time_s, errors_mps, bridged, suffix)
     shade(main, outages, "GPS outage")
+    _schuler(main)
     main.set_ylabel(f"{component} velocity error [m/s]")
     legend_below(figure, main, columns=3 if rms_mps else 4)
     return figure
@@ -193,9 +194,10 @@ def angle_error(
     figure, ax = sheet(3.6, title or f"{component.capitalize()} error", note)
     _traces(ax, time_s, errors_arcmin, bridged, {})
     shade(ax, outages, "GPS outage")
+    _schuler(ax)
     ax.set(xlabel=TIME_LABEL, ylabel=f"{component} error [arc-minute]")
     if metres_per_arcmin:
-        _second_axis(ax, metres_per_arcmin / 1000.0, "km north" if component == "latitude" else "km east")
+        _second_axis(ax, metres_per_arcmin, "north" if component == "latitude" else "east")
     legend_below(figure, ax)
     return figure
 
@@ -221,7 +223,7 @@ def position_error(
     ax.set(xlabel=TIME_LABEL, ylabel="radial error [nmi]")
     ax.set_ylim(bottom=0.0)
     _rates_and_schuler(ax)
-    _second_axis(ax, NMI / 1000.0, "km")
+    _second_axis(ax, NMI)
     legend_below(figure, ax)
     return figure
 
@@ -282,7 +284,7 @@ def activity(
         (lower, rate_deg_per_s, "[°/s]", "angular rate"),
     ):
         positive = np.where(np.asarray(values) > 0.0, values, np.nan)
-        ax.plot(*decimate(time_s, positive), color=INK, linewidth=0.8, label="activity")
+        ax.plot(*decimate(time_s, positive), color=INK, linewidth=0.8, label="standard deviation")
         if np.isfinite(positive).any() and np.nanmax(positive) > 10.0 * np.nanmin(positive):
             ax.set_yscale("log")  # of less than a decade a logarithmic axis would label nothing
             ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -291,7 +293,7 @@ def activity(
         ax.axvspan(*stretch_s, color="#d7e8d4", linewidth=0, zorder=0.4, label="aligned here")
         if navigation_s is not None:
             ax.axvline(navigation_s[0], color=QUIET, linewidth=0.8, linestyle=(0, (4, 2)), label="navigation starts")
-        ax.set_ylabel(f"{name}\n{unit}")
+        ax.set_ylabel(f"σ of {name}\n{unit}")
     lower.set_xlabel("time in the recording [s]")
     lower.set_xlim(float(time_s[0]), float(time_s[-1]))
     legend_below(figure, upper)
@@ -328,19 +330,26 @@ def _limit(curves: Sequence[np.ndarray]) -> float | None:
 def _rates_and_schuler(ax: Axes) -> None:
     """Lines of 0.8 and 1 nmi/h, where they lie among the curves, and marks of the Schuler period."""
     (begin_s, end_s), top = ax.get_xlim(), ax.get_ylim()[1]
+    _schuler(ax)
     for rate in RATES_NMI_PER_H:
         if 0.05 * top < rate * end_s / HOUR < 20.0 * top:
             times = np.linspace(begin_s, end_s, 50)
             style = {"color": QUIET, "linewidth": 0.8, "linestyle": (0, (5, 3)) if rate == 1.0 else (0, (2, 2))}
             ax.plot(times, rate * times / HOUR, **style, zorder=1.5, label=f"{rate:g} nmi/h")
-    for k in range(1, int(end_s // SCHULER_PERIOD_S) + 1):
+
+
+def _schuler(ax: Axes) -> None:
+    """A mark at each Schuler period."""
+    for k in range(1, int(ax.get_xlim()[1] // SCHULER_PERIOD_S) + 1):
         label = "Schuler period, 84.4 min" if k == 1 else "_"
         ax.axvline(k * SCHULER_PERIOD_S, color=QUIET, linewidth=0.6, linestyle=(0, (1, 3)), zorder=1.5, label=label)
 
 
-def _second_axis(ax: Axes, factor: float, text: str) -> None:
-    right = ax.secondary_yaxis("right", functions=(lambda y: y * factor, lambda y: y / factor))
-    right.set_ylabel(f"[{text}]" if " " not in text else f"{text.split()[1]} [{text.split()[0]}]")
+def _second_axis(ax: Axes, metres: float, side: str = "") -> None:
+    """The same on the right, of which 1 is so many `metres`: in km, or in m where the axis is shorter than that."""
+    unit, size = ("km", 1000.0) if metres * max(map(abs, ax.get_ylim())) >= 1000.0 else ("m", 1.0)
+    right = ax.secondary_yaxis("right", functions=(lambda y: y * metres / size, lambda y: y * size / metres))
+    right.set_ylabel(f"{side} [{unit}]".strip())
     right.spines["right"].set_visible(True)
 
 

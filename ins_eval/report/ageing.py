@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from math import hypot, radians, sin
 
 from ins_eval.analysis.ageing import AGED, AgeingNumbers
-from ins_eval.figures.style import in_symbols, label
+from ins_eval.figures.style import label
 from ins_eval.metrics import Ratio
 from ins_eval.report.content import Block, Paragraph, table
 from ins_eval.units import UG
@@ -127,7 +127,7 @@ def _where(ageing: AgeingNumbers) -> list[Block]:
     shown = manoeuvres[:MOST_MANOEUVRES]
     rows = [
         (
-            in_symbols(entry.name),
+            entry.name,
             f"{entry.from_s:.0f} to {entry.to_s:.0f}",
             _cm(entry.drifted_mps),
             _cm(entry.self_calibrated_mps),

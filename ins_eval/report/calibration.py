@@ -8,7 +8,7 @@ from math import floor, log10
 
 from ins_eval.analysis.calibration_numbers import AccelerometerNumbers, CalibrationNumbers, ChosenModel, NotDetermined
 from ins_eval.calibration import Coefficient
-from ins_eval.figures.style import in_symbols, label
+from ins_eval.figures.style import label
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.wording import MISSING, fixed, joined, sentence
 
@@ -300,5 +300,5 @@ def with_half_width(term: Coefficient) -> tuple[str, str]:
 
 
 def readable(text: str) -> str:
-    """Units and negative numbers as a page shows them."""
-    return re.sub(r"-(?=\d)", "−", in_symbols(text).replace("^2", "²"))
+    """Negative numbers as a page shows them."""
+    return re.sub(r"-(?=\d)", "−", text)

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from math import floor, isfinite, log10
-from typing import NamedTuple
+from math import isfinite
 
 from ins_eval import channels
-from ins_eval.analysis.compare import ComparedChannel, RecordingComparison
+from ins_eval.analysis.compare import RecordingComparison
 from ins_eval.believed import belief_rows
-from ins_eval.channels import ChannelEstimate
 from ins_eval.implied import epoch_spacing_s
 from ins_eval.report.belief import belief_section
+from ins_eval.report.comparison_answer import answer, glance
+from ins_eval.report.comparison_words import (
+    all_channels,
+    clock_agrees,
+    decimals,
+    milliseconds,
+    significant,
+    stands,
+    units,
+    with_error,
+)
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
-from ins_eval.units import DEG, DEG_PER_H, DEG_PER_SQRT_H, STANDARD_GRAVITY, UG
+from ins_eval.units import DEG, DEG_PER_SQRT_H, STANDARD_GRAVITY, UG
 from ins_eval.wording import MISSING, fixed, joined, sentence
 
 AXES = "xyz"
-COARSE_GYRO, COARSE_ACCELEROMETER = 0.01 * DEG, 1e-3  # rad/s, m/s^2: from here on in °/s and m/s²
 ALTERNATING = -0.2  # a correlation of neighbours below this is the mark of noise at the epochs of the reference
 ATTITUDE_WORDS = {
     "reference": "its attitude",
@@ -26,29 +33,10 @@ ATTITUDE_WORDS = {
 }
 
 
-class DisplayUnit(NamedTuple):
-    """A readable unit; a value in SI divided by `size` is in it."""
-
-    text: str
-    size: float
-
-
-def units(found: RecordingComparison) -> dict[str, DisplayUnit]:
-    """The unit of the differences of each sensor, by their size."""
-    largest = {
-        sensor: max(max(abs(one.fitted.mean_difference.value), one.fitted.rms_after) for one in triad)
-        for sensor, triad in found.channels.items()
-    }
-    coarse = largest["accelerometer"] >= COARSE_ACCELEROMETER
-    return {
-        "gyro": DisplayUnit("°/s", DEG) if largest["gyro"] >= COARSE_GYRO else DisplayUnit("°/h", DEG_PER_H),
-        "accelerometer": DisplayUnit("m/s²", 1.0) if coarse else DisplayUnit("µg", UG),
-    }
-
-
 def comparison_content(found: RecordingComparison) -> tuple[str, list[Section]]:
     """The answer and the sections of a comparison."""
     sections = [
+        glance(found),
         belief_section(belief_rows(found.recording)),
         Section("Difference", _difference(found)),
         Section("What remains", _remains(found)),
@@ -56,81 +44,7 @@ def comparison_content(found: RecordingComparison) -> tuple[str, list[Section]]:
         Section("How it was compared", _method(found)),
         Section("The recording", _recording(found)),
     ]
-    return _answer(found), [section for section in sections if section.blocks]
-
-
-def _answer(found: RecordingComparison) -> str:
-    unit = units(found)
-    reads = [f"the {sensor}s read {_reads(triad, unit[sensor])}" for sensor, triad in found.channels.items()]
-    parts = [", ".join(reads)]
-    if found.clock is not None:
-        parts.append(_clock_in_short(found, found.clock))
-    parts.append(_remaining(found))
-    against = "the standstill" if _stands(found) else "the reference"
-    lines = [f"{found.recording.name}: against {against} {'; '.join(parts)}."]
-    if limits := _no_scale(found):
-        lines.append(limits)
-    return "\n".join(lines)
-
-
-def _reads(triad: Sequence[ComparedChannel], unit: DisplayUnit) -> str:
-    """``0.0444 °/s high on x, no more than 0.002 °/s off on y and z``, as far as the intervals tell."""
-    determined, undetermined, most = [], [], 0.0
-    for one in triad:
-        mean = one.fitted.mean_difference
-        if mean.low <= 0.0 <= mean.high:
-            undetermined.append(one.axis)
-            most = max(most, -mean.low, mean.high)
-            continue
-        value, digits = mean.value / unit.size, _digits(mean, unit.size)
-        determined.append(f"{fixed(abs(value), digits)} {unit.text} {'high' if value > 0.0 else 'low'} on {one.axis}")
-    if undetermined:
-        within = f"no more than {_significant(most / unit.size)} {unit.text} off on {joined(undetermined)}"
-        return f"{joined(determined)}, {within}" if determined else within
-    return joined(determined)
-
-
-def _clock_in_short(found: RecordingComparison, clock: ChannelEstimate) -> str:
-    believed_ms = 1e3 * found.known.time_offset_s
-    if _clock_agrees(found, clock):
-        return f"the two clocks differ by the believed {fixed(abs(believed_ms), 1)} ms"
-    believed = f" where {fixed(believed_ms, 1)} ms are believed" if believed_ms else ""
-    return f"the two clocks differ by {_milliseconds(clock)} ms{believed}"
-
-
-def _remaining(found: RecordingComparison) -> str:
-    """The largest RMS of each sensor after the fit; with the clock found too, where that was not used."""
-    text = f"what remains is {_worst(found, lambda one: one.fitted.rms_after)} RMS over {found.windows.length_s:g} s"
-    clock = found.clock
-    if clock is None or found.used_s == clock.value or _clock_agrees(found, clock):
-        return text
-    return f"{text}, with the clock set right {_worst(found, lambda one: one.rms_with_clock)}"
-
-
-def _worst(found: RecordingComparison, rms: Callable[[ComparedChannel], float]) -> str:
-    unit = units(found)
-    worst = [(max(map(rms, triad)) / unit[sensor].size, unit[sensor].text) for sensor, triad in found.channels.items()]
-    return joined([f"{_significant(value)} {text}" for value, text in worst])
-
-
-def _stands(found: RecordingComparison) -> bool:
-    return found.known.kind == "standstill"
-
-
-def _all(found: RecordingComparison) -> list[ComparedChannel]:
-    return [one for triad in found.channels.values() for one in triad]
-
-
-def _no_scale(found: RecordingComparison) -> str:
-    """What the motion was too small for."""
-    who = [f"{one.sensor} {one.axis}" for one in _all(found) if one.scale_error is None]
-    if not who:
-        return ""
-    of_whom = "any channel" if len(who) == 6 else joined(who)
-    return (
-        f"No scale factor of {of_whom} is given: the motion is too small to tell it to {100.0 * channels.LIMIT:g} %, "
-        "so it stands within the difference."
-    )
+    return answer(found), [section for section in sections if section.blocks]
 
 
 def _difference(found: RecordingComparison) -> list[Block]:
@@ -148,14 +62,14 @@ def _coefficients(found: RecordingComparison, sensor: str) -> list[Block]:
     triad, (unit, size), limit = found.channels[sensor], units(found)[sensor], channels.LIMIT
     header, rows = ["axis", f"mean difference [{unit}]"], [[one.axis] for one in triad]
     for row, one in zip(rows, triad, strict=True):
-        row.append(_with_error(one.fitted.mean_difference, size))
+        row.append(with_error(one.fitted.mean_difference, size))
     note = "Recorded minus implied; ± is half the 95 % interval."
     if any(one.fitted.bias for one in triad):
         header += [f"bias at zero input [{unit}]", "scale factor error [ppm]", *(f"from {a} [mrad]" for a in AXES)]
         for row, one in zip(rows, triad, strict=True):
-            row += [_with_error(one.fitted.bias, size), _with_error(one.scale_error, 1e-6)]
+            row += [with_error(one.fitted.bias, size), with_error(one.scale_error, 1e-6)]
             terms = zip(AXES, one.fitted.terms, strict=True)
-            row += ["" if other == one.axis else _with_error(term, 1e-3) for other, term in terms]
+            row += ["" if other == one.axis else with_error(term, 1e-3) for other, term in terms]
         note += (
             " The mean difference holds what scale factor and misalignment make of the mean input, the bias does not. "
             f"{MISSING}: not determined to {1e6 * limit:.0f} ppm or {1e3 * limit:g} mrad."
@@ -166,16 +80,16 @@ def _coefficients(found: RecordingComparison, sensor: str) -> list[Block]:
 def _beliefs(found: RecordingComparison) -> list[Block]:
     """Bias found against bias believed, of the channels of which something is believed."""
     rows = []
-    for one in _all(found):
+    for one in all_channels(found):
         unit = units(found)[one.sensor]
         if (difference := one.found_minus_believed) is not None:
-            believed = fixed(one.believed_bias / unit.size, _digits(difference, unit.size))
-            rows.append((f"{one.sensor} {one.axis} [{unit.text}]", believed, _with_error(difference, unit.size)))
+            believed = fixed(one.believed_bias / unit.size, decimals(difference, unit.size))
+            rows.append((f"{one.sensor} {one.axis} [{unit.text}]", believed, with_error(difference, unit.size)))
     return table("Bias", ("channel", "believed", "found minus believed"), rows)
 
 
 def _mounting(found: RecordingComparison) -> str:
-    if _stands(found):
+    if stands(found):
         return ""
     return (
         "A rotation between the housing of the reference and that of the IMU shows as misalignments of opposite sign "
@@ -186,22 +100,22 @@ def _mounting(found: RecordingComparison) -> str:
 
 def _remains(found: RecordingComparison) -> list[Block]:
     rows, moving = [], found.clock is not None
-    for one in _all(found):
+    for one in all_channels(found):
         unit, fit = units(found)[one.sensor], one.fitted
         size, density_unit = (DEG_PER_SQRT_H, "°/√h") if one.sensor == "gyro" else (UG, "µg/√Hz")
-        density = _significant(fit.density / size) if isfinite(fit.density) else MISSING
+        density = significant(fit.density / size) if isfinite(fit.density) else MISSING
         clock = None if one.rms_with_clock is None else one.rms_with_clock / unit.size
         rows.append(
             (
                 f"{one.sensor} {one.axis} [{unit.text}]",
-                *(_significant(rms / unit.size) for rms in (fit.rms_before, fit.rms_without_mean, fit.rms_after)),
-                *([_significant(clock)] if moving else []),
+                *(significant(rms / unit.size) for rms in (fit.rms_before, fit.rms_without_mean, fit.rms_after)),
+                *([significant(clock)] if moving else []),
                 f"{density} {density_unit}",
-                f"{_significant(fit.largest / unit.size)} at {fixed(fit.largest_s, 1)} s",
+                f"{significant(fit.largest / unit.size)} at {fixed(fit.largest_s, 1)} s",
             )
         )
     note = f"The noise density is read off the Allan deviation at {found.windows.length_s:g} s of what remains"
-    note += "." if _stands(found) else ", noise of the reference included."
+    note += "." if stands(found) else ", noise of the reference included."
     header = (
         *("channel", "RMS as recorded", "less its mean", "after the fit"),
         *(["after the fit, with the clock found"] if moving else []),
@@ -217,10 +131,10 @@ def _remains(found: RecordingComparison) -> list[Block]:
 def _alternating(found: RecordingComparison) -> str:
     marked = [
         f"{one.sensor} {one.axis} {fixed(one.fitted.neighbour_correlation)}"
-        for one in _all(found)
+        for one in all_channels(found)
         if one.fitted.neighbour_correlation < ALTERNATING
     ]
-    if not marked or _stands(found):
+    if not marked or stands(found):
         return ""
     return (
         f"Neighbouring windows depart in opposite senses (correlation: {joined(marked)}; −0.5 for noise at the ends of "
@@ -235,11 +149,11 @@ def _clocks(found: RecordingComparison) -> list[Block]:
         text = f"The offset between the two clocks was not found: {found.clock_reason}."
         return paragraphs(f"{text} The believed {believed} was used.")
     text = (
-        f"The reference stamps the same instant {_milliseconds(clock)} ms "
+        f"The reference stamps the same instant {milliseconds(clock)} ms "
         f"{'later' if clock.value >= 0.0 else 'earlier'} than the IMU (± is half the 95 % interval, from the gyros "
         f"alone; which instant of a sample a stamp means is part of it); believed were {believed}"
     )
-    if _clock_agrees(found, clock):
+    if clock_agrees(found, clock):
         return paragraphs(f"{text}, which agrees.")
     if found.used_s == found.known.time_offset_s:
         return paragraphs(
@@ -250,7 +164,7 @@ def _clocks(found: RecordingComparison) -> list[Block]:
 
 
 def _method(found: RecordingComparison) -> list[Block]:
-    window_s, spacing_s, still = found.windows.length_s, epoch_spacing_s(found.known.fixes), _stands(found)
+    window_s, spacing_s, still = found.windows.length_s, epoch_spacing_s(found.known.fixes), stands(found)
     text = (
         f"The reference is {'the known standstill with ' if still else 'a better navigator with '}"
         f"{ATTITUDE_WORDS[found.known.attitude]}. {found.windows.time_s.size * window_s:.0f} s were compared, as means "
@@ -282,15 +196,15 @@ def _hidden(found: RecordingComparison) -> str:
         return "The attitude was taken as exact."
     return (
         f"The attitude is known to {sigma:.2g}° (1 σ), so biases of the horizontal accelerometers below "
-        f"{_significant(sigma * DEG * STANDARD_GRAVITY / UG)} µg (1 σ) do not show."
+        f"{significant(sigma * DEG * STANDARD_GRAVITY / UG)} µg (1 σ) do not show."
     )
 
 
 def _attenuation(found: RecordingComparison) -> str:
     """How far noise of the reference could have lowered the scale factors that are given."""
     given = [
-        f"{_significant(1e6 * one.fitted.attenuation)} ppm for {one.sensor} {one.axis}"
-        for one in _all(found)
+        f"{significant(1e6 * one.fitted.attenuation)} ppm for {one.sensor} {one.axis}"
+        for one in all_channels(found)
         if one.scale_error is not None and isfinite(one.fitted.attenuation)
     ]
     if not given:
@@ -307,30 +221,3 @@ def _recording(found: RecordingComparison) -> list[Block]:
     return paragraphs(sentence(facts), *(sentence(note) for note in recording.notes))
 
 
-def _clock_agrees(found: RecordingComparison, clock: ChannelEstimate) -> bool:
-    return clock.low <= found.known.time_offset_s <= clock.high
-
-
-def _milliseconds(clock: ChannelEstimate) -> str:
-    digits = _digits(clock, 1e-3)
-    return f"{fixed(1e3 * abs(clock.value), digits)} ± {fixed(0.5e3 * (clock.high - clock.low), digits)}"
-
-
-def _digits(estimate: ChannelEstimate, size: float) -> int:
-    """Decimals at which half of its interval has two digits in the unit of this `size`."""
-    half = 0.5 * (estimate.high - estimate.low) / size
-    return 0 if half <= 0.0 else max(0, 1 - floor(log10(half)))
-
-
-def _with_error(estimate: ChannelEstimate | None, size: float) -> str:
-    if estimate is None:
-        return MISSING
-    digits = _digits(estimate, size)
-    return f"{fixed(estimate.value / size, digits)} ± {fixed(0.5 * (estimate.high - estimate.low) / size, digits)}"
-
-
-def _significant(value: float | None) -> str:
-    """Two digits that count."""
-    if value is None or value == 0.0:
-        return MISSING if value is None else "0"
-    return fixed(value, max(0, 1 - floor(log10(abs(value)))))

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from ins_eval import figures
 from ins_eval.analysis.compare import RecordingComparison
 from ins_eval.channels import Windows
-from ins_eval.report.comparison import units
+from ins_eval.report.comparison_words import units
 
 SHOWN_EPOCHS = 300  # of the stretch that is drawn closely
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ins_eval.vocabulary import definition_name
+
+GLANCE = "At a glance"  # heading of the section that a page shows with its answer
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,22 @@ class Picture:
     caption: str
 
 
-Block = Paragraph | Table | Picture
+class Number(NamedTuple):
+    """A number that answers: what it is, its value with unit, and how sure it is."""
+
+    what: str
+    value: str
+    interval: str = ""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """The few numbers on which an answer rests, set large side by side."""
+
+    items: Sequence[Number]
+
+
+Block = Paragraph | Table | Picture | Numbers
 
 
 @dataclass(frozen=True)
@@ -79,6 +97,13 @@ class Section:
     @property
     def anchor(self) -> str:
         return "".join(c if c.isalnum() else "-" for c in self.heading.lower()).strip("-")
+
+
+def at_a_glance(numbers: Sequence[Number], picture: Picture | None, *steps: str) -> Section:
+    """What the first screen holds below the verdict: numbers with intervals, what to do next, one figure."""
+    blocks: list[Block] = [Numbers(numbers)] if numbers else []
+    blocks += [Paragraph(" ".join(filter(None, steps)), "What to do next.")] if any(steps) else []
+    return Section(GLANCE, [*blocks, picture] if picture else blocks)
 
 
 def paragraphs(*texts: str) -> list[Paragraph]:

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Section
+from ins_eval.report.diagnosis_glance import diagnosis_glance, worth
 from ins_eval.report.diagnosis_sections import sections_of
-from ins_eval.report.diagnosis_words import amount, chance, channel, effect_words, figures, nats, probability, rare
+from ins_eval.report.diagnosis_words import amount, chance, channel, effect_words, nats, probability, rare
 from ins_eval.wording import fixed, joined, sentence
 
 TITLE = "Diagnosis"
@@ -15,13 +16,13 @@ TITLE = "Diagnosis"
 
 def diagnosis_content(tree: Mapping) -> tuple[str, list[Section]]:
     """The answer, of which the first line is the heading of the page, and the sections of a diagnosis."""
-    return _answer(tree), sections_of(tree)
+    return _answer(tree), [diagnosis_glance(tree), *sections_of(tree)]
 
 
 def _answer(tree: Mapping) -> str:
     found = tree["diagnosis"]
     names = joined([one["name"] for one in tree["recordings"]])
-    lines = [f"{names}: {_headline(found)}", *_what(found), *_seen(tree), *_how_sure(tree), *_else(tree), *_gain(found)]
+    lines = [f"{names}: {_headline(found)}", *_what(found), *_seen(tree), *_how_sure(tree), *_else(tree), *_gain(tree)]
     return "\n".join([*lines, *_remainder(found), *_withdrawn(found)])
 
 
@@ -130,26 +131,9 @@ def _experiment(one: Mapping) -> str:
     return f"{one['experiment']} would tell (expected log Bayes factor {expected})"
 
 
-def _gain(found: Mapping) -> list[str]:
-    if not found["effects"]:
-        return []
-    parts = []
-    velocity = found["fit"].get("velocity_rms_mps")
-    if velocity and "after" in velocity:
-        each = [
-            f"{side} {fixed(velocity['before'][side])} to {fixed(velocity['after'][side])} m/s"
-            for side in ("north", "east")
-        ]
-        parts.append(f"velocity RMS {joined(each)}")
-    rate = found["fit"].get("radial_error_rate_nmi_per_h")
-    if rate and "after" in rate:
-        parts.append(f"radial error rate {fixed(rate['before'])} to {fixed(rate['after'])} nmi/h")
-    held = found["fit"].get("held_out")
-    if held:
-        parts.append(
-            f"misfit on data that were not used {figures(held['before'])} to {figures(held['after'])} "
-            f"(placebo {figures(held['placebo'])})"
-        )
+def _gain(tree: Mapping) -> list[str]:
+    found = tree["diagnosis"]
+    parts = worth(tree) if found["effects"] else []
     return [sentence(f"With {_them(found)}, {'; '.join(parts)}")] if parts else []
 
 
@@ -159,10 +143,10 @@ def _remainder(found: Mapping) -> list[str]:
         return []
     sigma = fixed(left["significance_sigma"], 1)
     if left["channel"] is None:
-        return [f"Nothing significant stays unexplained ({sigma} sigma)."]
+        return [f"Nothing significant stays unexplained ({sigma} σ)."]
     begin, end = left["interval_s"]
     where = f"{channel(left['channel'])}, {begin:.0f} to {end:.0f} s"
-    return [f"Still unexplained: {where}, {sigma} sigma; look there next."]
+    return [f"Still unexplained: {where}, {sigma} σ; look there next."]
 
 
 def _withdrawn(found: Mapping) -> list[str]:

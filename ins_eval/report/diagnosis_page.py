@@ -10,9 +10,18 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ins_eval.diagnosis.answer.nonparametric import Located, located
-from ins_eval.diagnosis.answer.summary import EffectEvidence, basis, before_after, evidence, limits, turned_on
+from ins_eval.diagnosis.answer.summary import (
+    BeforeAfter,
+    EffectEvidence,
+    basis,
+    before_after,
+    evidence,
+    limits,
+    turned_on,
+)
 from ins_eval.diagnosis.answer.verdict import Diagnosis
 from ins_eval.diagnosis.estimate.case import Case
+from ins_eval.diagnosis.unnamed.mismatch import Mismatch
 from ins_eval.effects import VOCABULARY
 from ins_eval.figures import diagnosis as figures
 from ins_eval.recording.belief import EffectBelief
@@ -21,6 +30,7 @@ from ins_eval.units import DEG, DEG_PER_H, UG
 from ins_eval.wording import sentence
 
 BLOCK_S = 60.0  # over which a whitened residual is averaged
+SIGMAS = 2.0  # of what noise makes, that an excess must have for a share of it to mean something
 FAMILIES = 12  # in the figure of the evidence
 NOT_SHOWN = ("earth", "any", "recording")  # that no recording would show better
 
@@ -48,6 +58,7 @@ def page(
         "diagnosis": found,
         "recordings": [_facts(diagnosis, r, both[r]) for r in range(count)],
         "statistics": diagnosis.statistics,
+        **({"gain": _gain(diagnosis, both)} if diagnosis.held_out else {}),
         "evidence": {
             "in_place_of": effect_words(physics[0]) if first is not None else None,
             "threshold": of.space.cost,
@@ -61,15 +72,18 @@ def page(
     }
 
     def draw() -> dict[str, Figure]:
-        return _residuals(diagnosis) | _evidence(tree["evidence"]) | _drives(tree["located"], seen) | _gains(
-            diagnosis, both
-        )  # fmt: skip
+        return {
+            **_residuals(diagnosis),
+            **_evidence(tree["evidence"]),
+            **_drives(tree["located"], seen, diagnosis.mismatches),
+            **_gains(diagnosis, both),
+        }
 
     return tree, draw
 
 
 def _facts(
-    diagnosis: Diagnosis, r: int, both: tuple[np.ndarray, np.ndarray] | None
+    diagnosis: Diagnosis, r: int, both: BeforeAfter | None
 ) -> dict[str, Any]:  # fmt: skip
     """What the page says of one recording: its residual, its noise, how white it is."""
     case = diagnosis.cases[r]
@@ -88,8 +102,32 @@ def _facts(
         "noise_of_answer": _levels(case, diagnosis.fitted[r].noise_point) if explained else None,
         "turned_on": [asdict(one) for one in turned_on(diagnosis, r)],
         "whiteness": [_whiteness(column) for column in diagnosis.innovations[r].T],
-        "whiteness_after": None if both is None else [_whiteness(column) for column in both[1].T],
+        "whiteness_after": None if both is None else [_whiteness(column) for column in both.after.T],
     }
+
+
+def _gain(diagnosis: Diagnosis, both: Sequence[BeforeAfter | None]) -> dict[str, float | None]:
+    """Log predictive density gained on data that were not used, and the share of the excess that is removed.
+
+    The excess is by how much the squares of means over `BLOCK_S` of the whitened residual, in their own sigma, sum to
+    more than their count, at the noise of the answer.
+    """
+    held = diagnosis.held_out
+    pairs = [pair for pair in both if pair is not None]
+    before = np.sum([_excess(pair.time_s, pair.before) for pair in pairs], axis=0)
+    after = np.sum([_excess(pair.time_s, pair.after) for pair in pairs], axis=0)
+    return {
+        "nats": -held["harm_nats"],
+        "placebo_nats": held["placebo_nats"] - held["harm_nats"],
+        "excess_removed": min(1.0, 1.0 - after[0] / before[0]) if before[0] > SIGMAS * before[1] ** 0.5 else None,
+    }
+
+
+def _excess(time_s: np.ndarray, residual: np.ndarray) -> tuple[float, float]:
+    """The excess, and the variance that it has where the residual is white."""
+    means = np.concatenate([figures.block_means(time_s, column, BLOCK_S)[1] for column in residual.T])
+    count = int(np.isfinite(means).sum())
+    return float(np.nansum(means**2)) - count, 2.0 * count
 
 
 def _channels(case: Case) -> list[str]:
@@ -169,7 +207,9 @@ def _residuals(diagnosis: Diagnosis) -> dict[str, Figure]:
         numbered("whitened_residuals", r, several): figures.whitened_residuals(
             time_s=case.model.nodes_s,
             innovations=innovations,
-            located=[(one.begin_s, one.end_s, one.channel) for one in diagnosis.mismatches if one.recording == r],
+            located=[
+                (one.begin_s, one.end_s, channel(one.channel)) for one in diagnosis.mismatches if one.recording == r
+            ],
             block_s=BLOCK_S,
             channels=_channels(case),
             title=f"Whitened residuals: {case.name}",
@@ -193,11 +233,13 @@ def _evidence(evidence: Mapping[str, Any]) -> dict[str, Figure]:
     return {"evidence_of_effects": drawn}
 
 
-def _drives(entries: list[dict[str, Any]], seen: list[tuple[Mapping | None, Located]]) -> dict[str, Figure]:
+def _drives(
+    entries: list[dict[str, Any]], seen: list[tuple[Mapping | None, Located]], mismatches: Sequence[Mismatch]
+) -> dict[str, Figure]:
     drawn = {}
     for entry, (_, one) in zip(entries, seen, strict=True):
         axis = f", {one.axis}" if one.axis in ("N", "E", "D") else ""
-        name = f"{channel(one.channel)}{axis}"
+        name, where = f"{channel(one.channel)}{axis}", (one.recording, one.channel)
         if entry["effect"] is None:
             drive_name, title = f"temperature [{one.drive_unit}]", f"What stays unexplained: {name}"
         else:
@@ -211,20 +253,20 @@ def _drives(entries: list[dict[str, Any]], seen: list[tuple[Mapping | None, Loca
             drive=one.drive,
             quantity=f"{name} [{one.unit}]",
             drive_name=drive_name,
+            located=[(at.begin_s, at.end_s) for at in mismatches if (at.recording, at.channel) == where],
             title=title,
         )
     return drawn
 
 
-def _gains(diagnosis: Diagnosis, both: list[tuple[np.ndarray, np.ndarray] | None]) -> dict[str, Figure]:
+def _gains(diagnosis: Diagnosis, both: Sequence[BeforeAfter | None]) -> dict[str, Figure]:
     several = len(diagnosis.cases) > 1
     return {
         numbered("before_and_after", r, several): figures.before_and_after(
-            time_s=case.model.nodes_s,
-            before=pair[0],
-            after=pair[1],
+            **pair._asdict(),
             block_s=BLOCK_S,
             channels=_channels(case),
+            located=[(one.begin_s, one.end_s) for one in diagnosis.mismatches if one.recording == r],
             title=f"Before and after: {case.name}",
         )
         for r, (case, pair) in enumerate(zip(diagnosis.cases, both, strict=True))

@@ -147,7 +147,7 @@ def _evidence(tree: Mapping) -> list[Block]:
 
 def _rivals(tree: Mapping) -> list[Block]:
     rows = [
-        (effect_words(one), one["from"].replace(".", " ").replace("_", " "), nats(one["log_evidence_below_best"]),
+        (effect_words(one), effect_words({"name": one["from"]}), nats(one["log_evidence_below_best"]),
          probability(one["probability"]), "yes" if one["told_apart_by_prior_only"] else "no",
          one["experiment"] or MISSING,
          nats(one["expected_log_bayes_factor"]))
@@ -197,16 +197,18 @@ def _where(tree: Mapping) -> list[Block]:
 
 
 def _held_out(tree: Mapping) -> list[Block]:
-    held = tree["diagnosis"]["fit"].get("held_out")
+    held, gain = tree["diagnosis"]["fit"].get("held_out"), tree.get("gain")
     if not held:
         return []
-    rows = [(name, figures(held[name])) for name in ("before", "after", "placebo")]
+    gained = {"before": "0", "after": nats(gain["nats"]), "placebo": nats(gain["placebo_nats"])} if gain else {}
+    rows = [(name, gained.get(name, MISSING), figures(held[name])) for name in ("before", "after", "placebo")]
     note = (
         "The recording is cut into blocks; what is fitted on every other of them is judged on the rest, and the other "
         "way round. Before: the belief. After: the belief with the effects. Placebo: as many coefficients, on the "
-        "effects' own responses half a recording late. 1 is what noise alone leaves."
+        "effects' own responses half a recording late. Gain: log predictive density over that of the belief. Squared "
+        "innovation: mean, normalised; 1 is what noise alone leaves."
     )
-    return table(sentence(held["measure"]).rstrip("."), ("fit", "value"), rows, note)
+    return table("Predicted from the other blocks", ("fit", "gain [nats]", "squared innovation"), rows, note)
 
 
 def _navigation(tree: Mapping) -> list[Block]:
@@ -258,7 +260,7 @@ def _residuals(tree: Mapping) -> list[Block]:
         ]  # fmt: skip
         if one["whiteness_after"] is None:
             header, rows = header[:4], [row[:4] for row in rows]
-        measured = joined(one["measured_by"])
+        measured = joined([name.replace("gps", "GPS") for name in one["measured_by"]])
         note = (
             f"Of a white residual 1, 0 and 1. {one['measurements']} measurements by {measured}, {one['outliers']} "
             "isolated ones left out as outliers. The noise was fitted with the belief, where it may hide a part of "

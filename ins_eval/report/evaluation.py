@@ -20,6 +20,8 @@ from ins_eval.figures.style import in_order, label
 from ins_eval.navigation import Measures
 from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.report.diagnosis_words import figures
+from ins_eval.report.evaluation_glance import evaluation_glance, solution_glance
 from ins_eval.report.grade import grade_section
 from ins_eval.report.solution import solution_answer, solution_blocks
 from ins_eval.restarts import Restarts
@@ -48,6 +50,7 @@ ATTITUDE_NOTE = (
 def evaluation_content(found: EvaluationNumbers) -> tuple[str, list[Section]]:
     """The answer and the sections of the evaluation of one recording."""
     sections = [
+        evaluation_glance(found),
         belief_section(found.belief),
         Section("Result", _result(found)),
         grade_section(found.grade),
@@ -61,7 +64,7 @@ def evaluation_content(found: EvaluationNumbers) -> tuple[str, list[Section]]:
 
 def solution_content(recording: RecordingFacts, solution: SolutionNumbers) -> tuple[str, list[Section]]:
     """The answer and the sections of a recording that holds the solution of an INS alone."""
-    sections = [Section(SOLUTION, solution_blocks(solution)), _recording(recording)]
+    sections = [solution_glance(solution), Section(SOLUTION, solution_blocks(solution)), _recording(recording)]
     return f"{recording.name}: {solution_answer(solution)}", sections
 
 
@@ -201,6 +204,7 @@ def _result(found: EvaluationNumbers) -> list[Block]:
         Picture("latitude_error", "Latitude error."),
         Picture("longitude_error", "Longitude error."),
         Picture("position_error", "Horizontal distance from the reference."),
+        Picture("ground_track", "Where the INS believes it went beside the reference, and its error over ground."),
     ]
 
 
@@ -257,6 +261,7 @@ def _restarts(found: EvaluationNumbers) -> list[Block]:
             "RMS over the pieces, in brackets its 95 % interval by a bootstrap over them, where they are five or more. "
             "Errors are relative to the fix each piece started from, whose noise is in them twice.",
         ),
+        Picture("error_growth", "The same against time."),
     ]
 
 
@@ -307,7 +312,8 @@ def _found_start(start: FoundStart) -> str:
     """How a start was found that the recording does not state."""
 
     def triad(values: Sequence[float], sigmas: Sequence[float]) -> str:
-        return ", ".join(f"{fixed(value, 0)} ± {sigma:.2g}" for value, sigma in zip(values, sigmas, strict=True))
+        pairs = zip(values, sigmas, strict=True)
+        return ", ".join(f"{fixed(value, 0)} ± {figures(sigma, 2)}" for value, sigma in pairs)
 
     gyro_bias = triad(start.gyro_bias_deg_per_h, start.gyro_bias_sigma_deg_per_h)
     accelerometer_bias = triad(start.accelerometer_bias_ug, start.accelerometer_bias_sigma_ug)

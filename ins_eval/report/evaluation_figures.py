@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -12,6 +14,7 @@ from ins_eval.recording.stillness import Stretch
 from ins_eval.report.grade import grade_figures
 from ins_eval.report.recording_figures import path, temperature, traces
 from ins_eval.report.solution_figures import solution_figures
+from ins_eval.restarts import Restarts
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
 REFERENCE_WORDS = {"gps": "GPS", "ins": "the better INS", "standstill": "the standstill", "attitude": "its attitude"}
@@ -46,6 +49,8 @@ def evaluation_figures(evaluation: RecordingEvaluation) -> dict[str, Figure]:
             time_s=first.attitude.time_s - start_s,
             errors_deg={name: one.attitude.phi_n / DEG for name, one in evaluation.navigated.items()},
         )
+    if evaluation.restarts:
+        drawn["error_growth"] = error_growth(evaluation.restarts)
     if evaluation.grade is not None:
         drawn |= grade_figures(evaluation.grade)
     if stand is not None:
@@ -53,6 +58,17 @@ def evaluation_figures(evaluation: RecordingEvaluation) -> dict[str, Figure]:
     if evaluation.solution is not None:
         drawn |= solution_figures(evaluation.solution)
     return drawn
+
+
+def error_growth(restarts: Mapping[str, Restarts]) -> Figure:
+    """How far each compensation is off after a start afresh from a fix."""
+    first = next(iter(restarts.values()))
+    return figures.error_growth(
+        after_s=first.after_s,
+        position_m={name: one.position_rms_m for name, one in restarts.items()},
+        band_m={name: one.position_interval_m for name, one in restarts.items()},
+        count=first.count,
+    )
 
 
 def _activity(recording: Recording, stand: Stretch, navigated_s: tuple[float, float]) -> Figure:

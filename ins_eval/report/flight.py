@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ins_eval.analysis.ageing import AgeingNumbers
-from ins_eval.figures.style import LABEL, in_order, label
+from ins_eval.figures.style import in_order, label
 from ins_eval.report import missions
 from ins_eval.report.ageing import ageing_blocks
 from ins_eval.report.content import Block, Paragraph, Picture, Section, definitions_table, paragraphs, table
+from ins_eval.report.flight_answer import UNITS, answer, comparison, glance, instruments
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.published import beside_published
 from ins_eval.tables import pick
@@ -35,9 +36,7 @@ from ins_eval.vocabulary import (
 from ins_eval.wording import (
     MISSING,
     SHORT_VERDICT,
-    certainty,
     change,
-    effect,
     fixed,
     percent,
     sentence,
@@ -46,8 +45,6 @@ from ins_eval.wording import (
     with_interval,
 )
 
-UNITS = {VELOCITY: "m/s", CEP: "nmi/h"}
-
 
 def flight_content(metrics: Mapping, ageing: AgeingNumbers | None = None) -> tuple[str, list[Section]]:
     """The answer (first line the verdict, second its terms) and the sections of the flight report.
@@ -55,6 +52,7 @@ def flight_content(metrics: Mapping, ageing: AgeingNumbers | None = None) -> tup
     `metrics` is the content of ``metrics.json``; a key that it lacks leaves out what needs it, and so does `ageing`.
     """
     sections = [
+        glance(metrics),
         Section("The comparison", _comparison(metrics)),
         Section("Over missions", missions.over_missions(metrics)),
         Section("What weakens the claim", weaknesses(metrics)),
@@ -68,46 +66,7 @@ def flight_content(metrics: Mapping, ageing: AgeingNumbers | None = None) -> tup
         Section("Definitions and windows", definitions_table(metrics)),
         Section("Numeric floor and conditions", _conditions(metrics)),
     ]
-    return _answer(metrics), [section for section in sections if section.blocks]
-
-
-def _answer(metrics: Mapping) -> str:
-    velocity, cep = (improvement(metrics, HEADLINE, measure) for measure in (VELOCITY, CEP))
-    if not velocity and not cep:
-        return "These metrics hold no paired comparison of hysteresis and simple compensation."
-    parts: list[str] = []
-    who = "Hysteresis compensation"
-    for measure, ratio in ((VELOCITY, velocity), (CEP, cep)):
-        if ratio:
-            against = "" if parts else f" against simple compensation over {_instruments(metrics)}"
-            parts.append(f"{effect(who, 'the ' + measure_name(measure), ratio)}{against}; {certainty(ratio)}.")
-            who = "It"
-    terms = (
-        "As the paper compares them: hysteresis is calibrated in the chamber and refined in one oven run, simple is "
-        "calibrated in the chamber only."
-    )
-    if twin := improvement(metrics, f"{SECOND}/simple_refined", VELOCITY):
-        terms += (
-            f" With the same oven run on both sides, {effect('hysteresis', 'the ' + measure_name(VELOCITY), twin)}; "
-            f"{certainty(twin)}."
-        )
-    return "\n".join(filter(None, (" ".join(parts), missions.answer(metrics), _levels(metrics), terms)))
-
-
-def _levels(metrics: Mapping) -> str:
-    """How good the INS is with either compensation."""
-    texts = []
-    for measure, unit in UNITS.items():
-        arms = [of_ensemble(metrics, name, measure) for name in (FIRST, SECOND)]
-        if all(arms):
-            first, second = map(with_interval, arms)
-            texts.append(f"{measure_name(measure)} {first} {unit} with simple and {second} {unit} with hysteresis")
-    return sentence("; ".join(texts)) if texts else ""
-
-
-def _instruments(metrics: Mapping) -> str:
-    size = pick(metrics, "ensemble", "size")
-    return f"{size} paired instruments" if size else "the paired instruments"
+    return answer(metrics), [section for section in sections if section.blocks]
 
 
 def _linearly(linear: Mapping) -> str:
@@ -136,7 +95,7 @@ def _comparison(metrics: Mapping) -> list[Block]:
             unit = "m/s" if measure.startswith("velocity") else "nmi/h"
             judged = (change(ratio), SHORT_VERDICT[verdict(ratio)]) if ratio else (MISSING, MISSING)
             rows.append((f"{measure_name(measure)} [{unit}]", *map(with_interval, arms), *judged))
-    note = f"In brackets: 95 % paired bootstrap interval over {_instruments(metrics)}."
+    note = f"In brackets: 95 % paired bootstrap interval over {instruments(metrics)}."
     if "duration_s" in metrics:
         note += (
             f" Window: {metrics.get('t0_s', 0.0):.0f} to {metrics['duration_s']:.0f} s after the start of navigation."
@@ -148,6 +107,7 @@ def _comparison(metrics: Mapping) -> list[Block]:
     if not rows:
         return []
     return [
+        *comparison(metrics),
         *table(
             "Simple and refined hysteresis compensation, as the paper compares them",
             ("measure", label(FIRST), label(SECOND), "change", "verdict"),
@@ -195,7 +155,7 @@ def _every_compensation(metrics: Mapping) -> list[Block]:
             "velocity_rms_mps",
             COMPONENTS,
             components,
-            f"RMS over {_instruments(metrics)} of the RMS over each flight; in brackets the 95 % interval.",
+            f"RMS over {instruments(metrics)} of the RMS over each flight; in brackets the 95 % interval.",
         ),
         Picture(
             "velocity_rms_by_compensation",
@@ -204,21 +164,8 @@ def _every_compensation(metrics: Mapping) -> list[Block]:
         ),
         *by_name("CEP rate [nmi/h]", "cep_rate_nmi_per_h", MAIN_DEFINITIONS, definitions),
         *by_name("CEP rate [nmi/h], other definitions", "cep_rate_nmi_per_h", others, definitions),
-        *paragraphs(*_own_models(metrics)),
         *_changes(metrics),
     ]
-
-
-def _own_models(metrics: Mapping) -> list[str]:
-    """A sentence on each comparison of a model that is not ours."""
-    texts = []
-    for pair in pick(metrics, "ensemble", "improvement") or {}:
-        new, _, old = pair.partition("/")
-        ratio = improvement(metrics, pair, VELOCITY)
-        if ratio and new not in LABEL:
-            text = effect(f"the model “{new}”", "the " + measure_name(VELOCITY), ratio)
-            texts.append(sentence(f"{text} against {label(old)}; {certainty(ratio)}"))
-    return texts
 
 
 def _changes(metrics: Mapping) -> list[Block]:
@@ -248,11 +195,6 @@ def _one_flight(metrics: Mapping) -> list[Block]:
             ("measure on one flight", "share"),
             rows,
             "In brackets: 95 % interval. 50 % would be chance.",
-        ),
-        Picture(
-            "improvement_per_instrument",
-            "Each instrument flies once with either compensation. The height of the curve "
-            "at ratio 1 is the share that improved; its width shows how far a single flight can mislead.",
         ),
     ]
 
@@ -326,6 +268,7 @@ def _shown(metrics: Mapping) -> list[Block]:
             "position_error",
             "Horizontal position error, as in Fig. 13c of the paper. Waves of 84.4 min are Schuler oscillations.",
         ),
+        Picture("ground_track", "Where the INS believes it went beside GPS, and its error over ground."),
     ]
     return blocks if any(not isinstance(block, Picture) for block in blocks) else []
 

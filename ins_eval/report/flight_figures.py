@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from ins_eval.ensemble import ARMS, SOURCES
 from ins_eval.ensemble.conditions import VELOCITY
 from ins_eval.report.recording_figures import path, temperature, traces
 from ins_eval.streams import Streams
+from ins_eval.vocabulary import FIRST, SECOND
 
 DRAWN = ("simple", "simple_refined", "hysteresis", "hysteresis_refined")  # in figures with one curve for each
 
@@ -28,7 +29,8 @@ def study_figures(study: FlightStudy) -> dict[str, Figure]:
         **ensemble_figures(study.arms, tree, Streams(seed).at("bootstrap")),
     }
     if "missions" in tree:
-        drawn |= missions_figures(*by_mission(study.members, study.names), Streams(seed).at("missions"))
+        flown = by_mission(study.members, study.names)
+        drawn |= missions_figures(*flown, Streams(seed).at("missions"), study.users)
     return drawn
 
 
@@ -54,7 +56,8 @@ def ensemble_figures(arms, result: dict[str, Any], rng: Streams) -> dict[str, Fi
     of_all = result["ensemble"]
     shown = [name for name in arms if name in DRAWN or name not in ARMS]
     ceps = {n: metrics.cep(arms[n]["track_m"], rng.at("cep_band", n).rng()) for n in shown}
-    headline = of_all["improvement"]["hysteresis_refined/simple"]
+    own = result.get("own_models", ())[:1]
+    pairs = [(name, other) for name in own for other in ("simple", "hysteresis")] or [(SECOND, FIRST)]
     measures = ("velocity_rms_horizontal", "cep_rate_final", "cep_rate_radial_error_rate_rms")
     budget = {source: result["budget"][source] for source in SOURCES}
     return {
@@ -65,8 +68,8 @@ def ensemble_figures(arms, result: dict[str, Any], rng: Streams) -> dict[str, Fi
             size=of_all["size"],
         ),
         "improvement_per_instrument": figures.improvement_per_instrument(
-            ratios={m: arms["hysteresis_refined"][m] / arms["simple"][m] for m in measures},
-            fraction_improved=headline["fraction_improved"],
+            ratios={f"{a}/{b}": {m: arms[a][m] / arms[b][m] for m in measures} for a, b in pairs},
+            fraction_improved={f"{a}/{b}": of_all["improvement"][f"{a}/{b}"]["fraction_improved"] for a, b in pairs},
         ),
         "error_budget": figures.error_budget(budget=budget, size=result["budget"]["size"]),
         "velocity_rms_by_compensation": figures.velocity_rms_by_compensation(
@@ -84,10 +87,14 @@ def ensemble_figures(arms, result: dict[str, Any], rng: Streams) -> dict[str, Fi
 
 
 def missions_figures(
-    arms: Mapping[str, Mapping[str, np.ndarray]], flown: Mapping[str, np.ndarray], streams: Streams
+    arms: Mapping[str, Mapping[str, np.ndarray]],
+    flown: Mapping[str, np.ndarray],
+    streams: Streams,
+    users: Sequence[str] = (),
 ) -> dict[str, Figure]:
-    """Figures of missions."""
-    ceps = {n: metrics.cep(arms[n]["track_m"], streams.at("cep_band", n).rng()) for n in SHOWN_ARMS}
+    """Figures of missions; `users` are the names of the user's own models."""
+    ceps = {n: metrics.cep(arms[n]["track_m"], streams.at("cep_band", n).rng()) for n in (*SHOWN_ARMS, *users)}
+    beside = (*users, "hysteresis") if users else [n for n in SHOWN_ARMS if n != "simple"]
     return {
         "missions_cep_over_time": figures.cep_over_time(
             time_s=arms["simple"]["track_s"][0],
@@ -98,7 +105,7 @@ def missions_figures(
         ),
         "missions_by_temperature": figures.missions_by_temperature(
             warmer_c=flown["warmer_c"],
-            ratios={n: arms[n][VELOCITY] / arms["simple"][VELOCITY] for n in SHOWN_ARMS if n != "simple"},
+            ratios={n: arms[n][VELOCITY] / arms["simple"][VELOCITY] for n in beside},
             turns=flown["turns"],
         ),
     }

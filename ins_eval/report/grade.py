@@ -11,6 +11,7 @@ from ins_eval import figures
 from ins_eval.allan import TERMS
 from ins_eval.grade import Grade, NoiseTerm, units_of
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.report.diagnosis_words import figures as spoken
 from ins_eval.temperature_law import TemperatureLaw
 from ins_eval.units import DEG_PER_H, UG
 
@@ -27,7 +28,7 @@ def grade_section(grade: Grade | None) -> Section:
     if grade is None:
         return Section("What grade it is", [])
     blocks: list[Block] = [*paragraphs(grade.words, _where(grade))]
-    blocks += table("Offsets at rest", ("", "offset", "one sigma"), _offsets(grade), OFFSETS)
+    blocks += table("Offsets at rest", ("channel", "offset", "one sigma"), _offsets(grade), OFFSETS)
     rows = [
         (channel.name, *(_cell(channel.terms[term]) for term in TERMS if term != "quantisation"))
         for channel in grade.channels
@@ -37,20 +38,20 @@ def grade_section(grade: Grade | None) -> Section:
         "Value [95 % interval]; below: no more than that is seen. Gyros in deg/sqrt(h), deg/h and deg/h/sqrt(h), "
         "accelerometers in µg/√Hz, µg and µg/√s."
     )
-    blocks += table("Noise at rest", ("", "white noise N", "flicker B", "random walk K"), rows, note)
+    blocks += table("Noise at rest", ("channel", "white noise N", "flicker B", "random walk K"), rows, note)
     if rows:
         caption = "Allan deviation of each channel at rest, and the noise terms that make it."
         blocks.append(Picture(FIGURE, caption))
     if laws := grade.laws_in_units:
         rows = [
-            (name, f"{law.slope:.4g}", f"[{law.interval95[0]:.4g}, {law.interval95[1]:.4g}]", law.unit)
+            (name, spoken(law.slope, 4), "[" + ", ".join(spoken(end, 4) for end in law.interval95) + "]", law.unit)
             for name, law in laws.items()
         ]
         note = (
             "Straight lines of means over ten seconds at rest, with 95 % intervals. They say how a channel moved with "
             "temperature in this recording, not why: time passed meanwhile. ins-eval diagnose parts the two."
         )
-        blocks += table("Temperature at rest", ("", "slope", "95 % interval", ""), rows, note)
+        blocks += table("Temperature at rest", ("channel", "slope", "95 % interval", "unit"), rows, note)
         blocks.append(Picture(LAWS, "Each channel at rest against temperature, and its straight line."))
     return Section("What grade it is", blocks)
 
@@ -77,7 +78,7 @@ def _law(one: TemperatureLaw) -> dict[str, Any]:
         "change": (one.mean - one.offset) / si,
         "line_c": ends_c,
         "line": one.slope * (ends_c - one.reference_c) / si,
-        "words": f"{one.slope / si:.4g} [{low:.4g}, {high:.4g}] {unit}/°C",
+        "words": f"{spoken(one.slope / si, 4)} [{spoken(low, 4)}, {spoken(high, 4)}] {unit}/°C",
     }
 
 
@@ -87,10 +88,9 @@ def _channel(one) -> dict[str, Any]:
     tau_s, words, terms = one.allan.tau_s, [], {}
     for term in TERMS if one.fit else ():
         found, (name, size) = getattr(one.fit, term), of[term]
-        shown = name.replace("deg", "°").replace("ug", "µg").replace("sqrt(h)", "√h").replace("sqrt", "√")
         if found.visible and term != "quantisation":
-            text = f"{found.value / size:.3g} [{found.low / size:.3g}, {found.high / size:.3g}]"
-            words.append(f"{LETTERS[term]} = {text} {shown}")
+            text = f"{spoken(found.value / size)} [{spoken(found.low / size)}, {spoken(found.high / size)}]"
+            words.append(f"{LETTERS[term]} = {text} {name}")
         if found.visible:
             terms[term] = one.fit.deviation(tau_s, term) / si
     return {
@@ -118,9 +118,9 @@ def _offsets(grade: Grade) -> list[tuple[str, str, str]]:
     found = {f"gyro {axis} [deg/h]": offset for axis, offset in grade.gyro_offset_deg_per_h.items()}
     if (force := grade.force_offset_ug) is not None:
         found["norm of specific force [µg]"] = force
-    return [(name, f"{offset.value:.4g}", f"{offset.sigma:.2g}") for name, offset in found.items()]
+    return [(name, spoken(offset.value, 4), spoken(offset.sigma, 2)) for name, offset in found.items()]
 
 
 def _cell(term: NoiseTerm) -> str:
     low, high = term.interval95
-    return f"{term.value:.3g} [{low:.3g}, {high:.3g}]" if term.visible else f"below {high:.3g}"
+    return f"{spoken(term.value)} [{spoken(low)}, {spoken(high)}]" if term.visible else f"below {spoken(high)}"

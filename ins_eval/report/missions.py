@@ -140,12 +140,15 @@ def _meaning(missions: Mapping) -> list[Block]:
             if cep := improvement(missions, pair, CEP):
                 text += f"; it changes the {measure_name(CEP)} by {change(cep)} ({SHORT_VERDICT[verdict(cep)]})"
             texts.append(sentence(text))
-    advice = {measure: _advice(missions, measure) for measure in (VELOCITY, CEP)}
-    if advice[VELOCITY] == advice[CEP]:
-        texts.append(advice[VELOCITY])
-    else:
-        texts += [f"For the {measure_name(measure)}: {said}" for measure, said in advice.items() if said]
-    return [Paragraph(" ".join(filter(None, texts)), "What to do.")] if texts else []
+    return [Paragraph(" ".join([*texts, advice(missions)]).strip(), "What to do.")] if texts else []
+
+
+def advice(missions: Mapping) -> str:
+    """What to do, as far as the missions decide it; empty where there were none."""
+    said = {measure: _advice(missions, measure) for measure in (VELOCITY, CEP)}
+    if said[VELOCITY] == said[CEP]:
+        return sentence(said[VELOCITY]) if said[VELOCITY] else ""
+    return " ".join(f"For the {measure_name(measure)}: {text}" for measure, text in said.items() if text)
 
 
 def _advice(missions: Mapping, measure: str) -> str:

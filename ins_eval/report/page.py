@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 from ins_eval.figures import style
 from ins_eval.files import write_whole
 from ins_eval.printable import printable
-from ins_eval.report.content import Paragraph, Picture, Section, Table
-from ins_eval.wording import unbroken
+from ins_eval.report.content import GLANCE, Numbers, Paragraph, Picture, Section, Table
+from ins_eval.wording import in_symbols, unbroken
 
-LEADING = ("improvement_per_instrument", "position_error", "before_and_after", "allan_deviation")
+COMMAND = re.compile(r"\bins-eval [a-z][a-z-]+|(?<![\w-])--[a-z][a-z-]+(?: \d+| \w+\.toml)?")
 
 
 def write_page(
@@ -32,9 +32,9 @@ def write_page(
 ) -> Path:
     """Write ``index.html`` and ``figures/<name>.svg`` into `folder` and return the path of the page.
 
-    The page asks for nothing outside itself, and may run no script but the one that comes with it. Of its figures the
-    first of `LEADING`, else the first of all, stands below the answer. A figure that no section mentions is shown at
-    the end; a section's mention of a figure that does not exist is left out. Raises StorageError.
+    The page asks for nothing outside itself, and may run no script but the one that comes with it. Below the answer
+    stands the section `GLANCE`, where there is one, else the first figure of all. A figure that no section mentions is
+    shown at the end; a section's mention of a figure that does not exist is left out. Raises StorageError.
     """
     folder = Path(folder)
     drawings = {name: style.svg(figure) for name, figure in figures.items()}
@@ -59,21 +59,24 @@ def render(
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=lambda shown: in_symbols(shown) if type(shown) is str else shown,
     )
     environment.tests.update(
         {
             kind.__name__.lower(): lambda block, kind=kind: isinstance(block, kind)
-            for kind in (Paragraph, Table, Picture)
+            for kind in (Paragraph, Table, Picture, Numbers)
         }
     )
-    environment.filters["unbroken"] = unbroken
+    environment.filters["prose"] = prose
     mentioned = {block.name for section in sections for block in section.blocks if isinstance(block, Picture)}
     rest = [Picture(name, name.replace("_", " ").capitalize() + ".") for name in drawings if name not in mentioned]
     if rest:
         sections = [*sections, Section("Further figures", rest)]
     inline = {name: Markup(inline_svg(name, drawing)) for name, drawing in drawings.items()}
     facts = [f"{key} {metrics[key]}" for key in ("profile", "seed") if key in metrics]
-    blocks = [block for section in sections for block in section.blocks]
+    glance = [section for section in sections if section.heading == GLANCE]
+    sections = [section for section in sections if section.heading != GLANCE]
+    blocks = [block for section in (*glance, *sections) for block in section.blocks]
     pictures = [block for block in blocks if isinstance(block, Picture) and block.name in inline]
     script = _text("page.js")
     html = environment.get_template("page.html").render(
@@ -82,15 +85,17 @@ def render(
         sections=sections,
         drawings=inline,
         facts=facts,
-        lead=next(iter(sorted(pictures, key=_place)), None),
+        glance=[block for section in glance for block in section.blocks if not isinstance(block, Picture)],
+        lead=next(iter(pictures), None),
         script=Markup(script),
         script_hash=Markup(_hash(script)),
     )
     return printable(html, keep="\n\t")
 
 
-def _place(picture: Picture) -> int:
-    return LEADING.index(picture.name) if picture.name in LEADING else len(LEADING)
+def prose(text: str) -> Markup:
+    """Words as HTML: units with their signs, no break within a number and its unit, commands and options as code."""
+    return Markup(COMMAND.sub(r"<code>\g<0></code>", str(escape(unbroken(in_symbols(text))))))
 
 
 def _text(name: str) -> str:
@@ -121,4 +126,5 @@ def inline_svg(name: str, drawing: str) -> str:
     drawing = re.sub(r'href="#([^"]+)"', rf'href="#{name}-\1"', drawing)
     drawing = re.sub(r"url\(#([^)]+)\)", rf"url(#{name}-\1)", drawing)
     size = re.search(r'<svg[^>]* viewBox="[^"]*"', drawing)[0]
-    return drawing.replace(size, re.sub(r' (width|height)="[^"]*"', "", size) + ' role="img"', 1)
+    named = re.sub(r' (width|height)="[^"]*"', "", size) + f' role="img" aria-labelledby="caption-{name}"'
+    return drawing.replace(size, named, 1)

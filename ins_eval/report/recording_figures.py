@@ -12,6 +12,7 @@ from ins_eval.earth import radii
 from ins_eval.navigation import Evaluation, samples, since_start
 from ins_eval.recording import Fixes, Recording
 from ins_eval.reference import Errors, bridge, raw_vertices
+from ins_eval.strapdown import Solution
 from ins_eval.thermal import Temperature
 from ins_eval.units import DEG
 
@@ -41,10 +42,16 @@ def traces(
         "reference": reference,
     }
     horizontal = {name: np.hypot(e.north_m, e.east_m) for name, e in errors.items()}
-    drawn = {}
+    drawn: dict[str, Figure] = {}
     placed, moving = (bool(np.isfinite(x).any()) for x in (one.north_m, one.velocity_n[:, :2]))  # of the comparison
     if placed:
         drawn["position_error"] = figures.position_error(**common, errors_m=horizontal, floor_m=floor_m)
+        drawn["ground_track"] = figures.ground_track(
+            time_s=time_s,
+            reference_m=_from_start_m(first.solution, one),
+            errors_m={name: np.column_stack([e.north_m, e.east_m]) for name, e in errors.items()},
+            reference=reference,
+        )
     vertices = {name: raw_vertices(evaluations[name].solution, recording.gps) for name in raw}
     for axis, component in enumerate(("north", "east") if moving else ()):
         drawn[f"{component}_velocity_error"] = figures.velocity_error(
@@ -60,6 +67,17 @@ def traces(
             **common, component=component, errors_arcmin=values, metres_per_arcmin=float(of_arcmin.mean())
         )
     return drawn
+
+
+def _from_start_m(solution: Solution, errors: Errors) -> np.ndarray:
+    """Where the reference was, (n, 2) m north and east of where it began: the solution less its error."""
+    angles = [solution.latitude_rad, np.unwrap(solution.longitude_rad), solution.height_m]
+    latitude, longitude, height = (np.interp(errors.time_s, solution.time_s, angle) for angle in angles)
+    meridian, transverse = radii(latitude)
+    north, east = meridian + height, (transverse + height) * np.cos(latitude)
+    latitude, longitude = latitude - errors.north_m / north, longitude - errors.east_m / east
+    known = np.flatnonzero(np.isfinite(latitude + longitude))[0]
+    return np.column_stack([(latitude - latitude[known]) * north, (longitude - longitude[known]) * east])
 
 
 def metres_per_arcmin(latitude_rad: np.ndarray, height_m: np.ndarray) -> dict[str, np.ndarray]:

@@ -77,7 +77,8 @@ def _ensemble(ensemble: FlightsTogether) -> list[Block]:
     few = [f"{called(arm)}: {flights.size}" for arm, flights in ensemble.arms.items() if arm not in full]
     words = []
     if short := ensemble.too_short:
-        words.append(f"{short} lasted less than half a Schuler period or had no positions: no CEP follows from them.")
+        who = f"{short} flights" if short > 1 else "1 flight"
+        words.append(f"{who} lasted less than half a Schuler period or had no positions: no CEP follows.")
     if few:
         words.append(
             f"A CEP needs at least {FEWEST_FLIGHTS} flights of half a Schuler period or longer; {joined(few)}."

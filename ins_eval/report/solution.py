@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from ins_eval.analysis.evaluation_numbers import SolutionNumbers, Untold
 from ins_eval.analysis.schuler import SCHULER_PERIOD_S, unit_of
-from ins_eval.figures.style import in_symbols
 from ins_eval.report.content import Block, Picture, paragraphs, table
 from ins_eval.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name
 from ins_eval.wording import fixed, joined, sentence, with_interval
@@ -112,7 +111,7 @@ def _schuler(solution: SolutionNumbers) -> list[Block]:
     rows = []
     for name, one in fit.estimates.items():
         told, unit = one.known and not one.low <= 0.0 <= one.high, unit_of(name)
-        rows.append((error_name(name), with_interval(one, DIGITS[unit]), in_symbols(unit), "yes" if told else "no"))
+        rows.append((error_name(name), with_interval(one, DIGITS[unit]), unit, "yes" if told else "no"))
     share = 100.0 * fit.span_s / SCHULER_PERIOD_S
     return [
         *table(

@@ -7,8 +7,8 @@ import unicodedata
 from collections.abc import Collection, Sequence
 
 from ins_eval.printable import printable
-from ins_eval.report.content import Block, Paragraph, Picture, Section, Table
-from ins_eval.wording import unbroken
+from ins_eval.report.content import Block, Numbers, Paragraph, Picture, Section, Table
+from ins_eval.wording import in_symbols, unbroken
 
 GAP = 2  # blanks between columns
 INDENT = "    "  # of a remark below its row
@@ -30,7 +30,7 @@ def render(
 
 def format_table(table: Table, width: int = 100) -> str:
     """The table with aligned columns; cells are wrapped until a row fits `width`, words before numbers."""
-    rows = [list(map(str, table.header)), *(list(map(str, row)) for row in table.rows)]
+    rows = [[in_symbols(str(cell)) for cell in row] for row in (table.header, *table.rows)]
     remarks = ["", *([_spoken(remark) for remark in table.remarks] or [""] * len(table.rows))]
     widths = _column_widths(table, rows, width)
     lines = []
@@ -75,6 +75,9 @@ def _column_widths(table: Table, rows: Sequence[Sequence[str]], width: int) -> l
 def _block(block: Block, figures: Collection[str], width: int) -> str:
     if isinstance(block, Paragraph):
         return _fill(_spoken(block), width)
+    if isinstance(block, Numbers):
+        lines = (f"{one.what}: {one.value}" + (f", {one.interval}" if one.interval else "") for one in block.items)
+        return "\n".join(_fill(line, width) for line in lines)
     if isinstance(block, Picture):
         return f"[figure: figures/{block.name}.svg]" if block.name in figures else ""
     return format_table(block, width)
@@ -89,7 +92,7 @@ def _headed(heading: str, rule: str, width: int) -> list[str]:
 
 
 def _fill(text: str, width: int) -> str:
-    return textwrap.fill(unbroken(text), width).replace("\u00a0", " ")
+    return textwrap.fill(unbroken(in_symbols(text)), width).replace("\u00a0", " ")
 
 
 def _longest_word(text: str) -> int:

@@ -184,7 +184,7 @@ def test_an_effect_lies_along_what_data_find(drifting) -> None:
 
 
 def test_the_residual_falls_with_the_effect_and_one_noise(drifting) -> None:
-    before, after = before_after(drifting, 0)
+    _, before, after = before_after(drifting, 0)
     squares = [float(np.nansum(e**2)) for e in (before, after)]
     assert squares[1] < 0.5 * squares[0]
 

@@ -87,7 +87,7 @@ def test_largest_manoeuvres_are_shown_with_their_axes(storage: AgeingNumbers) ->
     rows = blocks_of(storage)[1]["Where a drift of the scale factor shows"].rows
     assert rows[0][:4] == ("cruise", "1800 to 7200", "3.1", "0.6")
     assert len(rows) == 1 + 6
-    assert rows[1] == ("turn left by 90°", "90 to 140", "3.1", "0.6", "0.0", "0.0", "3.0")
+    assert rows[1] == ("turn left by 90 degrees", "90 to 140", "3.1", "0.6", "0.0", "0.0", "3.0")
 
 
 def test_a_large_drift_is_not_called_invisible(storage: AgeingNumbers) -> None:

@@ -14,7 +14,8 @@ from ins_eval.channels import CHANNELS, ChannelEstimate, FittedChannel, Windows
 from ins_eval.figures import style
 from ins_eval.recording import Fixes, Imu, Recording, Start
 from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief
-from ins_eval.report.comparison import comparison_content, units
+from ins_eval.report.comparison import comparison_content
+from ins_eval.report.comparison_words import units
 from ins_eval.report.content import Paragraph, Table
 from ins_eval.units import DEG, DEG_PER_H, UG
 
@@ -79,13 +80,34 @@ def tables(found: RecordingComparison) -> dict[str, Table]:
     return {b.title: b for s in comparison_content(found)[1] for b in s.blocks if isinstance(b, Table)}
 
 
-def test_first_line_answers_with_direction_uncertainty_and_clock(found):
-    assert comparison_content(found)[0] == (
-        "drive: against the reference the gyros read 0.0445 °/s high on x and 0.0596 °/s low on y, no more than "
+def test_first_lines_answer_with_direction_uncertainty_and_clock(found):
+    first, second = comparison_content(found)[0].splitlines()
+    assert first == (
+        "drive: against the reference gyro y 0.0596 °/s low and accelerometer x 0.0200 m/s² high differ most, and the "
+        "clocks are not those believed."
+    )
+    assert second == (
+        "Against the reference the gyros read 0.0445 °/s high on x and 0.0596 °/s low on y, no more than "
         "0.0012 °/s off on z, the accelerometers read 0.0200 m/s² high on x, 0.0200 m/s² high on y and 0.0200 m/s² "
         "high on z; the two clocks differ by 15.50 ± 0.50 ms; what remains is 0.020 °/s and 0.020 m/s² RMS over 1 s, "
         "with the clock set right 0.0050 °/s and 0.0050 m/s²."
     )
+
+
+def glance(found: RecordingComparison) -> tuple[list[tuple[str, str]], str]:
+    numbers, step, _ = comparison_content(found)[1][0].blocks
+    return [(one.value, one.interval) for one in numbers.items], step.text
+
+
+def test_the_first_screen_has_three_numbers_and_what_to_do_next(found):
+    numbers, step = glance(found)
+    values = ("−0.0596 °/s", "0.0200 m/s²", "15.50 ms")
+    assert numbers == list(zip(values, ("± 0.0010 (95 %)", "± 0.0030 (95 %)", "± 0.50 (95 %)"), strict=True))
+    assert step.startswith("Compare again with --use-found-offset") and "time_offset_s = 0.0155" in step
+    agrees = replace(found, known=replace(found.known, time_offset_s=0.0152), used_s=0.0152)
+    assert glance(agrees)[1].startswith("The believed bias of gyro x, gyro y, accelerometer x")
+    fitted = tuple(replace(one, mean_difference=estimate(0.0, 1.0)) for one in found.fitted)
+    assert glance(replace(agrees, fitted=fitted))[1].startswith("Nothing here asks for a change")
 
 
 def test_a_clock_that_is_used_or_agrees_is_not_held_against_the_rest(found):

@@ -13,9 +13,10 @@ from ins_eval.figures import style
 from ins_eval.report import text
 from ins_eval.report.content import Paragraph, Table
 from ins_eval.report.diagnosis import diagnosis_content
+from ins_eval.report.diagnosis_glance import odds
 from ins_eval.report.diagnosis_sections import sections_of
 from ins_eval.report.diagnosis_words import alike, effect_words, figures
-from ins_eval.wording import MISSING
+from ins_eval.wording import MISSING, in_symbols
 
 LARGEST_SVG_BYTES = 200_000
 WHITE = {"rms": 1.0, "correlation": 0.01, "rms_of_means": 1.4}
@@ -143,6 +144,7 @@ def tree(verdict: str) -> dict:
                 {"name": "accelerometer.bias_drift", "axis": "z", "log_bayes_factor": 36.1, "named": False},
             ],
         },
+        "gain": {"nats": 312.4, "placebo_nats": -2.0, "excess_removed": 0.97} if effects else None,
         "located": shown,
         "written": [],
         "limits": [
@@ -175,11 +177,36 @@ def test_the_lines_below_say_where_how_sure_and_what_it_gains() -> None:
         VOCABULARY["accelerometer.bias_creep"].physics,
         "Accelerometer z, 5400 to 7900 s; descent, dT/dt > 0: 9.1 σ",
         "the next, accelerometer bias drift, z, lies 5.1 nats below",
-        "velocity RMS north 1.40 to 1.19 m/s and east 1.36 to 1.09 m/s; radial error rate 1.54 to 1.29 nmi/h",
-        "misfit on data that were not used 14.2 to 1.03 (placebo 13.8)",
-        "Nothing significant stays unexplained (1.1 sigma)",
+        "velocity RMS of this pure-inertial navigation north 1.40 to 1.19 m/s and east 1.36 to 1.09 m/s; "
+        "radial error rate 1.54 to 1.29 nmi/h",
+        "data that were not used are 312.4 nats more probable (odds of more than 10¹⁰⁰ to 1; placebo, as many "
+        "coefficients half a recording late: −2.0)",
+        "97 % of the excess of the residual over its noise is gone",
+        "Nothing significant stays unexplained (1.1 σ)",
     ):
         assert words in said
+
+
+@pytest.mark.parametrize(
+    ("verdict", "values", "step"),
+    [
+        ("no mismatch", ["1.2 nats", "0.18", "1.95 m/s"], "Nothing has to be changed."),
+        ("explained", ["4.8 ug/degC", "312.4 nats", "1.61 m/s"], "--belief better.toml"),
+        ("not identifiable", ["4.8 ug/degC", "312.4 nats", "1.61 m/s"], "an oven run with the flight's temperatures"),
+        ("partly explained", ["4.8 ug/degC", "312.4 nats", "1.61 m/s"], "Look at gyro x from 100 to 900 s"),
+        ("unexplained", ["9.1 σ", "1.95 m/s", "1.54 nmi/h"], "Look at gyro x from 100 to 900 s"),
+    ],
+)
+def test_the_first_screen_has_three_numbers_and_what_to_do_next(verdict: str, values: list[str], step: str) -> None:
+    numbers, next_step, picture = diagnosis_content(tree(verdict))[1][0].blocks
+    assert [one.value for one in numbers.items] == values
+    assert all(one.interval for one in numbers.items)
+    assert step in next_step.text
+    assert picture.name in ("before_and_after", "whitened_residuals", "evidence_of_effects")
+
+
+def test_odds_are_spoken_until_they_are_powers_of_ten() -> None:
+    assert [odds(x) for x in (0.0, 3.0, 150.0, 312.4)] == ["1.0 to 1", "20 to 1", "10⁶⁵ to 1", "more than 10¹⁰⁰ to 1"]
 
 
 def test_a_rival_comes_with_the_experiment_that_would_tell() -> None:
@@ -201,7 +228,7 @@ def test_a_rival_comes_with_the_experiment_that_would_tell() -> None:
 
 def test_what_is_left_is_named_as_the_next_place_to_look() -> None:
     said, sections = diagnosis_content(tree("partly explained"))
-    assert "Still unexplained: gyro x, 100 to 900 s, 6.2 sigma; look there next." in said
+    assert "Still unexplained: gyro x, 100 to 900 s, 6.2 σ; look there next." in said
     words = " ".join(one.text for one in blocks(sections, "What stays unexplained", Paragraph))
     assert words.startswith("Beside the effects, gyro x is disturbed from 100 to 900 s")
     assert "Error of gyro x estimated in each window beside the effects" in words
@@ -250,9 +277,9 @@ def test_the_text_holds_every_cell_of_the_page(verdict: str) -> None:
         assert section.heading in words
         for one in section.blocks:
             if isinstance(one, Table):
-                assert all(cell in words for row in one.rows for cell in row)
+                assert all(in_symbols(cell) in words for row in one.rows for cell in row)
             if isinstance(one, Paragraph):
-                assert one.text in words
+                assert in_symbols(one.text) in words
     assert not re.search(r"\bNone\b|\bnan\b|_", words.replace("figures/", ""))
 
 

@@ -95,3 +95,24 @@ def test_what_is_lost_leads_with_how_far_it_goes_from_a_fix(evaluation_numbers):
     assert second.startswith("Left alone for longer it is lost: ") and "500.00 m/s" in second
     table = next(b for s in sections if s.heading == "Between fixes" for b in s.blocks if isinstance(b, Table))
     assert "95 % interval" in table.note
+def glance(numbers) -> tuple[list[str], list[str], str]:
+    """Values and intervals of the three numbers, and the figure, of the first screen."""
+    first, _, picture = evaluation_content(numbers)[1][0].blocks
+    return [one.value for one in first.items], [one.interval for one in first.items], picture.name
+
+
+def test_the_first_screen_has_three_numbers_each_with_how_sure_it_is(evaluation_numbers):
+    values, intervals, picture = glance(evaluation_numbers)
+    assert values == ["0.39 m/s", "0.51 nmi/h", "218.43°"]
+    assert intervals == ["one run, no interval", "one run, no interval", "± 0.24° (95 %)"]
+    assert picture == "position_error"
+
+
+def test_between_fixes_leads_where_navigation_was_started_afresh(evaluation_numbers):
+    seconds = np.arange(1.0, 31.0)
+    band = np.outer([0.9, 1.1], seconds)
+    pieces = {"none": Restarts(seconds, seconds, seconds, band, band, 20)}
+    values, intervals, picture = glance(replace(evaluation_numbers, restarts=pieces))
+    assert values[:2] == ["10.0 m", "30.0 m"]
+    assert intervals[:2] == ["95 %: 9.0 to 11.0", "95 %: 27.0 to 33.0"]
+    assert picture == "error_growth"

@@ -120,9 +120,48 @@ def test_every_pair_and_a_users_model_are_in_the_tables(flight_metrics):
         assert all(len(row) == len(table.header) == len(table.alignment) for row in table.rows), table.title
 
 
-def test_a_users_model_gets_its_sentence(flight_metrics):
-    text = "The model “mine” lowers the horizontal velocity RMS by 10 % (95 % interval 6 to 13 %) against simple"
-    assert text in words(flight_metrics, "Every compensation")
+def test_a_users_model_leads_the_report(flight_metrics):
+    assert not any("mine" in line for line in flight_content(flight_metrics)[0].splitlines())
+    flight_metrics["own_models"] = ["mine"]
+    answer, sections = flight_content(flight_metrics)
+    first, second, *_ = answer.splitlines()
+    assert first == (
+        "Over 200 paired instruments, all as the chamber left them, your model “mine” changes the horizontal velocity "
+        "RMS by −10 % [−13, −6] against simple (better) and −2 % [−6, +3] against hysteresis (not established)."
+    )
+    assert second.startswith("Of the compensations beside it, hysteresis compensation lowers")
+    numbers, step, _ = sections[0].blocks
+    assert [one.value for one in numbers.items] == ["−10 %", "−2 %", "+2 %"]
+    assert all("mine against" in one.what for one in numbers.items)
+    own = next(b for b in sections[1].blocks if isinstance(b, Table))
+    assert own.header[1:4] == ("mine", "simple", "hysteresis")
+    assert own.rows[0][4:] == ("−10 % [−13, −6], better", "−2 % [−6, +3], not established")
+    assert "INSTRUMENTS=" in step.text
+
+
+@pytest.mark.parametrize(
+    ("against_hysteresis", "step"),
+    [
+        (ratio(0.9, 0.85, 0.95), "Take “mine”"),
+        (ratio(1.1, 1.05, 1.15), "Keep hysteresis"),
+        (ratio(0.98, 0.9604, 1.0), "about 200 instruments would tell"),  # the interval ends at 1 already
+        (ratio(0.99, 0.95, 1.03), "about 3300 instruments would tell"),
+        (ratio(1.0, 0.95, 1.05), "cheaper to calibrate"),
+    ],
+)
+def test_what_to_do_with_a_users_model_follows_from_hysteresis(flight_metrics, against_hysteresis, step):
+    flight_metrics["own_models"] = ["mine"]
+    put(flight_metrics, "mine/hysteresis", against_hysteresis)
+    assert step in words(flight_metrics, "At a glance")
+
+
+def test_three_numbers_have_intervals(flight_metrics):
+    numbers = flight_content(flight_metrics)[1][0].blocks[0].items
+    assert [(one.value, one.interval) for one in numbers] == [
+        ("−20 %", "[−24, −14] better"),
+        ("−12 %", "[−18, −3] better"),
+        ("74 %", "[68, 80]"),
+    ]
 
 
 def test_every_figure_of_the_report_has_a_place(flight_metrics, drawn):
@@ -131,7 +170,7 @@ def test_every_figure_of_the_report_has_a_place(flight_metrics, drawn):
     of_others = {
         name
         for name in drawn
-        if name.startswith(("activity", "allan_", "attitude", "sensor_", "missions_", "temperature_laws"))
+        if name.startswith(("activity", "allan_", "attitude", "error_gr", "sensor_", "missions_", "temperature_laws"))
     }
     assert set(shown) == set(drawn) - of_others and len(shown) == len(set(shown))
 

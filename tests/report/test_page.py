@@ -11,7 +11,7 @@ import pytest
 from ins_eval.errors import StorageError
 from ins_eval.figures import style
 from ins_eval.report import page, text
-from ins_eval.report.content import Paragraph, Picture, Section, Table
+from ins_eval.report.content import Number, Numbers, Paragraph, Picture, Section, Table
 from ins_eval.report.flight import flight_content
 
 WIDTHS = (80, 100, 110)
@@ -73,6 +73,25 @@ def test_first_words_of_the_body_are_the_answer(html, flight_metrics):
 def test_a_figure_without_a_place_is_still_shown(html, drawn):
     assert html.count("<figure ") == html.count("<svg") == len(drawn)
     assert html.index("<h2>Further figures") < html.index('id="figure-activity"')
+
+
+def test_units_have_their_signs_wherever_they_stand():
+    plain = "1 ug/degC^2"
+    numbers = Numbers([Number(plain, plain, plain)])
+    sections = [Section("s", [numbers, Paragraph(plain, plain), Table(plain, (plain,), [(plain,)], plain)])]
+    figure, _ = style.sheet(3.0, plain, plain)
+    html = page.render(
+        title=plain, answer=plain, sections=sections, drawings={"f": style.svg(style.as_written(figure))}, metrics={}
+    )
+    for shown in (html, text.render(plain, plain, sections)):
+        assert "degC" not in shown and "^2" not in shown and shown.count("µg/°C²") >= 9
+
+
+def test_commands_and_options_are_code_that_is_not_broken():
+    said = str(page.prose("Add --restart-every 30 <b>; ins-eval diagnose says why, - and a--b."))
+    assert said == (
+        "Add <code>--restart-every 30</code> &lt;b&gt;; <code>ins-eval diagnose</code> says why, - and a--b."
+    )
 
 
 def test_everything_given_is_escaped():

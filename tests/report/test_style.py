@@ -63,6 +63,24 @@ def test_decimation_keeps_extremes_and_gaps():
     assert (t[0], t[-1]) == (0.0, 99_999.0) and np.all(np.diff(t) > 0)
 
 
+@pytest.mark.parametrize("words", ["none", "hysteresis, bias only", "hysteresis, blind to direction, RMS 1.23 m/s"])
+def test_a_legend_is_as_wide_as_its_figure_at_most(words):
+    names = [f"{words} {k}" for k in range(7)]
+
+    @style.styled
+    def draw():
+        figure, ax = style.sheet(3.0, "title", "note")
+        for name in names:
+            ax.plot([0.0, 1.0], label=name)
+        style.legend_below(figure, ax)
+        return figure
+
+    figure = draw()
+    style.svg(figure)  # lays it out
+    (legend,) = figure.legends
+    assert legend.get_window_extent().x1 <= figure.bbox.x1
+
+
 def test_decimation_leaves_a_short_series_alone():
     time = np.arange(10.0)
     t, v = style.decimate(time, time**2)
@@ -188,7 +206,7 @@ def test_optional_parts_of_figures_may_be_missing(series):
         figures.error_budget(budget={"size": 3, "gyro": {"simple": {"cep_rate_final": {"value": 0.7}}}}),
         figures.velocity_rms_by_compensation(rms_mps={"mine": {"east": {"value": 1.0}}}),
         figures.single_flight_rates(rates_nmi_per_h={"final": {"mine": np.array([0.3, 0.5])}}),
-        figures.improvement_per_instrument(ratios={"velocity_rms_horizontal": np.array([0.5, 1.5])}),
+        figures.improvement_per_instrument(ratios={"a/b": {"velocity_rms_horizontal": np.array([0.5, 1.5])}}),
         figures.flight_path(
             time_s=t,
             latitude_deg=series["latitude_deg"],

@@ -59,3 +59,23 @@ def test_no_break_between_number_and_unit():
     assert wording.unbroken("19 % of 1.2 m/s in 8400 s at 5 more sites, Table 7") == (
         "19\u00a0% of 1.2\u00a0m/s in 8400\u00a0s at 5 more sites, Table\u00a07"
     )
+
+
+@pytest.mark.parametrize(
+    ("plain", "sign"),
+    [
+        ("ug/degC^2", "µg/°C²"),
+        ("pulse/(g s)/(degC/min)^2", "pulse/(g s)/(°C/min)²"),
+        ("deg/h/sqrt(h)", "°/h/√h"),
+        ("ug/sqrt(Hz)", "µg/√Hz"),
+        ("angle [deg]", "angle [°]"),
+        ("deg", "°"),
+        ("turn left by 90 degrees", "turn left by 90°"),
+        ("3 +- 1 urad", "3 ± 1 µrad"),
+        ("bias_sigma_deg_per_h", "bias_sigma_deg_per_h"),  # a key is no unit
+        ("angles in degrees", "angles in degrees"),
+        ("debug a plug", "debug a plug"),
+    ],
+)
+def test_units_have_the_signs_of_the_field(plain: str, sign: str) -> None:
+    assert wording.in_symbols(plain) == sign

@@ -10,7 +10,7 @@ turned_on     turn-on biases and start attitude where the data put them
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -80,10 +80,19 @@ def limits(of: Basis) -> list[Detectability]:
     return detectability([one.candidate for one in of.hypotheses], np.diag(of.here.normal), of.space.cost)
 
 
-def before_after(found: Diagnosis, r: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """Whitened residual (nodes, 9) of recording `r` without and with the effects, noise that of the answer.
+class BeforeAfter(NamedTuple):
+    """Whitened residual (nodes, 9) without and with the effects, at `time_s` (nodes,)."""
 
-    What is uncertain anyway is at its best in both. None without effects in this recording.
+    time_s: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+
+
+def before_after(found: Diagnosis, r: int) -> BeforeAfter | None:
+    """Whitened residual of recording `r` without and with the effects, noise that of the answer.
+
+    The times are those of the recording as it was linearised last: a clock that is set right moves them. What is
+    uncertain anyway is at its best in both. None without effects in this recording.
     """
     if not found.effects:
         return None
@@ -103,7 +112,7 @@ def before_after(found: Diagnosis, r: int) -> tuple[np.ndarray, np.ndarray] | No
     residual = kept[..., 0] + effects @ point
     named = [i for i, k in enumerate(own) if k < count]
     after = residual - effects[..., named] @ mean[[own[i] for i in named]]
-    return _at_best(residual, anyway), _at_best(after, anyway)
+    return BeforeAfter(case.model.nodes_s, _at_best(residual, anyway), _at_best(after, anyway))
 
 
 @dataclass(frozen=True)

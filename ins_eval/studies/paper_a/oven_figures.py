@@ -18,7 +18,6 @@ from ins_eval.figures.style import (
     colour,
     decimate,
     in_order,
-    in_symbols,
     label,
     legend_below,
     sheet,
@@ -236,7 +235,7 @@ def sensitivity(*, cases: Mapping[str, Mapping[str, Any]]) -> Figure:
         ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         ax.xaxis.set_minor_locator(NullLocator())
         ax.set_xlabel(text)
-    words = [in_symbols(str(cases[name].get("words", name))) if name != "base" else "base" for name in names]
+    words = [str(cases[name].get("words", name)) if name != "base" else "base" for name in names]
     moved.set_yticks(range(len(names)), [textwrap.fill(text, 46) for text in words], fontsize=8.0)
     moved.set_ylim(len(names) - 0.5, -0.5)
     legend_below(figure, moved, gain)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import hypot
 from pathlib import Path
 
-from ins_eval.figures.style import in_order, in_symbols, label
+from ins_eval.figures.style import in_order, label
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.missions import substitutes
@@ -237,7 +237,7 @@ def _sensitivity(results: Mapping) -> list[Block]:
     cases = results.get("sensitivity") or {}
     rows = [
         (
-            in_symbols(case.get("words", name)),
+            case.get("words", name),
             *(with_interval(pick(case, arm, axis)) for arm in (FIRST, SECOND) for axis in AXES[:2]),
             with_interval(case.get("ratio")),
         )
