@@ -11,7 +11,8 @@ from ins_eval.diagnosis.answer.experiments import information, planned_column
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import NO_MISMATCH
 from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-from ins_eval.diagnosis.estimate.refine import again, refine
+from ins_eval.diagnosis.estimate.placing import again
+from ins_eval.diagnosis.estimate.refine import refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise
 from ins_eval.diagnosis.model.columns import assemble
 from ins_eval.diagnosis.policy import Policy

@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.estimate.case import Case, prepare, with_effects
-from ins_eval.diagnosis.estimate.refine import Q95, RefinedFit, _Profile, _same_white, believed_effect, refine
+from ins_eval.diagnosis.estimate.placing import Q95, Profile
+from ins_eval.diagnosis.estimate.refine import RefinedFit, _same_white, believed_effect, refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, sums
 from ins_eval.diagnosis.model.columns import Column
 from ins_eval.diagnosis.model.library import Candidate
@@ -205,7 +206,7 @@ def test_noise_stays_at_its_level_where_a_clock_that_is_set_right_leaves_other_n
 @pytest.mark.parametrize("sigma", [1e-9, 1e-3, 0.3])
 def test_a_time_has_an_interval_however_sure_it_is(sigma: float) -> None:
     """Heights of a normal density over values that are far apart, as the best one may be, and close to it."""
-    profile = object.__new__(_Profile)
+    profile = object.__new__(Profile)
     profile.parameter = SimpleNamespace(form=0.0)
     profile.model, profile.back, profile.low, profile.high = (None,), np.asarray, -1e3, 1e3
     profile.centre = 7.3

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.diagnosis.estimate.held_out import held_out
-from ins_eval.diagnosis.estimate.refine import again
+from ins_eval.diagnosis.estimate.placing import again
 from ins_eval.diagnosis.estimate.scatter import scattered
 from ins_eval.diagnosis.estimate.search import (
     Explanation,
