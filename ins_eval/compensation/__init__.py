@@ -46,12 +46,16 @@ class Samples:
 class SharedSamples(Samples):
     """Samples that several models see: a curve that they have in common is evaluated once, and its values are kept."""
 
+    __slots__ = ("_kept",)
+    _kept: dict[int, tuple[Curve, np.ndarray]]
+
     def of(self, curve: Curve) -> np.ndarray:
         """A curve at these samples, (n,), not to be written into."""
-        kept = self.__dict__.setdefault("kept", {})
-        if id(curve) not in kept:
-            kept[id(curve)] = curve, super().of(curve)  # with the curve, so that no other takes its place in memory
-        return kept[id(curve)][1]
+        if not hasattr(self, "_kept"):
+            object.__setattr__(self, "_kept", {})
+        if id(curve) not in self._kept:
+            self._kept[id(curve)] = curve, super().of(curve)  # with the curve, so that no other takes its place
+        return self._kept[id(curve)][1]
 
 
 @runtime_checkable
