@@ -18,7 +18,7 @@ from ins_eval.ensemble import Plan, World
 from ins_eval.ensemble.ageing import aged
 from ins_eval.errors import UsageError
 from ins_eval.interface.fly import of_flights
-from ins_eval.report.results import as_json
+from ins_eval.report.json_file import as_json
 from tests.ensemble.conftest import PROFILE
 
 EXACT = 1e-12  # relative

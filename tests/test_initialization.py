@@ -21,7 +21,7 @@ from ins_eval.navigation import beginning, evaluate
 from ins_eval.readers import apm_mat, apm_text
 from ins_eval.recording import Imu, Recording, form
 from ins_eval.recording.stillness import Stretch
-from ins_eval.report.results import as_json
+from ins_eval.report.json_file import as_json
 from ins_eval.restarts import restarts
 from ins_eval.units import DEG, DEG_PER_H
 

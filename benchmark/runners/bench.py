@@ -25,8 +25,8 @@ from benchmark.runners import bench_order
 from benchmark.runners.bench_rows import GROUPS, SAMPLES, Group
 from ins_eval.files import write_whole
 from ins_eval.report.content import Block, Paragraph, Picture, Section, Table
+from ins_eval.report.json_file import as_json
 from ins_eval.report.page import write_page
-from ins_eval.report.results import as_json
 
 COMMITTED = Path(__file__).with_suffix(".json")
 WORSE = 1.25

@@ -12,8 +12,9 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,9 @@ import pandas as pd
 import pyins.strapdown
 import pyins.util
 
-from ins_eval import coning_sculling, strapdown
+from ins_eval import coning_sculling, ensemble, strapdown
+from ins_eval.analysis.flight import BUDGET_ARMS
+from ins_eval.ensemble import Plan, World
 from ins_eval.profile import load
 from ins_eval.recording import Start
 from ins_eval.trajectory import Trajectory
@@ -30,6 +33,14 @@ SOURCE = Path(__file__).parents[1] / "speed" / "mechanization.c"
 SAMPLES = 828_000  # 2.3 h at 100 Hz
 PYINS_SAMPLES = 40_000
 LANES = 8
+TEN_MINUTES = """\
+name = "ten minutes"
+duration_s = 600.0
+start = {latitude_deg = 45.0, longitude_deg = 10.0, height_m = 500.0, heading_deg = 30.0, stand_s = 120.0}
+speed = [{from_s = 10.0, to_s = 60.0, to_mps = 80.0}]
+turn = [{at_s = 80.0, by_deg = 45.0, bank_deg = 20.0}, {at_s = 300.0, by_deg = -90.0, bank_deg = 20.0}]
+thermal = {self_heating_c = 1.0}
+"""
 
 
 @dataclass(frozen=True)
@@ -173,22 +184,49 @@ def rates() -> Group:
 def start_up() -> Group:
     """Processes of their own, with nothing but the named work."""
     folder = Path(tempfile.mkdtemp())
-    recording = folder / "box"
-    subprocess.run([*_VERB, "simulate", "oven", "--rate", "10", "-o", str(recording), "--quiet"], check=True)
+    (folder / "short.toml").write_text(TEN_MINUTES)
+    recordings = {
+        "box": ["oven", "--rate", "10"],
+        "flight": ["flight", "--profile", str(folder / "short.toml"), "--rate", "100"],
+    }
+    for name, words in recordings.items():
+        subprocess.run([*_VERB, "simulate", *words, "-o", str(folder / name), "--quiet"], check=True)
+    evaluate = [*_VERB, "evaluate", "--output", str(folder / "page"), "--quiet"]
     made = {
         "python -c pass": [sys.executable, "-c", "pass"],
         "import ins_eval": [sys.executable, "-c", "import ins_eval"],
         "import of navigate": [sys.executable, "-c", "from ins_eval import navigate"],
         "ins-eval --help": [*_VERB, "--help"],
         "ins-eval presets": [*_VERB, "presets"],
-        "ins-eval evaluate": [*_VERB, "evaluate", str(recording), "--output", str(folder / "page"), "--quiet"],
+        "ins-eval evaluate": [*evaluate, str(folder / "box")],
+        "ins-eval evaluate, a flight of 10 min at 100 Hz": [*evaluate, str(folder / "flight")],
     }
 
     def process(command: list[str]) -> Callable[[], object]:
         return lambda: subprocess.run(command, check=True, capture_output=True)
 
     contenders = {name: process(command) for name, command in made.items()}
-    return Group("Start-up", "s", contenders, dict.fromkeys(made, 1e9))
+    return Group("Start-up", "s", contenders, dict.fromkeys(made, 1.0))
+
+
+def members() -> Group:
+    """One instrument of the flight report, and a block of instruments to first order, beside one navigation."""
+    in_full = Plan("climb-cruise-landing", "jb-kt8", seed=1)
+    budget = replace(in_full, arms=BUDGET_ARMS, source="gyro")
+    linear = replace(in_full, experiment="linear", arms=("simple", "hysteresis_refined"))
+    worlds = {plan: World(plan) for plan in (in_full, budget, linear)}
+    numbers = count()  # an instrument is drawn once, and what it shares with its twins is kept
+
+    def fly(plan: Plan, member: Callable[[World, int], object]) -> Callable[[], object]:
+        return lambda: member(worlds[plan], next(numbers))
+
+    contenders = {
+        "navigation of one flight at 10 Hz": flight(rate_hz=10.0).navigated,
+        f"member, {len(in_full.arms)} arms": fly(in_full, ensemble.flight.member),
+        f"member, {len(budget.arms)} arms, gyros alone": fly(budget, ensemble.flight.member),
+        f"{linear.together} instruments to first order, 2 arms": fly(linear, ensemble.linear.member),
+    }
+    return Group("Members of an ensemble", "s", contenders, dict.fromkeys(contenders, 1.0))
 
 
 _VERB = [sys.executable, "-m", "ins_eval.cli"]
@@ -197,4 +235,5 @@ GROUPS: Mapping[str, Callable[[], Group]] = {
     "length": lengths,
     "rate": rates,
     "start-up": start_up,
+    "members": members,
 }

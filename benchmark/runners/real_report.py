@@ -21,7 +21,8 @@ from benchmark.worlds.recorded import Recorded
 from ins_eval.files import write_whole
 from ins_eval.report.content import Block, Paragraph, Picture, Section, Table, paragraphs, table
 from ins_eval.report.diagnosis_words import alike, effect_words
-from ins_eval.report.results import as_json, write_results
+from ins_eval.report.json_file import as_json
+from ins_eval.report.results import write_results
 from ins_eval.wording import MISSING, fixed, sentence
 
 TITLE = "Real recordings"

@@ -19,7 +19,8 @@ from benchmark.runners.pages import content
 from benchmark.runners.targets import TARGETS, found, verdict
 from benchmark.scores.score import SEEN, judged, rate, read, summary
 from ins_eval.files import write_whole
-from ins_eval.report.results import as_json, write_results
+from ins_eval.report.json_file import as_json
+from ins_eval.report.results import write_results
 
 TITLE = "Concealed effects"
 LOG = "log.json"

@@ -26,7 +26,8 @@ from benchmark.worlds.real import SOURCES
 from ins_eval.figures.style import FAINT, QUIET, legend_below, sheet, styled
 from ins_eval.files import write_whole
 from ins_eval.report.content import Block, Picture, Section, Table, paragraphs, table
-from ins_eval.report.results import as_json, write_results
+from ins_eval.report.json_file import as_json
+from ins_eval.report.results import write_results
 from ins_eval.wording import MISSING, fixed
 
 TITLE = "Effects concealed in real recordings"

@@ -15,8 +15,8 @@ from ins_eval.commands.delivery import deliver
 from ins_eval.ensemble import Plan
 from ins_eval.files import write_whole
 from ins_eval.interface.fly import of_flights
+from ins_eval.report.json_file import as_json
 from ins_eval.report.manifest import manifest
-from ins_eval.report.results import as_json
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ from ins_eval.errors import UsageError
 from ins_eval.files import write_whole
 from ins_eval.report import text
 from ins_eval.report.content import Paragraph, Section, Table
-from ins_eval.report.json_file import write_json
-from ins_eval.report.results import as_json, made_with
+from ins_eval.report.json_file import as_json, write_json
+from ins_eval.report.results import made_with
 from ins_eval.streams import Streams
 
 LARGEST_PPM = 10_000.0  # beyond, it is another loop: the scan would leave the ADC

@@ -38,20 +38,23 @@ class Samples:
     temperature_c: np.ndarray
     rate_c_per_min: np.ndarray
 
-    def of(self, curve: Curve) -> np.ndarray:
-        """A curve at these samples, (n,)."""
-        return curve.evaluate(self.temperature_c, self.rate_c_per_min)
-
 
 class SharedSamples(Samples):
     """Samples that several models see: a curve that they have in common is evaluated once, and its values are kept."""
 
-    def of(self, curve: Curve) -> np.ndarray:
-        """A curve at these samples, (n,), not to be written into."""
-        kept = self.__dict__.setdefault("kept", {})
-        if id(curve) not in kept:
-            kept[id(curve)] = curve, super().of(curve)  # with the curve, so that no other takes its place in memory
-        return kept[id(curve)][1]
+    __slots__ = ("_kept",)
+    _kept: dict[int, tuple[Curve, np.ndarray]]
+
+
+def evaluated(curve: Curve, samples: Samples) -> np.ndarray:
+    """A curve at samples, (n,), not to be written into."""
+    if not isinstance(samples, SharedSamples):
+        return curve.evaluate(samples.temperature_c, samples.rate_c_per_min)
+    if not hasattr(samples, "_kept"):
+        object.__setattr__(samples, "_kept", {})
+    if id(curve) not in samples._kept:  # kept with the curve, so that no other takes its place
+        samples._kept[id(curve)] = curve, curve.evaluate(samples.temperature_c, samples.rate_c_per_min)
+    return samples._kept[id(curve)][1]
 
 
 @runtime_checkable

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ins_eval.calibration.branches import BranchCurve, branches
-from ins_eval.compensation import CompensationModel, Samples
+from ins_eval.compensation import CompensationModel, Samples, evaluated
 from ins_eval.errors import UsageError
 from ins_eval.recording import ChamberReadings
 
@@ -60,7 +60,7 @@ class Refined:
         force = self.model.specific_force(samples)
         if self.residual_ is None:
             return force
-        return force - samples.of(self.residual_)
+        return force - evaluated(self.residual_, samples)
 
 
 def _binned(samples: Samples, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

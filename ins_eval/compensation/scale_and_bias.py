@@ -10,7 +10,7 @@ import numpy as np
 
 from ins_eval.calibration.four_point import FourPoint, four_point
 from ins_eval.calibration.models import with_covariance
-from ins_eval.compensation import Curve, Samples
+from ins_eval.compensation import Curve, Samples, evaluated
 from ins_eval.recording import ChamberReadings
 from ins_eval.units import STANDARD_GRAVITY, UG
 
@@ -58,4 +58,4 @@ class ScaleAndBias:
 
     def specific_force(self, samples: Samples) -> np.ndarray:
         """Specific force along the input axis, (n,) m/s^2."""
-        return STANDARD_GRAVITY * samples.output / samples.of(self.scale_) - UG * samples.of(self.bias_ug_)
+        return STANDARD_GRAVITY * samples.output / evaluated(self.scale_, samples) - UG * evaluated(self.bias_ug_, samples)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ins_eval.files import write_whole
-from ins_eval.report.results import as_json
+
+
+def as_json(tree: Mapping[str, Any] | Sequence[Any]) -> bytes:
+    """The same bytes for the same numbers: keys sorted, floats in full."""
+    return (json.dumps(tree, sort_keys=True, indent=1, allow_nan=False) + "\n").encode()
 
 
 def write_json(where: Path | None, tree: Mapping[str, Any]) -> None:

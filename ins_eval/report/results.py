@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.metadata
-import json
 import platform
 import sys
 from collections.abc import Mapping, Sequence
@@ -15,6 +14,7 @@ from matplotlib.figure import Figure
 from ins_eval.files import write_whole
 from ins_eval.report import text
 from ins_eval.report.content import Section
+from ins_eval.report.json_file import as_json
 from ins_eval.report.page import write_page
 
 
@@ -35,11 +35,6 @@ def write_results(
     if not quiet:
         print(words)
         print(f"page: {page}")
-
-
-def as_json(tree: Mapping[str, Any] | Sequence[Any]) -> bytes:
-    """The same bytes for the same numbers: keys sorted, floats in full."""
-    return (json.dumps(tree, sort_keys=True, indent=1, allow_nan=False) + "\n").encode()
 
 
 def made_with() -> dict[str, Any]:

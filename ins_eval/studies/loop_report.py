@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from ins_eval.digital_loop import Loop, chamber, load, population, sampled, stability
 from ins_eval.files import write_whole
-from ins_eval.report.json_file import write_json
-from ins_eval.report.results import as_json, made_with, write_results
+from ins_eval.report.json_file import as_json, write_json
+from ins_eval.report.results import made_with, write_results
 from ins_eval.streams import Streams
 from ins_eval.studies.diagrams import diagrams
 from ins_eval.studies.paper_b import figures, ours

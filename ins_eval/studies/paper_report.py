@@ -20,10 +20,10 @@ from ins_eval.laboratory import Chamber, draw_printed_units
 from ins_eval.laboratory.creep_rig import CreepRig
 from ins_eval.laboratory.magnet import loop, opening
 from ins_eval.report.flight_figures import ensemble_figures, flight_figures
-from ins_eval.report.json_file import write_json
+from ins_eval.report.json_file import as_json, write_json
 from ins_eval.report.manifest import manifest
 from ins_eval.report.recording_figures import metres_per_arcmin
-from ins_eval.report.results import as_json, write_results
+from ins_eval.report.results import write_results
 from ins_eval.streams import Streams
 from ins_eval.studies.diagrams import diagrams
 from ins_eval.studies.paper_a import figures, oven_figures, paired
