@@ -233,6 +233,13 @@ def _import(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--assume", action="append", default=[], metavar="KEY=VALUE", help="override one finding; may be repeated"
     )
+    parser.add_argument(
+        "--write-mapping",
+        type=Path,
+        dest="mapping_file",
+        metavar="FILE.toml",
+        help="write the mapping with what was assumed, so that the next import need not assume it",
+    )
 
 
 def _compare(verbs: argparse._SubParsersAction) -> None:
