@@ -264,7 +264,7 @@ def _near_a_pole(solution: Solution, recording: Recording) -> list[str]:
     latitude_deg = float(np.degrees(np.abs(solution.latitude_rad).max()))
     return [
         f"At {latitude_deg:.2f} degrees of latitude north turns so fast that the navigation itself may be off by "
-        f"{polar_m:.2g} m; a higher sample rate makes it less."
+        f"{polar_m:.2g} m; a higher sample rate reduces this."
     ]
 
 

@@ -136,7 +136,7 @@ def _evidence(tree: Mapping) -> list[Block]:
     place = f" in the place of {evidence['in_place_of']}" if evidence["in_place_of"] else ""
     note = (
         "In nats, each with its prior over sizes and times integrated out. An effect has to bring "
-        f"{fixed(evidence['threshold'], 1)} nats to pay for having been chosen among all that were tried."
+        f"{fixed(evidence['threshold'], 1)} nats, the price of choosing among all that were tried."
     )
     title = f"Log Bayes factor of each effect{place}"
     return [
