@@ -52,7 +52,7 @@ class FastMotion:
 
     @property
     def warned(self) -> bool:
-        """Whether it is worth a word."""
+        """Whether it is large enough to warn of."""
         return bool(
             np.linalg.norm(self.rate_b) > LEAST_RATE or np.linalg.norm(self.acceleration_b) > LEAST_ACCELERATION
         )

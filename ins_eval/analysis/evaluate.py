@@ -257,7 +257,7 @@ def _thinned(solution: Solution) -> Solution:
 
 
 def _near_a_pole(solution: Solution, recording: Recording) -> list[str]:
-    """What the navigation frame leaves there, where it is worth a word."""
+    """What the navigation frame leaves there, where it is large enough to warn of."""
     polar_m = polar_error_m(solution, 1.0 / float(np.median(recording.interval_s)))
     if polar_m < POLAR_M:
         return []
