@@ -97,7 +97,7 @@ def _caption(name: str, explained: bool) -> str:
 
 
 def _against_drive(tree: Mapping, explained: bool) -> list[Block]:
-    """What is estimated in a channel without a model, of the channels that an effect explains or of those that none does."""
+    """What is estimated without a model in the channels that an effect explains, or in those that none does."""
     blocks: list[Block] = []
     for one in tree["located"]:
         if (one["effect"] is not None) != explained:
