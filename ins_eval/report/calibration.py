@@ -263,8 +263,8 @@ def _four_points(units: Sequence[AccelerometerNumbers]) -> list[Block]:
     text = (
         "K1 = (A(+1 g) − A(−1 g)) / 2 and K0 = (A(0 g) + A'(0 g)) / (2 K1), where A is the output in pulse/s. "
         "Positions are known by the specific force along the input axis, column input_g, never by an angle of the "
-        "index head. Paper A prints two pairs of equations with angles, and with the angles of its Fig. 4 three of the four "
-        "do not give what they are meant to give; with the head turned by 90° the second pair does."
+        "index head. Paper A prints two pairs of equations with angles, and with the angles of its Fig. 4 three of the "
+        "four do not give what they are meant to give; with the head turned by 90° the second pair does."
     )
     rows = []
     for unit in units:
