@@ -54,8 +54,9 @@ def coarse_attitude(mean_rate_b: np.ndarray, mean_force_b: np.ndarray) -> np.nda
     horizontal_rate = np.linalg.norm(east)
     if horizontal_rate < 0.1 * EARTH_RATE:
         raise DataRefused(
-            f"alignment: the gyros feel a horizontal rate of {horizontal_rate / DEG_PER_H:.2g} deg/h, expected about "
-            "15 deg/h times the cosine of the latitude; these gyros cannot find north, give the attitude in [start]"
+            f"alignment: the gyros measure a horizontal rate of {horizontal_rate / DEG_PER_H:.2g} deg/h, expected "
+            "about 15 deg/h times the cosine of the latitude; these gyros cannot find north, so give the attitude in "
+            "[start]"
         )
     east /= horizontal_rate
     mat_nb = np.array([np.cross(east, down), east, down])

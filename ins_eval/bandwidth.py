@@ -52,17 +52,17 @@ class FastMotion:
 
     @property
     def warned(self) -> bool:
-        """Whether it is worth a word."""
+        """Whether it is large enough to warn of."""
         return bool(
             np.linalg.norm(self.rate_b) > LEAST_RATE or np.linalg.norm(self.acceleration_b) > LEAST_ACCELERATION
         )
 
     def __str__(self) -> str:
         return (
-            "It moves faster than the samples follow (coning and sculling beyond an eighth of the sample rate); "
-            "navigation may be off as by errors of the order of "
+            "The motion is too fast for the sample rate (coning and sculling above an eighth of it): navigation may "
+            "err as it would with sensor errors of about "
             f"{np.linalg.norm(self.rate_b) / DEG_PER_H:.1g} deg/h and {np.linalg.norm(self.acceleration_b) / UG:.1g} ug"
-            " of the sensors. A higher sample rate makes it less, damping of the mount takes it away."
+            ". A higher sample rate reduces this, a damped mount removes it."
         )
 
 

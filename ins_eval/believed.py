@@ -1,6 +1,6 @@
 """What is believed where nobody stated it: from the unit's sheet, from rest, from sheets of its grade, from the fixes.
 
-Nothing is believed in silence: every value that is filled in stands with its source in the belief and in the notes.
+Every value that is filled in stands with its source in the belief and in the notes.
 """
 
 from __future__ import annotations

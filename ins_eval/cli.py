@@ -168,7 +168,7 @@ def _results(verbs: argparse._SubParsersAction) -> None:
         type=Path,
         nargs="+",
         metavar="DIR",
-        help="what evaluate or flight-report wrote; the first is held up to",
+        help="what evaluate or flight-report wrote; the first is the baseline",
     )
     parser.add_argument(
         "--fail-if",
@@ -233,10 +233,17 @@ def _import(verbs: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--assume", action="append", default=[], metavar="KEY=VALUE", help="override one finding; may be repeated"
     )
+    parser.add_argument(
+        "--write-mapping",
+        type=Path,
+        dest="mapping_file",
+        metavar="FILE.toml",
+        help="write the mapping with what was assumed, so that the next import need not assume it",
+    )
 
 
 def _compare(verbs: argparse._SubParsersAction) -> None:
-    parser = verbs.add_parser("compare", help="hold the recorded IMU against the one that the reference implies")
+    parser = verbs.add_parser("compare", help="compare the recorded IMU with the one that the reference implies")
     parser.add_argument("recording_folder", type=Path, metavar="DIR", help="a recording with a reference")
     options.export(parser)
     options.output(parser, "folder of the report (default: reports/NAME-compare)")
@@ -247,7 +254,7 @@ def _compare(verbs: argparse._SubParsersAction) -> None:
 
 
 def _diagnose(verbs: argparse._SubParsersAction) -> None:
-    parser = verbs.add_parser("diagnose", help="where recordings leave what is believed, and what was left out")
+    parser = verbs.add_parser("diagnose", help="where recordings contradict the belief, and which effects explain it")
     parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING")
     options.belief(parser)
     options.export(parser)
@@ -258,7 +265,7 @@ def _diagnose(verbs: argparse._SubParsersAction) -> None:
         type=Path,
         dest="model_file",
         metavar="FILE.toml",
-        help="write the belief with all effects, each with what it may be",
+        help="write the belief with all effects and their covariance",
     )
 
 

@@ -92,7 +92,7 @@ def _usable(fixes: Fixes) -> np.ndarray:
     if fixes.attitude_rad is None or not np.isfinite(fixes.attitude_rad).any():
         raise DataRefused(
             "reference: it has no attitude, expected roll_deg, pitch_deg and heading_deg; a position alone does not "
-            "imply what an IMU feels"
+            "imply what an IMU measures"
         )
     needed = np.column_stack([fixes.latitude_rad, fixes.height_m, fixes.velocity_n, fixes.attitude_rad])
     return np.asarray(fixes.valid, dtype=bool) & np.isfinite(needed).all(axis=1)

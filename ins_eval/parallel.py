@@ -88,7 +88,7 @@ def _of_processes(work: Callable[..., Found], jobs: Mapping[Key, tuple], workers
             yield futures[future], future.result()
     except BrokenProcessPool:
         raise InsEvalError(
-            "a worker was ended from outside, perhaps for want of memory; what was finished is kept, run again, "
+            "a worker was ended from outside, perhaps for lack of memory; what was finished is kept, run again, "
             "with fewer --workers if it repeats"
         ) from None
     finally:

@@ -77,7 +77,7 @@ def test_motion_beyond_an_eighth_of_the_rate_is_said_with_its_size(frequency_hz:
     )  # fmt: skip
     recording = Recording("rocking", "flight", start, Imu(time_s, angle, velocity, "increment"), gps=fixes)
     found = evaluate_recording(recording)
-    said = [note for note in found.tree["recording"]["notes"] if "faster than the samples" in note]
+    said = [note for note in found.tree["recording"]["notes"] if "too fast for the sample rate" in note]
     assert found.fast_motion.warned == bool(said) == (frequency_hz > RATE_HZ / 8.0)
     if said:
         assert left / FACTOR < np.linalg.norm(found.fast_motion.acceleration_b) < left * FACTOR

@@ -1,6 +1,7 @@
 """`python -m benchmark.runners.quick [--seed 100] [--workers 2] [--without SENSOR]`: a fresh set of 40, in minutes.
 
-Kinds stand in the proportions of the last whole sealed set, whose score `reports/concealed/log.json` keeps. Detected,
+Kinds stand in the proportions of the last whole sealed set, whose score `reports/concealed/log.json` keeps; flights are
+shorter than there, since a long one takes a quarter of a minute. Detected,
 named, confidently wrong and false alarms are held against what that score allows of so many cases, see
 `scores.predictive`. Where one of them falls outside, or a case ends with an error, the exit code is 1. Writes a page
 with the score, each case, and the five that tell most.
@@ -28,7 +29,7 @@ from ins_eval.report.results import as_json, write_results
 
 TITLE = "Concealed effects: a quick look"
 LOG = Path("reports/concealed/log.json")
-WHICH, RATE_HZ, COUNT, SEED = "sealed", 20.0, 40, 100
+WHICH, RATE_HZ, COUNT, SEED = "quick", 20.0, 40, 100
 # a rate, and the targets whose cases it counts
 RATES = {
     "detected, D of at least 16": ("detected, D of at least 16",),

@@ -17,7 +17,7 @@ from benchmark.worlds.record import Made, Unit, feel, measure
 from benchmark.worlds.room import a_chamber
 from benchmark.worlds.trajectories import TRAJECTORIES
 
-SETS = {"development": 11, "sealed": 97}
+SETS = {"development": 11, "sealed": 97, "quick": 53}  # the last is as the sealed one, of shorter flights
 RATES = (20.0, 25.0, 40.0, 50.0, 100.0)
 ALWAYS = ("vibration_rms_g", "supply_v", "static_pressure_hpa", "fan_speed_hz")
 
@@ -69,7 +69,8 @@ def a_rate(rng, options) -> float:
 def a_trajectory(rng, options) -> str:
     """Of a recording; the sets differ in how often they take which."""
     shares = {
-        "development": (0.46, 0.12, 0.07, 0.09, 0.10, 0.10, 0.06), "sealed": (0.40, 0.15, 0.10, 0.10, 0.08, 0.10, 0.07)
+        "development": (0.46, 0.12, 0.07, 0.09, 0.10, 0.10, 0.06), "sealed": (0.40, 0.15, 0.10, 0.10, 0.08, 0.10, 0.07),
+        "quick": (0.10, 0.25, 0.20, 0.20, 0.08, 0.10, 0.07),
     }  # fmt: skip
     return str(rng.choice(list(TRAJECTORIES), p=shares[options.which]))
 
@@ -183,7 +184,7 @@ def pair(rng, index, options):
     chosen = [names[first], names[second]]
     low, high = options.spread
     effects = [an_effect(rng, name, (2.5 * low, high)) for name in chosen]
-    trajectory = "climb, cruise, landing" if rng.random() < 0.8 else "box"
+    trajectory = "climb, cruise, landing" if rng.random() < options.long_pairs else "box"
     made = a_recording(rng, a_unit(rng, "plain", pulses=True), trajectory, a_rate(rng, options), effects, False,
                        columns_for(rng, chosen))  # fmt: skip
     return [made], known(effects)
@@ -199,7 +200,7 @@ def limited(rng, index, options):
     else:
         name = str(rng.choice(("gyro.scale", "gyro.misalignment", "accelerometer.misalignment",
                                "accelerometer.bias_temperature", "accelerometer.bias_temperature_rate")))  # fmt: skip
-    trajectory = str(rng.choice(("climb, cruise, landing", "box", "wing rock"), p=(0.7, 0.15, 0.15)))
+    trajectory = str(rng.choice(("climb, cruise, landing", "box", "wing rock"), p=options.flights))
     if name == "window":
         effect = a_window(rng, options.spread)
         made = a_recording(rng, unit, trajectory, a_rate(rng, options), (effect,), False)
@@ -278,7 +279,7 @@ def multi(rng, index, options):
     second = ("flight", "chamber", "oven")[index % 3]
     if second == "chamber" and ("drift" in name or not name.startswith(("accelerometer", "temperature"))):
         second = "flight"
-    made = [a_recording(rng, unit, "climb, cruise, landing", a_rate(rng, options), (effect,), False, name="first")]
+    made = [a_recording(rng, unit, options.first, a_rate(rng, options), (effect,), False, name="first")]
     if second == "chamber":
         made.append(a_chamber(rng, unit, effect.axis or "z", (effect,), name="chamber"))
     else:
@@ -302,7 +303,22 @@ class Options:
 
     @property
     def spread(self) -> tuple[float, float]:
-        return {"development": (0.2, 5.0), "sealed": (0.15, 6.0)}[self.which]
+        return (0.2, 5.0) if self.which == "development" else (0.15, 6.0)
+
+    @property
+    def flights(self) -> tuple[float, float, float]:
+        """Shares of the long flight, of the box and of wing rock among flights in which something is limited."""
+        return (0.2, 0.4, 0.4) if self.which == "quick" else (0.7, 0.15, 0.15)
+
+    @property
+    def long_pairs(self) -> float:
+        """Share of the long flight among pairs."""
+        return 0.2 if self.which == "quick" else 0.8
+
+    @property
+    def first(self) -> str:
+        """The first of several recordings."""
+        return "box" if self.which == "quick" else "climb, cruise, landing"
 
 
 def draw(which: str, seed: int, kind: str, index: int, forced_rate: float | None = None) -> Case:

@@ -79,7 +79,7 @@ class VerticalChannel:
 
 @dataclass(frozen=True)
 class Alone:
-    """What scale-factor errors do by themselves, RMS over the instruments; manoeuvres have the largest first."""
+    """What scale-factor errors do alone, RMS over the instruments; manoeuvres have the largest first."""
 
     whole_mps: WholeFlight
     phases: tuple[Felt, ...]
@@ -173,7 +173,7 @@ def _gains(units: Aged) -> Gains:
 
 
 def alone(mission: Mission, scale_ppm: Mapping[str, np.ndarray]) -> Alone:
-    """What scale-factor errors (instruments, 3) in ppm, by state, do by themselves."""
+    """What scale-factor errors (instruments, 3) in ppm, by state, do alone."""
     found, given = (response(mission, alignment) for alignment in ("found", "given"))
     difference = found.velocity - given.velocity
     return Alone(

@@ -249,7 +249,7 @@ def _known(recording: Recording, recorded: Increments) -> Known:
         return _standstill(recording, recorded)
     raise DataRefused(
         f"{recording.name}: it moves and has no reference with attitude, and only a known motion implies what an IMU "
-        "feels; expected a reference table with roll_deg, pitch_deg and heading_deg, or a recording at rest"
+        "measures; expected a reference table with roll_deg, pitch_deg and heading_deg, or a recording at rest"
     )
 
 

@@ -258,14 +258,14 @@ def _thinned(solution: Solution) -> Solution:
 
 
 def _near_a_pole(solution: Solution, recording: Recording) -> list[str]:
-    """What the navigation frame leaves there, where it is worth a word."""
+    """What the navigation frame leaves there, where it is large enough to warn of."""
     polar_m = polar_error_m(solution, 1.0 / float(np.median(recording.interval_s)))
     if polar_m < POLAR_M:
         return []
     latitude_deg = float(np.degrees(np.abs(solution.latitude_rad).max()))
     return [
         f"At {latitude_deg:.2f} degrees of latitude north turns so fast that the navigation itself may be off by "
-        f"{polar_m:.2g} m; a higher sample rate makes it less."
+        f"{polar_m:.2g} m; a higher sample rate reduces this."
     ]
 
 

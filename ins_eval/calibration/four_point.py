@@ -61,7 +61,7 @@ def four_point(chamber: ChamberReadings, rate_filter_s: float = RATE_FILTER_S) -
     K0 = (A(0g,a) + A(0g,b)) / (2 K1) - (f(0g,a) + f(0g,b)) / 2
 
     A: output in pulse/s; f: specific force in g, so that K1 = (A(+1g) - A(-1g)) / 2 and K0 = (A(0g,a) +
-    A(0g,b)) / (2 K1) where it is exactly +1, -1 and 0. Positions are told by specific force, never by the angle
+    A(0g,b)) / (2 K1) where it is exactly +1, -1 and 0. Positions are known by specific force, never by the angle
     of the index head: with the angles that Paper A prints its eqs (3), (4) and (13) give -K1/2, K0 - 1/2 and 0.
     The 0 g pair keeps K0 free of the quadratic coefficient K2.
 

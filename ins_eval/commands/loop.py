@@ -199,7 +199,7 @@ def _answer(found: Mapping[str, Mapping[str, Any]]) -> str:
         if "drift_ppm" in result
     ]
     if not drifts:
-        return "Reference gains only: nothing of state 'test' was given, so there is no drift to tell."
+        return "Reference gains only: nothing of state 'test' was given, so no drift is found."
     return f"Between reference and test the loop has drifted: {' and '.join(drifts)} (95 % intervals)."
 
 

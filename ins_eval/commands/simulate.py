@@ -35,7 +35,7 @@ def run(
     else:
         options = {"--axis": "axis", "--unit": "unit", "--ramps": "ramps_c_per_min", "--dwell": "dwell_s"}
         if wrong := [option for option, name in options.items() if of_chamber.get(name) is not None]:
-            raise UsageError(f"simulate {kind}: {wrong[0]} is of a chamber; leave it away or simulate a chamber")
+            raise UsageError(f"simulate {kind}: {wrong[0]} is of a chamber; leave it out or simulate a chamber")
         simulate(profile, kind, population, seed, instrument, rate_hz).write(output)
     write_json(json, {"format": "ins-eval-simulated/1", "kind": kind, "seed": seed, "recording": str(output)})
     if not quiet:

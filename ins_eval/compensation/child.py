@@ -184,7 +184,7 @@ def _error(answer: dict[str, Any]) -> Exception | None:
 
 def _ending(code: int) -> str:
     if code == -signal.SIGKILL:
-        return "SIGKILL, perhaps for want of memory"
+        return "SIGKILL, perhaps for lack of memory"
     return signal.Signals(-code).name if code < 0 else f"exit code {code}"
 
 

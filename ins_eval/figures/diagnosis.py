@@ -87,7 +87,7 @@ def evidence_of_effects(
     """Log Bayes factor of each of `names`, best first, against none in its place; `threshold` what it must bring."""
     note = (
         f"Log Bayes factor in nats{where}, its prior over sizes and times integrated out; 3 nats are odds of 20. An "
-        f"effect has to bring {threshold:.1f} to pay for having been chosen among all that were tried."
+        f"effect has to bring {threshold:.1f} nats, the price of choosing among all that were tried."
     )
     figure, ax = sheet(1.5 + 0.27 * len(names), title, note)
     rows = np.arange(len(names))

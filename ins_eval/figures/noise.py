@@ -72,7 +72,7 @@ def temperature_laws(*, channels: Sequence[Mapping[str, Any]]) -> Figure:
     """
     note = (
         "Points: means over ten seconds at rest, less their mean. Black: the straight line, its slope with [95 % "
-        "interval]. What time did meanwhile is in it."
+        "interval]. Changes with time are included."
     )
     figure, grid = sheet(8.4, "Channels at rest against temperature", note, rows=3, columns=2, sharex=True)
     panels = [grid[axis, sensor] for sensor in range(2) for axis in range(3)]

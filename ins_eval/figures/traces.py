@@ -271,7 +271,7 @@ def activity(
     stretch_s: tuple[float, float],
     navigation_s: tuple[float, float] | None = None,
 ) -> Figure:
-    """How restless a recording is: deviation of specific force and rate from their local means, (n,), against time.
+    """Agitation of a recording: deviation of specific force and rate from their local means, (n,), against time.
 
     `stretch_s` is the stretch used for the alignment.
     """

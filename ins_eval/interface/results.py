@@ -14,7 +14,7 @@ from ins_eval.report.runs import runs_content
 def results(folders: Sequence[PathLike]) -> Result[RunComparison]:
     """Results of runs side by side, each held against the first: see `analysis.results.compare_results`."""
     if len(folders) < 2:
-        raise UsageError("results: one folder, expected two or more to hold against each other; name another")
+        raise UsageError("results: one folder, expected two or more to compare; name another")
     found = compare_results([Path(folder) for folder in folders])
     return Result(
         f"Results: {' beside '.join(run.name for run in found.runs)}",

@@ -70,7 +70,7 @@ def of_mapping(path: Path, file: Path, mapping: MappingFile, assumed: Mapping[st
             start=mapping.start,
             belief=mapping.belief,
             notes=(
-                f"The file {path.name} is a table of {len(time_s)} rows, read as {file.name} tells.",
+                f"The file {path.name} is a table of {len(time_s)} rows, read as {file.name} says.",
                 *source.notes,
                 f"The column '{described_time.column}' is taken as time in {unit}, because "
                 f"{'you assume so' if 'time.unit' in assumed else 'the mapping says so'}.",

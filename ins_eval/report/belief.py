@@ -9,7 +9,7 @@ from ins_eval.report.content import Block, Section, table
 
 HEADING = "What is believed"
 NOTE = (
-    "A value that nobody stated was filled in from what stands beside it; state it in recording.toml, or name the unit "
+    "A value that nobody stated was filled in from the source beside it; state it in recording.toml, or name the unit "
     "with --unit, to believe another."
 )
 

@@ -189,7 +189,7 @@ def _determined(unit: AccelerometerNumbers) -> list[Block]:
         "five, two or more rates six."
     )
     if found.condition is not None:
-        text += f" The condition number is {fixed(found.condition, 0)}: so many times an error may grow."
+        text += f" The condition number is {fixed(found.condition, 0)}: the factor by which an error may grow."
     remarks: dict[str, list[str]] = {}
     for name, model in models.items():
         for remark in model.remarks:
@@ -238,12 +238,13 @@ def _further(unit: AccelerometerNumbers) -> list[str]:
                 f"though {min(ramps):g} to {max(ramps):g} were commanded. A run without dwells sets them apart"
             )
         else:
-            text += f": the rates {min(ramps):g} to {max(ramps):g} °C/min are close together. A faster one would tell"
+            text += f": the rates {min(ramps):g} to {max(ramps):g} °C/min are close together. "
+            text += "A faster one would show which"
         texts.append(f"{text}.")
     if found.hysteresis:
         texts.append(
             "ε also takes up what follows the direction and not the rate, such as the magnet's hysteresis. A run "
-            "several times slower would tell: a loop that stays open is not the rate's."
+            "several times slower shows which: a loop that stays open does not come from the rate."
         )
     lowest, highest = unit.recording.temperature_c
     texts.append(
@@ -261,9 +262,9 @@ def _further(unit: AccelerometerNumbers) -> list[str]:
 def _four_points(units: Sequence[AccelerometerNumbers]) -> list[Block]:
     text = (
         "K1 = (A(+1 g) − A(−1 g)) / 2 and K0 = (A(0 g) + A'(0 g)) / (2 K1), where A is the output in pulse/s. "
-        "Positions are told by the specific force along the input axis, column input_g, never by an angle of the index "
-        "head. Paper A prints two pairs of equations with angles, and with the angles of its Fig. 4 three of the four "
-        "do not give what they are meant to give; with the head turned by 90° the second pair does."
+        "Positions are known by the specific force along the input axis, column input_g, never by an angle of the "
+        "index head. Paper A prints two pairs of equations with angles, and with the angles of its Fig. 4 three of the "
+        "four do not give what they are meant to give; with the head turned by 90° the second pair does."
     )
     rows = []
     for unit in units:

@@ -37,7 +37,7 @@ def _headline(found: Mapping) -> str:
         return f"{verdict}. There is a mismatch that nothing named here accounts for."
     words = f"{len(effects)} effects" if len(effects) > 1 else f"{effect_words(effects[0])}: {amount(effects[0])}"
     if verdict == "partly explained":
-        return f"partly explained by {words}; something else is wrong beside."
+        return f"partly explained by {words}; something else is wrong, too."
     if verdict == "not identifiable":
         return f"not identifiable. Best explained by {words}; something else fits as well."
     return f"{verdict} by {words}."

@@ -29,9 +29,8 @@ def limits(tree: Mapping) -> list[Block]:
         shown_by.setdefault(VOCABULARY[name].excited_by, []).append(words)
     header = ("effect", "axes", "usual size", "unit", "expected log Bayes factor", "shows from")
     note = (
-        f"Alone, at its usual size, each is expected to gain less than {INVISIBLE:g} nat: that none was found says "
-        "nothing about it. Shows from: the size that is expected to pay for having been chosen, of the axis that shows "
-        "best."
+        f"Alone, at its usual size, each is expected to gain less than {INVISIBLE:g} nat: that it was not found says "
+        "nothing about it. Shows from: the size from which it is expected to be found, on the axis that shows it best."
     )
     blocks: list[Block] = table("Too small to show at their usual size", header, rows, note, align="llrlrr")
     needed = [(what, ", ".join(names)) for what, names in shown_by.items()]

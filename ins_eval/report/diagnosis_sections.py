@@ -97,7 +97,7 @@ def _caption(name: str, explained: bool) -> str:
 
 
 def _against_drive(tree: Mapping, explained: bool) -> list[Block]:
-    """What data find in a channel by themselves, of the channels that an effect explains or of those that none does."""
+    """What is estimated without a model in the channels that an effect explains, or in those that none does."""
     blocks: list[Block] = []
     for one in tree["located"]:
         if (one["effect"] is not None) != explained:
@@ -136,7 +136,7 @@ def _evidence(tree: Mapping) -> list[Block]:
     place = f" in the place of {evidence['in_place_of']}" if evidence["in_place_of"] else ""
     note = (
         "In nats, each with its prior over sizes and times integrated out. An effect has to bring "
-        f"{fixed(evidence['threshold'], 1)} nats to pay for having been chosen among all that were tried."
+        f"{fixed(evidence['threshold'], 1)} nats, the price of choosing among all that were tried."
     )
     title = f"Log Bayes factor of each effect{place}"
     return [

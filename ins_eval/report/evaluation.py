@@ -33,8 +33,8 @@ AXES = ("north", "east", "down")
 SPOKEN_ONE_BY_ONE = 2  # compensations; of more, the first line names the best and the worst
 SPOKEN_TIMES_S = (10.0,)
 RESTART_TIMES_S = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
-SCATTER = 1.5  # of the fixes beyond their sigmas that is worth a word
-SIGMAS = 3.0  # a heading farther than this from the documented one, in its own sigma, is worth a word
+SCATTER = 1.5  # of the fixes beyond their sigmas that is mentioned
+SIGMAS = 3.0  # a heading farther than this from the documented one, in its own sigma, is mentioned
 REFERENCE_WORDS = {
     "standstill": "the known standstill: velocity zero, position that of the start",
     "gps": "GPS",

@@ -81,14 +81,14 @@ def _activity(recording: Recording, stand: Stretch, navigated_s: tuple[float, fl
     if imu.accelerometer_form == "pulse":
         rows = imu.time_s <= stand.end_s
         scale = STANDARD_GRAVITY * step_s / np.linalg.norm(imu.accelerometer[rows].mean(axis=0))
-    restless = {
+    agitation = {
         name: np.sqrt(increments[:whole].reshape(-1, window, 3).var(axis=1).sum(axis=1)) / step_s
         for name, increments in (("force", scale * imu.accelerometer), ("rate", imu.gyro))
     }
     return figures.activity(
         time_s=imu.time_s[window - 1 : whole : window],
-        force_mps2=restless["force"],
-        rate_deg_per_s=restless["rate"] / DEG,
+        force_mps2=agitation["force"],
+        rate_deg_per_s=agitation["rate"] / DEG,
         stretch_s=(stand.start_s, stand.end_s),
         navigation_s=navigated_s,
     )

@@ -49,7 +49,7 @@ def grade_section(grade: Grade | None) -> Section:
         ]
         note = (
             "Straight lines of means over ten seconds at rest, with 95 % intervals. They say how a channel moved with "
-            "temperature in this recording, not why: time passed meanwhile. ins-eval diagnose parts the two."
+            "temperature in this recording, not why: time passed as well. ins-eval diagnose separates the two."
         )
         blocks += table("Temperature at rest", ("channel", "slope", "95 % interval", "unit"), rows, note)
         blocks.append(Picture(LAWS, "Each channel at rest against temperature, and its straight line."))

@@ -86,7 +86,7 @@ FAILURES = {
     "Exits": "ended its process (exit code 3)",
     "Leaves": "raised SystemExit: no licence, line 42 of my.py",
     "Crashes": "ended its process (SIGSEGV)",
-    "Starves": "ended its process (SIGKILL, perhaps for want of memory)",
+    "Starves": "ended its process (SIGKILL, perhaps for lack of memory)",
     "Hangs": "gave no answer within 1 s",
     "Disturbs": "disturbed the connection to its process",
 }

@@ -156,7 +156,7 @@ def test_dwells_are_blamed_only_where_alpha_is_open_and_the_rates_lie_together(n
     wide = changed(numbers, models={"hysteresis": model(67.0, 2.9, alpha_half=800.0)})
     assert "the mean rates are 0.16 to 0.24 °C/min, close together, though 0.3 to 0.9 were commanded" in said(wide)
     apart = changed(wide, determined={"mean_rates_c_per_min": (0.3, 0.5, 0.7, 0.9)})
-    assert "A faster one would tell" in said(apart)
+    assert "A faster one would show which" in said(apart)
 
 
 def test_a_remark_of_some_models_names_them(numbers):

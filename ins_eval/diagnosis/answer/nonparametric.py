@@ -1,4 +1,4 @@
-"""The disturbance of one channel that data find by themselves, beside what an effect makes of it.
+"""The disturbance of one channel estimated without a model, beside what an effect makes of it.
 
 It is the open form of the channel (`open_form`) on the partial residual: all that is uncertain and the best set are
 taken off at their best values, and what the effect in question does to that one channel is put back,

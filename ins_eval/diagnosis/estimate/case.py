@@ -111,7 +111,7 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
     believed = null.believe(recording, folder)
     if not believed.time_s.size:
         raise DataRefused(
-            f"{recording.name}: no sample lies behind what the start needs, expected some to judge by; record longer"
+            f"{recording.name}: no sample is left after the alignment, expected some to diagnose; record longer"
         )
     if arcs.needed(believed) and not planned:
         return _in_arcs(recording, folder, _settled(recording, folder))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.io
 
+from ins_eval.cli import main
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.readers import read
 from ins_eval.recording import form
@@ -326,3 +327,32 @@ def test_bad_groups_are_refused(tmp_path, columns, said):
     with pytest.raises(UsageError) as refused:
         imported(tmp_path, writers.csv(columns), group(BAD[said]))
     assert said in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_a_mapping_that_was_written_stands_for_what_was_assumed(columns, tmp_path, capsys) -> None:
+    """Assumed and then read with the written mapping alone, from another folder: the same recording."""
+    (tmp_path / "log.csv").write_bytes(writers.csv(columns))
+    (tmp_path / "gps.csv").write_bytes(writers.csv(columns))
+    told = group(POSITIONS["geodetic"]).replace("[gps]", '[gps]\nfile = "gps.csv"').replace('"rad/s"', '"deg/s"')
+    (tmp_path / "log.toml").write_text(told)
+    assumed = {
+        "gyro.unit": "rad/s", "axes": "FRD", "kind": "flight", "gps.time_offset_s": "0.1", "gaps": "bridge",
+        "position.unit": "deg", "time.unit": "s",
+    }  # fmt: skip
+    options = [word for key, value in assumed.items() for word in ("--assume", f"{key}={value}")]
+    mapping = tmp_path / "elsewhere" / "own.toml"
+    first = ["import", "csv", str(tmp_path / "log.csv"), "-o", str(tmp_path / "one"), *options]
+    assert main([*first, "--write-mapping", str(mapping)]) == 0
+    assert f"mapping: {mapping}; still to be assumed: gaps" in capsys.readouterr().out
+    again = ["import", "csv", str(tmp_path / "log.csv"), "-o", str(tmp_path / "two"), "--assume", f"mapping={mapping}"]
+    assert main([*again, "--assume", "gaps=bridge", "--quiet"]) == 0
+    one, two = (form.read(tmp_path / name) for name in ("one", "two"))
+    np.testing.assert_array_equal(one.imu.gyro, two.imu.gyro)
+    np.testing.assert_array_equal(one.gps.latitude_rad, two.gps.latitude_rad)
+    assert (one.kind, one.start, one.belief.gps.time_offset_s) == (two.kind, two.start, two.belief.gps.time_offset_s)
+    assert one.kind == "flight" and two.belief.gps.time_offset_s == 0.1
+
+
+def test_a_format_without_a_mapping_writes_none(tmp_path, capsys) -> None:
+    assert main(["import", "euroc", str(tmp_path), "-o", "out", "--write-mapping", str(tmp_path / "m.toml")]) == 2
+    assert "euroc has no mapping" in capsys.readouterr().err
