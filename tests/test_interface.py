@@ -15,6 +15,9 @@ from ins_eval.cli import main
 from ins_eval.errors import UsageError
 from tests.recording.readers.conftest import CSV_MAPPING, csv_rows, drive
 
+EARTH_RADIUS_M = 6.371e6
+GROUND = 0.02  # relative: the Earth is no sphere, and the curves of a map are thinned
+
 
 @pytest.fixture(scope="module")
 def flight():
@@ -59,6 +62,24 @@ def test_figure_that_there_is_not_is_refused_with_those_meant(result):
     assert result.plot("position_error") is result.figures["position_error"]
     with pytest.raises(UsageError, match="did you mean 'position_error'"):
         result.plot("positon_error")
+
+
+def test_the_ground_track_is_that_of_the_fixes_and_of_the_errors(result):
+    ground, error = result.plot("ground_track").axes
+    curves = {ax: {line.get_label(): line.get_xydata() for line in ax.lines} for ax in (ground, error)}
+    east_km, north_km = np.ptp(curves[ground]["GPS"], axis=0)
+    fixes = result.found.recording.gps
+    half_angle_sines = [  # the haversine of the flight, on a sphere
+        np.sin(np.ptp(fixes.latitude_rad) / 2.0) ** 2,
+        np.cos(fixes.latitude_rad[[0, -1]]).prod() * np.sin(np.ptp(fixes.longitude_rad) / 2.0) ** 2,
+    ]
+    went_m = 2.0 * EARTH_RADIUS_M * np.arcsin(np.sqrt(sum(half_angle_sines)))
+    assert 1e3 * np.hypot(east_km, north_km) == pytest.approx(went_m, rel=GROUND)
+    believed = result.found.errors_to_frame().loc["believed"]
+    far_m = 1e3 if error.get_xlabel() == "east [km]" else 1.0
+    drawn_m = far_m * np.abs(curves[error]["believed"]).max(axis=0)
+    assert drawn_m == pytest.approx([believed.east_m.abs().max(), believed.north_m.abs().max()], rel=GROUND)
+    assert ground.get_aspect() == error.get_aspect() == 1.0
 
 
 def test_models_from_memory_are_those_of_the_files(flight, result):

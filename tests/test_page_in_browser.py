@@ -31,6 +31,7 @@ FLAGS = [
     "--dump-dom",
 ]
 BROWSER_LIMIT_S = 120
+PIXEL = 1.0  # of a figure, within which a browser reports where a click was
 
 needs_browser = pytest.mark.skipif(BROWSER is None, reason=f"no browser here (looked for {', '.join(BROWSERS)})")
 
@@ -178,19 +179,47 @@ field.value = rows[0].cells[0].textContent;
 field.dispatchEvent(new Event("input"));
 const count = (all) => document.querySelectorAll(all).length;
 document.querySelector("[data-open]").click();
+const frame = document.querySelector(".wide"), svg = frame.querySelector("svg");
+const box = () => svg.getAttribute("viewBox");
+const whole = box(), press = (key) => frame.dispatchEvent(new KeyboardEvent("keydown", { key }));
+press("ArrowLeft");
+const unmoved = box();
+press("+");
+press("+");
+const near = box();
+press("ArrowRight");
+const right = box();
+press("0");
+const back = box();
+const { right: clientX, bottom: clientY } = svg.getBoundingClientRect();
+svg.dispatchEvent(new MouseEvent("dblclick", { clientX, clientY, bubbles: true }));
+document.body.dataset.boxes = [whole, unmoved, near, right, back, box()].join(";");
 document.title = [rows.length, rows.filter((row) => !row.hidden).length,
   count("details") - count("details[open]")].join(" ");
 </script>"""
 
 
+def check_zoom(document: str) -> None:
+    """Two steps of + are 2.25 times nearer about the middle, an arrow moves, 0 shows all, a double-click goes there."""
+    (boxes,) = re.findall(r'data-boxes="([^"]*)"', document)
+    whole, unmoved, near, right, back, corner = ([float(x) for x in box.split()] for box in boxes.split(";"))
+    assert whole == unmoved == pytest.approx(back)
+    x, y, width, height = whole
+    middle = [x + width * (1 - 1 / 2.25) / 2, y + height * (1 - 1 / 2.25) / 2, width / 2.25, height / 2.25]
+    assert near == pytest.approx(middle)
+    assert right[0] == pytest.approx(near[0] + 0.2 * near[2]) and right[1:] == near[1:]
+    assert corner == pytest.approx([x + width / 2, y + height / 2, width / 2, height / 2], abs=PIXEL)
+
+
 @needs_browser
-def test_tables_filter_and_sections_open(small_report: Path, tmp_path: Path) -> None:
+def test_tables_filter_sections_open_and_figures_zoom(small_report: Path, tmp_path: Path) -> None:
     """A script that the policy of the page would refuse clicks its buttons in a copy without it."""
     document = (small_report / "index.html").read_text()
     document = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", document, count=1)
     page = tmp_path / "acted.html"
     page.write_text(document.replace("</body>", f"{ACTS}</body>"))
     visit = open_page(page, tmp_path)
+    check_zoom(visit.document)
     (title,) = re.findall(r"<title>(.*?)</title>", visit.document)
     rows, shown, closed = map(int, title.split())
     assert 0 < shown < rows

@@ -14,7 +14,7 @@ from ins_eval.figures.style import INK, QUIET, colour, in_order, label, legend_b
 
 POINTS = 800  # of a track; it is not a function of time, so its points are thinned evenly
 DWARFS = 4.0  # a track so many times as wide as the next is cut
-STILL = 0.05  # of the largest error: a reference that moves less is a point
+STILL = 0.05  # of the largest error: a reference that moves less would be a point
 
 
 @styled
@@ -29,7 +29,9 @@ def ground_track(
     largest = max(float(np.nanmax(np.abs(one))) for one in errors_m.values())
     still = float(np.nanmax(np.abs(reference_m))) < STILL * largest
     note = f"Left: tracks of INS and {reference}, from the start. Right: INS minus {reference}. "
-    note = (f"INS minus {reference}, which stands still. " if still else note) + "Equal scales north and east."
+    if still:
+        note = f"INS minus {reference}, which moves too little to be drawn beside it. "
+    note += "Equal scales north and east."
     if cut:
         note += f" Not drawn, for the others would be points: {', '.join(map(label, cut))}."
     title = "Ground track of the INS beside the reference"

@@ -26,6 +26,7 @@ from ins_eval.wording import in_symbols, unbroken
 WIDTH_IN = 8.0
 HANDLE, PAD, SPACING = 1.8, 0.8, 2.0  # of a legend, in font sizes: its lines, from there to the text, between columns
 TITLE_PT = 11.0
+LEGEND_ROW_IN, ROWS_INCLUDED = 0.17, 2  # of a legend; what the height of a sheet allows for
 UNHINTED = 1.03  # a text is up to so many times as wide when drawn as when it is measured
 NOTE_PT = 8.5
 NOTE_CHARACTERS = 126  # of NOTE_PT across WIDTH_IN
@@ -181,8 +182,18 @@ def legend_below(figure: Figure, *axes: Axes, columns: int = 4) -> None:
             entries.setdefault(text, handle)
     if entries:
         fitting = (count for count in range(columns, 1, -1) if _legend_width_pt(list(entries), count) < 72.0 * WIDTH_IN)
-        options = {"ncols": next(fitting, 1), "handlelength": HANDLE, "columnspacing": SPACING, "handletextpad": PAD}
+        chosen = next(fitting, 1)
+        _make_taller(figure, LEGEND_ROW_IN * max(0, -(-len(entries) // chosen) - ROWS_INCLUDED))
+        options = {"ncols": chosen, "handlelength": HANDLE, "columnspacing": SPACING, "handletextpad": PAD}
         figure.legend(entries.values(), entries.keys(), loc="outside lower left", **options)
+
+
+def _make_taller(figure: Figure, by_in: float) -> None:
+    """Let a figure grow by so much at its foot; what stands at its head keeps its distance from there."""
+    old = figure.get_figheight()
+    figure.set_figheight(old + by_in)
+    for text in figure.texts:
+        text.set_y(1.0 - (1.0 - text.get_position()[1]) * old / (old + by_in))
 
 
 def _legend_width_pt(texts: Sequence[str], columns: int) -> float:

@@ -29,7 +29,7 @@ from ins_eval.report.diagnosis_words import channel, effect_words, numbered
 from ins_eval.units import DEG, DEG_PER_H, UG
 from ins_eval.wording import sentence
 
-BLOCK_S = 60.0  # over which a whitened residual is averaged
+BLOCK_S, FEWEST_BLOCKS = 60.0, 40  # over which a whitened residual is averaged, and into how many short ones fall
 SIGMAS = 2.0  # of what noise makes, that an excess must have for a share of it to mean something
 FAMILIES = 12  # in the figure of the evidence
 NOT_SHOWN = ("earth", "any", "recording")  # that no recording would show better
@@ -109,7 +109,7 @@ def _facts(
 def _gain(diagnosis: Diagnosis, both: Sequence[BeforeAfter | None]) -> dict[str, float | None]:
     """Log predictive density gained on data that were not used, and the share of the excess that is removed.
 
-    The excess is by how much the squares of means over `BLOCK_S` of the whitened residual, in their own sigma, sum to
+    The excess is by how much the squares of means over a block of the whitened residual, in their own sigma, sum to
     more than their count, at the noise of the answer.
     """
     held = diagnosis.held_out
@@ -125,9 +125,14 @@ def _gain(diagnosis: Diagnosis, both: Sequence[BeforeAfter | None]) -> dict[str,
 
 def _excess(time_s: np.ndarray, residual: np.ndarray) -> tuple[float, float]:
     """The excess, and the variance that it has where the residual is white."""
-    means = np.concatenate([figures.block_means(time_s, column, BLOCK_S)[1] for column in residual.T])
+    means = np.concatenate([figures.block_means(time_s, column, _block_s(time_s))[1] for column in residual.T])
     count = int(np.isfinite(means).sum())
     return float(np.nansum(means**2)) - count, 2.0 * count
+
+
+def _block_s(time_s: np.ndarray) -> float:
+    """Over how long the whitened residual of a recording is averaged: `BLOCK_S`, of short ones a share of them."""
+    return float(max(np.median(np.diff(time_s)), min(BLOCK_S, round((time_s[-1] - time_s[0]) / FEWEST_BLOCKS))))
 
 
 def _channels(case: Case) -> list[str]:
@@ -210,7 +215,7 @@ def _residuals(diagnosis: Diagnosis) -> dict[str, Figure]:
             located=[
                 (one.begin_s, one.end_s, channel(one.channel)) for one in diagnosis.mismatches if one.recording == r
             ],
-            block_s=BLOCK_S,
+            block_s=_block_s(case.model.nodes_s),
             channels=_channels(case),
             title=f"Whitened residuals: {case.name}",
         )
@@ -264,7 +269,7 @@ def _gains(diagnosis: Diagnosis, both: Sequence[BeforeAfter | None]) -> dict[str
     return {
         numbered("before_and_after", r, several): figures.before_and_after(
             **pair._asdict(),
-            block_s=BLOCK_S,
+            block_s=_block_s(pair.time_s),
             channels=_channels(case),
             located=[(one.begin_s, one.end_s) for one in diagnosis.mismatches if one.recording == r],
             title=f"Before and after: {case.name}",

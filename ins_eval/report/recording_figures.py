@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from pymap3d.vincenty import vdist
 
 from ins_eval import figures
 from ins_eval.earth import radii
@@ -70,14 +71,18 @@ def traces(
 
 
 def _from_start_m(solution: Solution, errors: Errors) -> np.ndarray:
-    """Where the reference was, (n, 2) m north and east of where it began: the solution less its error."""
+    """Where the reference was, (n, 2) m north and east of where it began: the solution less its error.
+
+    An azimuthal equidistant map: distance and direction along the ellipsoid from the start, by Vincenty's formula.
+    """
     angles = [solution.latitude_rad, np.unwrap(solution.longitude_rad), solution.height_m]
     latitude, longitude, height = (np.interp(errors.time_s, solution.time_s, angle) for angle in angles)
     meridian, transverse = radii(latitude)
-    north, east = meridian + height, (transverse + height) * np.cos(latitude)
-    latitude, longitude = latitude - errors.north_m / north, longitude - errors.east_m / east
+    latitude = (latitude - errors.north_m / (meridian + height)) / DEG
+    longitude = (longitude - errors.east_m / (transverse + height) / np.cos(latitude * DEG)) / DEG
     known = np.flatnonzero(np.isfinite(latitude + longitude))[0]
-    return np.column_stack([(latitude - latitude[known]) * north, (longitude - longitude[known]) * east])
+    distance_m, azimuth_deg = vdist(latitude[known], longitude[known], latitude, longitude)
+    return np.column_stack([distance_m * np.cos(azimuth_deg * DEG), distance_m * np.sin(azimuth_deg * DEG)])
 
 
 def metres_per_arcmin(latitude_rad: np.ndarray, height_m: np.ndarray) -> dict[str, np.ndarray]:

@@ -63,6 +63,24 @@ def test_decimation_keeps_extremes_and_gaps():
     assert (t[0], t[-1]) == (0.0, 99_999.0) and np.all(np.diff(t) > 0)
 
 
+def test_a_track_that_dwarfs_the_others_is_named_and_not_drawn():
+    time_s = np.linspace(0.0, 6000.0, 200)
+    errors = {"none": 80.0, "simple": 1.0, "hysteresis": 0.6}
+    figure = figures.ground_track(
+        time_s=time_s,
+        reference_m=np.column_stack([200.0 * time_s, 0.0 * time_s]),
+        errors_m={name: size * np.column_stack([time_s, -time_s]) / 6.0 for name, size in errors.items()},
+    )
+    ground, error = figure.axes
+    assert {"simple", "hysteresis", "GPS"} <= {line.get_label() for line in ground.lines}
+    assert all(line.get_label() != "none" for ax in figure.axes for line in ax.lines)
+    note = " ".join(" ".join(text.get_text() for text in figure.texts).split())
+    assert "Not drawn, for the others would be points: none." in note
+    assert (ground.get_xlabel(), error.get_xlabel()) == ("east [km]", "east [km]")
+    (mark,) = [one for one in error.lines if one.get_marker() == "D" and one.get_color() == style.colour("simple")]
+    assert mark.get_xydata()[0] == pytest.approx([-5063.0 / 6e3, 5063.0 / 6e3], rel=0.01)  # at a Schuler period
+
+
 @pytest.mark.parametrize("words", ["none", "hysteresis, bias only", "hysteresis, blind to direction, RMS 1.23 m/s"])
 def test_a_legend_is_as_wide_as_its_figure_at_most(words):
     names = [f"{words} {k}" for k in range(7)]
