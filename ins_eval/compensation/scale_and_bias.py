@@ -58,4 +58,5 @@ class ScaleAndBias:
 
     def specific_force(self, samples: Samples) -> np.ndarray:
         """Specific force along the input axis, (n,) m/s^2."""
-        return STANDARD_GRAVITY * samples.output / evaluated(self.scale_, samples) - UG * evaluated(self.bias_ug_, samples)
+        scale, bias_ug = (evaluated(curve, samples) for curve in (self.scale_, self.bias_ug_))
+        return STANDARD_GRAVITY * samples.output / scale - UG * bias_ug
