@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from ins_eval.earth import EARTH_RATE, gravity, radii
@@ -138,30 +137,10 @@ def _filter(solution, step_s: float, at: Start, noise: AlignmentNoise) -> tuple[
 def filter_gains(
     latitude_rad: float, height_m: float, step_s: float, noise: AlignmentNoise, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Transition F (8, 8), gains of `count` updates (count, 8, 2), covariance after them: no measurement enters them.
+    """Transition (8, 8), gains of `count` updates (count, 8, 2), covariance after them: no measurement enters them."""
+    from filterpy.common import van_loan_discretization  # imported here, for both take long
+    from filterpy.kalman import KalmanFilter
 
-        P = F P F' + Q,   K = P H' (H P H' + R)^-1,   P = (1 - K H) P (1 - K H)' + K R K'      (Joseph)
-
-    It is `filterpy.kalman.KalmanFilter` to the last bit, whose import takes longer than all else here.
-    """
-    f, drive, covariance = error_model(latitude_rad, height_m, noise)
-    transition, covariance_of_step = _discrete(f, drive, step_s)
-    observed = np.eye(2, 8)
-    noise_of_velocity = np.eye(2) * noise.velocity_mps**2
-    gains = np.empty((count, 8, 2))
-    for gain in gains:
-        covariance = transition @ covariance @ transition.T + covariance_of_step
-        shared = covariance @ observed.T
-        gain[:] = shared @ np.linalg.inv(observed @ shared + noise_of_velocity)
-        left = np.eye(8) - gain @ observed
-        covariance = left @ covariance @ left.T + gain @ noise_of_velocity @ gain.T
-    return transition, gains, covariance
-
-
-def error_model(
-    latitude_rad: float, height_m: float, noise: AlignmentNoise
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """F (8, 8) and G (8, 8) of x' = F x + G w with w of unit density, and the covariance (8, 8) before any update."""
     g = gravity(latitude_rad, height_m)
     meridian, transverse = (r + height_m for r in radii(latitude_rad))
     north_rate, down_rate = EARTH_RATE * np.cos(latitude_rad), -EARTH_RATE * np.sin(latitude_rad)
@@ -176,19 +155,16 @@ def error_model(
         + [DEG_PER_SQRT_H * noise.angle_random_walk_deg_per_sqrt_h] * 3
         + [0.0] * 3
     )
+
+    kf = KalmanFilter(dim_x=8, dim_z=2)
+    kf.F, kf.Q = van_loan_discretization(f, drive, step_s)
+    kf.H = np.eye(2, 8)
+    kf.R = np.eye(2) * noise.velocity_mps**2
     bias = DEG_PER_H * noise.gyro_bias_deg_per_h
-    prior = np.diag([1e-4, 1e-4, 2e-3, 2e-3, 5.0 * DEG, bias, bias, bias]) ** 2
-    return f, drive, prior
-
-
-def _discrete(f: np.ndarray, drive: np.ndarray, step_s: float) -> tuple[np.ndarray, np.ndarray]:
-    """Transition and covariance of the noise over a step of x' = F x + G w, with w of unit density.
-
-        exp [-F dt, G G' dt; 0, F' dt] = [., A; 0, B],   transition B',   covariance B' A
-
-    Source: van Loan, Computing Integrals Involving the Matrix Exponential, IEEE Trans. Autom. Control 23 (1978).
-    """
-    n = len(f)
-    whole = expm(np.block([[-f * step_s, drive @ drive.T * step_s], [np.zeros((n, n)), f.T * step_s]]))
-    transition = whole[n:, n:].T
-    return transition, transition @ whole[:n, n:]
+    kf.P = np.diag([1e-4, 1e-4, 2e-3, 2e-3, 5.0 * DEG, bias, bias, bias]) ** 2
+    gains = np.empty((count, 8, 2))
+    for gain in gains:
+        kf.predict()
+        kf.update(np.zeros(2))
+        gain[:] = kf.K
+    return kf.F, gains, kf.P

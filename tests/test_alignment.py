@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from filterpy.common import van_loan_discretization
-from filterpy.kalman import KalmanFilter
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from ins_eval.alignment import AlignmentNoise, align, coarse_attitude, error_model, filter_gains
+from ins_eval.alignment import AlignmentNoise, align, coarse_attitude
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.errors import DataRefused
 from ins_eval.gyro import GyroPopulation
@@ -176,22 +174,3 @@ def test_coarse_attitude_from_two_vectors() -> None:
         rate_b = to_body.apply(EARTH_RATE * np.array([np.cos(0.7), 0.0, -np.sin(0.7)]))
         found = coarse_attitude(rate_b, to_body.apply([0.0, 0.0, -9.8]))
         assert np.abs(error_n(found, attitude)).max() < EXACT_RAD
-
-
-@pytest.mark.parametrize("latitude_deg", [-60.0, 34.65])
-def test_the_gains_are_those_of_filterpy(latitude_deg: float) -> None:
-    """Another implementation of the same equations, to the last bit."""
-    noise, step_s, count = AlignmentNoise(), 10.0, 60
-    dynamics, drive, covariance = error_model(latitude_deg * DEG, 400.0, noise)
-    other = KalmanFilter(dim_x=8, dim_z=2)
-    other.F, other.Q = van_loan_discretization(dynamics, drive, step_s)
-    other.H, other.R, other.P = np.eye(2, 8), np.eye(2) * noise.velocity_mps**2, covariance
-    expected = []
-    for _ in range(count):
-        other.predict()
-        other.update(np.zeros(2))
-        expected.append(other.K)
-    transition, gains, covariance = filter_gains(latitude_deg * DEG, 400.0, step_s, noise, count)
-    np.testing.assert_array_equal(transition, other.F)
-    np.testing.assert_array_equal(gains, expected)
-    np.testing.assert_array_equal(covariance, other.P)
