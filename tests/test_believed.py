@@ -239,7 +239,7 @@ def test_nothing_below_is_unknown_for_a_moving_recording_and_a_chamber() -> None
 def test_pages_say_first_what_is_believed(tmp_path) -> None:
     recording = parked(120.0, offset_radps=np.zeros(3), arw=0.002, vrw=10.0, start=AIMED)
     for result in (evaluate(recording), compare(recording)):
-        assert result.sections[0].heading == "What is believed"
+        assert [one.heading for one in result.sections[:2]] == ["At a glance", "What is believed"]
         rows = {row["key"]: row for row in result.metrics["belief"]}
         assert "data sheets of grade navigation" in rows["[gyro] bias_sigma_deg_per_h"]["source"]
         assert rows["[gyro] bias_sigma_deg_per_h"]["source"] in str(result).replace("\n", " ")

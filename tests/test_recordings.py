@@ -135,7 +135,7 @@ def test_real_mems_flights_are_evaluated_between_fixes(real, tmp_path: Path, for
     assert pieces["count"] >= 15
     growth = dict(zip(pieces["after_s"], pieces["position_rms_m"], strict=True))
     assert growth[TRUSTED_S] < TRUSTED_M < growth[30.0]
-    assert "Started afresh from a fix" in (tmp_path / "report" / "report.txt").read_text()
+    assert ": started afresh from a fix" in (tmp_path / "report" / "report.txt").read_text()
 
 
 @pytest.mark.slow

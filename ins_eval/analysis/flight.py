@@ -112,7 +112,7 @@ def numbers(
         "seed": plan.seed,
         "t0_s": 0.0,
         "duration_s": profile.duration_s,
-        **({"own_models": list(users)} if users else {}),
+        "own_models": list(users),
         "definitions": _definitions(),
         "floor": _floor(shown.world),
         "ensemble": ensemble_numbers(arms, size, rng, users)

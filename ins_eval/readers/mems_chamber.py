@@ -29,7 +29,7 @@ def read(path: Path, assumed: Mapping[str, str]) -> NoReturn:
     table = text_numbers(str(path), raw, COLUMNS, EXPECTED)
     if not len(table) or not np.isfinite(table).all():
         raise DataRefused(f"{path}: holds values that are not finite, expected {EXPECTED}; remove or repair them")
-    mean = (table[:, 1:4] / len(table)).sum(axis=0)  # a sum of values that were damaged may overflow
+    mean = np.rint((table[:, 1:4] / len(table)).sum(axis=0))  # a sum of values that were damaged may overflow
     force = ", ".join(f"{value:.6g}" for value in mean)
     low, high = table[:, 4].min(), table[:, 4].max()
     raise DataRefused(

@@ -25,6 +25,7 @@ from ins_eval.studies.paper_a import figures as of_paper
 from ins_eval.studies.paper_a import oven_figures as of_oven
 from ins_eval.studies.paper_a.words import PICTURES, paper_a_content
 from ins_eval.studies.papers import COMPATIBLE, CONTRADICTS, GIVEN, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED, Row
+from ins_eval.wording import in_symbols
 
 PAIR = ("simple", "hysteresis_refined")
 AXES = ("east", "north", "horizontal")
@@ -254,7 +255,7 @@ def test_ratios_become_what_is_taken_off(rows, results):
 
 def test_assumptions_are_told_with_the_signs_of_their_units(rows, results):
     table = next(b for b in paper_a_content(rows, results)[1][-1].blocks if isinstance(b, Table))
-    told = [line[0] for line in table.rows]
+    told = [in_symbols(line[0]) for line in table.rows]
     assert "thermal bias 20 µg/°C (50)" in told and "constant gyro bias 0.02 °/h (0.014)" in told
     assert not re.search("deg|ug", " ".join(told))
 
