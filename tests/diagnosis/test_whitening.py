@@ -9,7 +9,7 @@ import pytest
 
 from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.diagnosis.estimate.coarse import coarse, coarse_noise
-from ins_eval.diagnosis.estimate.evidence import Gained, mixture, sensitivity
+from ins_eval.diagnosis.estimate.evidence import Gained, log_evidence, mixture, sensitivity
 from ins_eval.diagnosis.estimate.slope import Slopes, slopes
 from ins_eval.diagnosis.estimate.whitening import NoiseLevels, _advance, whiten
 from ins_eval.diagnosis.model.columns import Assembled
@@ -18,6 +18,7 @@ NODES, EPOCHS = 16, 15
 ROUNDING = 1e-7
 STEP, QUOTIENT = 1e-4, 1e-5  # of a central difference
 COLUMNS = 3  # beside the residual
+LONG = 3000  # epochs
 MANY = 66  # columns that two threads share
 
 
@@ -152,6 +153,28 @@ def test_slopes_are_those_of_the_dense_covariance(problem, part) -> None:
 
     difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
     assert np.vdot(getattr(found, part), direction) == pytest.approx(difference, rel=QUOTIENT)
+
+
+def test_slopes_stay_exact_where_errors_grow_for_long(problem) -> None:
+    """Heights of a free INS grow by exp(t / 570 s); what rounding leaves in the adjoint may not grow with them."""
+    assembled, levels = problem
+    nodes, epochs = np.arange(LONG + 1) % NODES, np.arange(LONG) % EPOCHS
+    by_epoch = ("transition", "half", "coupling", "interval_s", "sources")
+    by_node = ("residual", "design", "observed")
+    assembled = replace(
+        assembled,
+        **{name: getattr(assembled, name)[epochs] for name in by_epoch},
+        **{name: getattr(assembled, name)[nodes] for name in by_node},
+        slow_epochs=np.ascontiguousarray(assembled.slow_epochs[:, epochs]),
+        slow_nodes=np.ascontiguousarray(assembled.slow_nodes[:, nodes]),
+    )
+    levels = levels._replace(white=levels.white[nodes], force=levels.force[epochs], rate=levels.rate[epochs])
+    _, found = slopes(assembled, levels, sensitivity)
+    for part in ("slow_sigma", "slow_time_s", "wander_sigma"):
+        direction = np.random.default_rng(3).standard_normal(getattr(found, part).shape)
+        sides = [levels._replace(**{part: getattr(levels, part) + step * direction}) for step in (STEP, -STEP)]
+        above, below = (log_evidence(whiten(assembled, one)) for one in sides)
+        assert np.vdot(getattr(found, part), direction) == pytest.approx((above - below) / (2.0 * STEP), rel=1e-3)
 
 
 def _two_sizes(a: np.ndarray, b: np.ndarray) -> Gained:

@@ -178,6 +178,9 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
                     spread[i, j] += x * f[q, j]
                 for j in range(6):
                     spread[i, 18 + j] += x * g[q, j]
+        for i in range(24):  # what rounding leaves uneven no measurement would damp: in hours it grew as heights do
+            for j in range(i):
+                spread[i, j] = spread[j, i] = 0.5 * (spread[i, j] + spread[j, i])
         for i in range(24):
             for c in range(m):
                 adjoint[i, c] = before[i, c]
