@@ -12,6 +12,10 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from matplotlib.figure import Figure
+
+from ins_eval.figures import style
+from ins_eval.report.page import write_page as write_report
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 BROWSER = next((path for name in BROWSERS if (path := shutil.which(name))), None)
@@ -224,6 +228,69 @@ def test_tables_filter_sections_open_and_figures_zoom(small_report: Path, tmp_pa
     rows, shown, closed = map(int, title.split())
     assert 0 < shown < rows
     assert closed == 0
+    assert (visit.requests, visit.console) == ([], [])
+
+
+READINGS = """<script>
+const frames = [...document.querySelectorAll(".wide")], said = [];
+const at = (frame, across) => {
+  const svg = frame.querySelector("svg"), box = svg.querySelector("[data-box]").dataset.box;
+  const [left, top, width, height] = box.split(" ").map(Number);
+  return new DOMPoint(left + across * width, top + height / 2).matrixTransform(svg.getScreenCTM());
+};
+const hover = (frame, across) => {
+  const { x, y } = at(frame, across);
+  frame.querySelector("svg").dispatchEvent(new PointerEvent("pointermove", { clientX: x, clientY: y, bubbles: true }));
+  said.push(frame.querySelector("output").textContent);
+};
+const press = (frame, key, shiftKey = false) => frame.dispatchEvent(new KeyboardEvent("keydown", { key, shiftKey }));
+const ticks = (frame) => [...frame.querySelectorAll("[id*='axis_1'] g:not([style*='none']) > g > text")]
+  .filter((one) => one.checkVisibility()).map((one) => one.textContent).join(" ");
+frames.forEach((frame) => hover(frame, 0.5));
+said.push(ticks(frames[1]));
+const { x, y } = at(frames[0], 0.5);
+frames[0].querySelector("svg").dispatchEvent(new MouseEvent("dblclick", { clientX: x, clientY: y, bubbles: true }));
+frames.slice(0, 2).forEach((frame) => { hover(frame, 0.5); said.push(ticks(frame)); });
+press(frames[1], "ArrowRight");
+hover(frames[0], 0.5);
+press(frames[1], "0");
+hover(frames[0], 0.5);
+press(frames[0], "ArrowRight", true);
+said.push(frames[0].querySelector("output").textContent);
+press(frames[0], "ArrowRight", true);
+said.push(frames[0].querySelector("output").textContent, frames[2].querySelector("svg").getAttribute("viewBox"));
+document.body.dataset.said = said.join(";");
+</script>"""
+
+
+def drawn(title: str, x: list[float], unit: str, **axes: str) -> Figure:
+    """One curve of y = 2 x."""
+    figure, ax = style.sheet(3.0, title, "")
+    ax.plot(x, [2.0 * one for one in x], label="line")
+    ax.set(xlim=(x[0], x[-1]), ylim=(2.0 * x[0], 2.0 * x[-1]), ylabel=f"error [{unit}]", **axes)
+    return figure
+
+
+@needs_browser
+def test_figures_over_the_same_time_zoom_together_and_tell_their_values(tmp_path: Path) -> None:
+    """The second begins later; the third is over logarithms and zooms alone."""
+    figures = {
+        "one": drawn("One", [0.0, 40.0, 100.0], "m", xlabel="time [s]"),
+        "two": drawn("Two", [20.0, 60.0, 100.0], "m/s", xlabel="time [s]"),
+        "three": drawn("Three", [1.0, 10.0, 100.0], "1", xlabel="averaging time [s]", xscale="log", yscale="log"),
+    }
+    page = write_report(tmp_path, title="t", answer="a", sections=[], figures=figures, metrics={})
+    document = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", page.read_text(), count=1)
+    page.write_text(document.replace("</body>", f"{READINGS}</body>").replace("<details>", "<details open>"))
+    visit = open_page(page, tmp_path)
+    (said,) = re.findall(r'data-said="([^"]*)"', visit.document)
+    assert said.split(";") == [
+        *("line: 50 s, 100 m", "line: 60.0 s, 120 m/s", "line: 10 s, error 20", "20 30 40 50 60 70 80 90 100"),
+        *("line: 50 s, 100 m", "30 40 50 60 70"),  # from 25 to 75 s
+        *("line: 50.3 s, 101 m/s", "30 40 50 60 70"),  # the nearest point: the curve passes below the pointer
+        *("line: 60 s, 119 m", "line: 50 s, 100 m"),  # the first moved with the second, and came back
+        *("line: 0 s, 0 m", "line: 40 s, 80 m", "0 0 576 216"),
+    ]
     assert (visit.requests, visit.console) == ([], [])
 
 

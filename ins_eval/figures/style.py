@@ -20,6 +20,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
 
+from ins_eval.figures.scales import name_groups, with_scales
 from ins_eval.printable import printable
 from ins_eval.wording import in_symbols, unbroken
 
@@ -238,6 +239,7 @@ def decimate(time_s: np.ndarray, values: np.ndarray, limit: int = 800) -> tuple[
 def svg(figure: Figure) -> str:
     """The figure as an SVG file: text stays text, no date, coordinates to 0.01 pt; the same bytes each time."""
     buffer = io.StringIO()
+    name_groups(figure)
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(RC)
@@ -246,4 +248,5 @@ def svg(figure: Figure) -> str:
             layout.execute(figure)
             figure.set_layout_engine(None)  # a second layout would start from the first and shift by a hair
         canvas.print_svg(buffer, metadata={"Date": None, "Creator": None})  # `savefig` draws twice
-    return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(?<=\.\d\d)\d+", "", path[0]), buffer.getvalue())
+    short = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(?<=\.\d\d)\d+", "", path[0]), buffer.getvalue())
+    return with_scales(short, figure)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -306,10 +306,11 @@ def _traces(ax: Axes, time_s, series: Series, bridged, suffix: Mapping[str, str]
     time_s, limit = np.asarray(time_s, dtype=float), _limit([np.asarray(one, dtype=float) for one in series.values()])
     for name in in_order(series):
         values = np.asarray(series[name], dtype=float)
-        style = {"color": colour(name), "linewidth": 1.0}
+        style: dict[str, Any] = {"color": colour(name), "linewidth": 1.0}
         seen = values if bridged is None else np.where(bridged, np.nan, values)
         beyond = " (goes beyond)" if limit is not None and np.nanmax(np.abs(values)) > limit else ""
-        ax.plot(*decimate(time_s, seen, points), **style, label=label(name) + suffix.get(name, "") + beyond)
+        style["label"] = label(name) + suffix.get(name, "") + beyond
+        ax.plot(*decimate(time_s, seen, points), **style)
         if bridged is not None and np.any(bridged):
             edge = np.convolve(np.asarray(bridged, dtype=float), np.ones(3), mode="same") > 0  # joins the solid line
             ax.plot(*decimate(time_s, np.where(edge, values, np.nan), points), **style, linestyle=(0, (1, 1.2)))

@@ -18,6 +18,7 @@ from ins_eval.printable import printable
 from ins_eval.report.content import GLANCE, Numbers, Paragraph, Picture, Section, Table
 from ins_eval.wording import in_symbols, unbroken
 
+SCRIPTS = ("page.js", "figures.js")  # in this order, one script of the page
 COMMAND = re.compile(r"\bins-eval [a-z][a-z-]+|(?<![\w-])--[a-z][a-z-]+(?: \d+| \w+\.toml)?")
 
 
@@ -78,7 +79,7 @@ def render(
     sections = [section for section in sections if section.heading != GLANCE]
     blocks = [block for section in (*glance, *sections) for block in section.blocks]
     pictures = [block for block in blocks if isinstance(block, Picture) and block.name in inline]
-    script = _text("page.js")
+    script = "\n".join(map(_text, SCRIPTS))
     html = environment.get_template("page.html").render(
         title=title,
         answer=answer,
