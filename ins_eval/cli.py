@@ -273,6 +273,8 @@ def _predict(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser("predict", help="what a model that diagnose wrote is expected to gain on a flight")
     parser.add_argument("model", type=Path, metavar="MODEL", help="a file of diagnose --write-model")
     parser.add_argument("flight", type=Path, metavar="PROFILE|DIR", help="a profile, or a recording with its course")
+    options.export(parser)
+    options.output(parser, "folder of the report (default: reports/NAME-prediction)")
 
 
 def _loop(verbs: argparse._SubParsersAction) -> None:

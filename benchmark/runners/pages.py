@@ -10,7 +10,7 @@ from benchmark.runners import targets
 from benchmark.runners.figures import short
 from benchmark.runners.targets import MET, MISSED, OPEN, TARGETS, spoken, verdict
 from benchmark.scores.score import BANDS, SEEN
-from ins_eval.report.content import Block, Picture, Section, Table, paragraphs, table
+from ins_eval.report.content import Block, Number, Picture, Section, Table, at_a_glance, paragraphs, table
 from ins_eval.wording import MISSING, fixed
 
 RATE = ("cases", "found", "95 % interval")
@@ -19,6 +19,7 @@ RATE = ("cases", "found", "95 % interval")
 def content(result: dict, log: Sequence[dict]) -> tuple[str, list[Section]]:
     """The answer and the sections; nothing is averaged over kinds without the kinds beside it."""
     sections = [
+        _glance(result),
         Section("Outside the vocabulary", _outside(result)),
         Section("Nothing concealed", _nulls(result)),
         Section("What was named", _confusion(result)),
@@ -48,6 +49,22 @@ def _answer(result: dict) -> str:
     if result["missing"]:
         lines.append(f"{len(result['missing'])} cases have no answer and count as failures.")
     return "\n".join(lines)
+
+
+def _glance(result: dict) -> Section:
+    """What is detected, what is named wrongly for sure, false alarms; and where to look next."""
+    wanted = ("detected, D of at least 16", "confidently wrong inside the vocabulary", "false alarms, plain nulls")
+    rates = [(one.words, value) for words in wanted for one in TARGETS
+             if one.words == words and (value := targets.found(one, result)) is not None]  # fmt: skip
+    picture = Picture("by_band", "How much of what hid is detected and named, by how clearly the recording shows it.")
+    step = "Read first the cases that were missed, below; make concealed QUICK=1 tries 40 fresh ones in five minutes."
+    return at_a_glance([number(words, value) for words, value in rates], picture, step)
+
+
+def number(words: str, value: dict) -> Number:
+    """A rate with its interval on the first screen."""
+    count, share, interval = spoken(value)
+    return Number(f"{words}, of {count} cases", share, f"95 %: {interval}")
 
 
 def _rates(title: str, group: dict, starts: str = "", note: str = "") -> list[Table]:

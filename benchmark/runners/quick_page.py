@@ -12,16 +12,17 @@ from matplotlib.figure import Figure
 
 from benchmark.runners import bound
 from benchmark.runners.figures import short
-from benchmark.runners.pages import CASES, CASES_ALIGN, case_rows, seconds
+from benchmark.runners.pages import CASES, CASES_ALIGN, case_rows, number, seconds
 from benchmark.runners.targets import spoken
 from benchmark.scores.predictive import Compared
 from benchmark.scores.score import CLEAR, rate
 from ins_eval.figures.diagnosis import CHANNELS, before_and_after, whitened_residuals
 from ins_eval.parallel import results
-from ins_eval.report.content import Picture, Section, Table, table
+from ins_eval.report.content import Picture, Section, Table, at_a_glance, table
 from ins_eval.wording import fixed
 
 MOST = 5
+FIRST = ("detected, D of at least 16", "confidently wrong", "false alarms")  # rates of the first screen
 BLOCK_S = 60.0
 Record = Mapping[str, Any]
 # why a case is worth a look, which cases it holds for, and by what the one is taken: the largest of all
@@ -76,7 +77,10 @@ def sections(
     )
     header = ("", "cases", "found", "95 % interval", "whole set", "allowed", "")
     drawn = [Picture(one["case"], f"{why.capitalize()}: {words(one)}") for why, one in chosen]
+    numbers = [number(one.name, rate(*one.fresh)) for one in found if one.name in FIRST and one.fresh[1]]
+    step = "Read first the cases drawn below; where a rate lies outside, make concealed scores a whole set, in hours."
     return [
+        at_a_glance(numbers, drawn[0] if drawn else None, step),
         Section("The score", [Table("", header, rows, note, "lrrrrrl", tones=tones)]),
         Section("Five cases", drawn),
         Section("Every case", table("", CASES, case_rows(result["records"]), align=CASES_ALIGN)),

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from ins_eval.commands.delivery import deliver
 from ins_eval.interface.predict import predict
-from ins_eval.report.json_file import write_json
 
 
-def run(model: Path, flight: Path, json: Path | None = None, quiet: bool = False) -> int:
-    """Print what `model` expects on `flight`, a profile or a recording; as JSON where wanted."""
+def run(
+    model: Path,
+    flight: Path,
+    output: Path | None = None,
+    export: Sequence[str] = (),
+    json: Path | None = None,
+    quiet: bool = False,
+) -> int:
+    """Report what `model` expects on `flight`, a profile or a recording (default: ``reports/NAME-prediction``)."""
     result = predict(model, flight)
-    write_json(json, result.metrics)
-    if not quiet:
-        print(result)
+    deliver(result, output or Path("reports") / f"{result.found.flight}-prediction", quiet, json, export)
     return 0

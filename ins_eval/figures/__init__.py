@@ -1,7 +1,7 @@
 """Figures: each function takes plain arrays and numbers and returns a matplotlib `Figure`; nothing is global.
 
 `traces` draws one flight or recording against time, `ground` its track, `population` many instruments, `sensors` the
-channels of an IMU, `noise` their Allan deviation.
+channels of an IMU, `noise` their Allan deviation, `side_by_side` values with intervals in rows.
 """
 
 from ins_eval.figures.ground import error_growth, ground_track
@@ -15,6 +15,7 @@ from ins_eval.figures.population import (
     velocity_rms_by_compensation,
 )
 from ins_eval.figures.sensors import sensor_residuals, sensor_scatter, sensor_signals
+from ins_eval.figures.side_by_side import side_by_side
 from ins_eval.figures.traces import (
     activity,
     angle_error,
@@ -43,6 +44,7 @@ __all__ = [
     "sensor_residuals",
     "sensor_scatter",
     "sensor_signals",
+    "side_by_side",
     "single_flight_rates",
     "temperature_and_rate",
     "temperature_laws",

@@ -16,6 +16,7 @@ from ins_eval.report.evaluation import evaluation_content, solution_content
 from ins_eval.report.evaluation_figures import evaluation_figures
 from ins_eval.report.several import several_content
 from ins_eval.report.solution_figures import solution_figures
+from ins_eval.report.summary_figures import several_figures
 
 
 def evaluate(
@@ -54,4 +55,5 @@ def evaluate_several(recordings: Sequence[Summary]) -> Result[SeveralEvaluations
     Each is a `summary`, named as the folder below this page in which its own is written.
     """
     found = SeveralEvaluations(recordings)
-    return Result(f"Evaluation of {len(recordings)} recordings", found, found.tree, *several_content(found), dict)
+    title = f"Evaluation of {len(recordings)} recordings"
+    return Result(title, found, found.tree, *several_content(found), partial(several_figures, found))

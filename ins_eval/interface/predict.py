@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from ins_eval.analysis.diagnose import belief_of
@@ -9,6 +10,7 @@ from ins_eval.analysis.predict import Prediction, planned, predict_flight
 from ins_eval.interface.result import PathLike, Result
 from ins_eval.recording import form
 from ins_eval.report.prediction import prediction_content
+from ins_eval.report.summary_figures import prediction_figures
 
 
 def predict(model: PathLike, flight: PathLike) -> Result[Prediction]:
@@ -25,4 +27,5 @@ def predict(model: PathLike, flight: PathLike) -> Result[Prediction]:
         found = predict_flight(stated, form.read(folder), where)
     else:
         found = predict_flight(stated, planned(str(flight), stated), where)
-    return Result(f"Prediction: {found.flight}", found, found.tree, *prediction_content(found.tree), dict)
+    words = prediction_content(found.tree, str(model))
+    return Result(f"Prediction: {found.flight}", found, found.tree, *words, partial(prediction_figures, found))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from ins_eval.analysis.results import RunComparison, compare_results
 from ins_eval.errors import UsageError
 from ins_eval.interface.result import PathLike, Result
 from ins_eval.report.runs import runs_content
+from ins_eval.report.summary_figures import runs_figures
 
 
 def results(folders: Sequence[PathLike]) -> Result[RunComparison]:
@@ -21,5 +23,5 @@ def results(folders: Sequence[PathLike]) -> Result[RunComparison]:
         found,
         found.tree,
         *runs_content(found),
-        dict,
+        partial(runs_figures, found),
     )

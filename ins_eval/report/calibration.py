@@ -9,7 +9,7 @@ from math import floor, log10
 from ins_eval.analysis.calibration_numbers import AccelerometerNumbers, CalibrationNumbers, ChosenModel, NotDetermined
 from ins_eval.calibration import Coefficient
 from ins_eval.figures.style import label
-from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.report.content import Block, Number, Picture, Section, at_a_glance, paragraphs, table
 from ins_eval.wording import MISSING, fixed, joined, sentence
 
 POSITIONS = ("+1", "+0", "-1")
@@ -17,6 +17,7 @@ PRINTED = (  # what the paper's equations yield on the two ways to label the ang
     ("Fig. 4", "Fig. 4: 0° is +1 g, 180° is −1 g", ("−K1/2", "K0 − 1/2", "0", "K0")),
     ("turned", "turned by 90°: 90° is +1 g, 270° is −1 g", ("K1/2", "K0 − 1/2", "K1", "K0")),
 )
+LEFT_OVER_TIME = "What simple and hysteresis compensation leave, over the programme of the chamber."
 GREEK = {"alpha": "α", "beta": "β", "eta": "η", "epsilon": "ε", "mu": "μ", "gamma": "γ"}
 NEARER = 0.8  # mean rate over commanded rate: below it the dwells have brought the rates together
 FEW_RAMPS = 4
@@ -26,7 +27,7 @@ PREFIX = "calibration: "  # of sentences that refuse
 def calibration_content(found: CalibrationNumbers) -> tuple[str, list[Section]]:
     """The answer and the sections of the calibration of one accelerometer, or of three."""
     units, chosen = found.accelerometers, found.compensation
-    sections = []
+    sections = [_glance(units, chosen)]
     for unit in units:
         ahead, of = (f"{unit.axis}_", f" of {unit.axis}") if len(units) > 1 else ("", "")
         sections += [
@@ -41,6 +42,33 @@ def calibration_content(found: CalibrationNumbers) -> tuple[str, list[Section]]:
     sections.append(Section("The readings", _recordings(units)))
     answer = "\n".join([*(_in_short(unit, chosen.model) for unit in units), _of_file(chosen, units)]).strip()
     return answer, [section for section in sections if section.blocks]
+
+
+def _glance(units: Sequence[AccelerometerNumbers], chosen: ChosenModel) -> Section:
+    """How far a compensated reading of a new run is off, of each accelerometer; else what the model leaves."""
+    numbers, several = [], len(units) > 1
+    for unit in units:
+        of, model = f", {unit.name}" if several else "", unit.fitted[chosen.model]
+        if within := model.new_run_ug:
+            for words, most in (("±1 g", max(within["+1"], within["-1"])), ("0 g", within["+0"])):
+                value = f"within {fixed(most, 0)} µg"
+                numbers.append(Number(f"a compensated reading of a new run at {words}{of}", value, "95 % of readings"))
+        else:
+            left = f"{fixed(model.bias.residual_rms_ug, 0)} µg"
+            numbers.append(Number(f"bias less that of the model, RMS{of}", left, "one ramp, no interval"))
+        if (bare := unit.sensitivity_ppm_per_c) is not None:
+            after = fixed(model.scale.sensitivity_ppm_per_c, 1)
+            sure = f"after {label(chosen.model)} compensation {after} ppm/°C"
+            numbers.append(Number(f"scale factor with temperature{of}", f"{fixed(bare, 1)} ppm/°C", sure))
+    if several:  # the same number of each axis, side by side
+        numbers = numbers[:: len(numbers) // len(units)]
+    step = (
+        f"ins-eval evaluate DIR --compensation {chosen.file} navigates a recording with this model."
+        if chosen.file
+        else "--write-model FILE.toml writes the model, for evaluate --compensation and flight-report --model."
+    )
+    ahead = f"{units[0].axis}_" if several else ""
+    return at_a_glance(numbers, Picture(f"{ahead}residual_against_time", LEFT_OVER_TIME), step)
 
 
 def _in_short(unit: AccelerometerNumbers, chosen: str) -> str:
@@ -123,7 +151,7 @@ def _scale(unit: AccelerometerNumbers, ahead: str) -> list[Block]:
         ),
         *_coefficients(terms, "K1 = α r² + β ΔT² + η r ΔT + ε r + μ ΔT + γ with ΔT = T − 22 °C and its rate r"),
         Picture(f"{ahead}scale_residual", "K1 over the K1 of each model."),
-        Picture(f"{ahead}residual_against_time", "What simple and hysteresis compensation leave, over the programme."),
+        Picture(f"{ahead}residual_against_time", LEFT_OVER_TIME),
     ]
 
 

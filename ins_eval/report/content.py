@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ins_eval.vocabulary import definition_name
+from ins_eval.wording import Estimate, Statistic, with_interval
 
+COUNT = 3  # numbers of a first screen
 GLANCE = "At a glance"  # heading of the section that a page shows with its answer
 
 
@@ -77,6 +79,12 @@ class Number(NamedTuple):
     interval: str = ""
 
 
+def measured(what: str, entry: Estimate | Statistic, unit: str, digits: int = 2) -> Number:
+    """A number with the 95 % interval that stands with it."""
+    value, _, interval = with_interval(entry, digits).partition(" [")
+    return Number(what, f"{value} {unit}", f"95 %: {interval.rstrip(']').replace(', ', ' to ')}" if interval else "")
+
+
 @dataclass(frozen=True)
 class Numbers:
     """The few numbers on which an answer rests, set large side by side."""
@@ -100,8 +108,8 @@ class Section:
 
 
 def at_a_glance(numbers: Sequence[Number], picture: Picture | None, *steps: str) -> Section:
-    """What the first screen holds below the verdict: numbers with intervals, what to do next, one figure."""
-    blocks: list[Block] = [Numbers(numbers)] if numbers else []
+    """What the first screen holds below the verdict: the first numbers with intervals, what to do next, one figure."""
+    blocks: list[Block] = [Numbers(numbers[:COUNT])] if numbers else []
     blocks += [Paragraph(" ".join(filter(None, steps)), "What to do next.")] if any(steps) else []
     return Section(GLANCE, [*blocks, picture] if picture else blocks)
 

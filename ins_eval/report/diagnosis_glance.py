@@ -19,7 +19,7 @@ DESCRIPTIONS = ("recording", "clock", "gps", "reference")  # whose effects are m
 def diagnosis_glance(tree: Mapping) -> Section:
     """What the first screen of a diagnosis says."""
     found = [*_first_effect(tree), *_probable(tree), *_nothing_found(tree), *_located(tree)]
-    numbers = [*found, *_navigation(tree), *_excess(tree)][:3]
+    numbers = [*found, *_navigation(tree), *_excess(tree)]
     return at_a_glance(numbers, _picture(tree), *_next_steps(tree))
 
 

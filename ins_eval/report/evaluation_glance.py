@@ -15,7 +15,6 @@ from ins_eval.report.diagnosis_words import figures
 from ins_eval.restarts import Restarts
 from ins_eval.wording import fixed
 
-COUNT = 3  # numbers of a first screen
 TRUSTED_S = 10.0  # after which the error between fixes is told
 ONE_RUN = "one run, no interval"
 DEPENDENT = "no interval, too few epochs are independent"
@@ -28,7 +27,7 @@ def evaluation_glance(found: EvaluationNumbers) -> Section:
     rest = _at_rest(found.grade)
     speeds = [one.velocity_rms_mps.get("horizontal", 0.0) for one in found.compensations.values()]
     lost = min(speeds) > LOST_MPS or isinstance(found.alignment, FoundStart) and not found.alignment.heading_known
-    numbers = [*_between_fixes(found), *([*rest, *run] if lost else [*run, *rest])][:COUNT]
+    numbers = [*_between_fixes(found), *([*rest, *run] if lost else [*run, *rest])]
     return at_a_glance(numbers, _picture(found), *_next_steps(found))
 
 
@@ -47,7 +46,7 @@ def solution_glance(solution: SolutionNumbers) -> Section:
     step = "The fit below says which start and sensor errors would make this curve."
     if solution.span_s < SCHULER_PERIOD_S:
         step += " Record more than a Schuler period (84.4 min) to part them."
-    return at_a_glance(numbers[:COUNT], Picture(picture, "Error of the solution over time, with the fit."), step)
+    return at_a_glance(numbers, Picture(picture, "Error of the solution over time, with the fit."), step)
 
 
 def best_restarts(found: EvaluationNumbers) -> Restarts | None:

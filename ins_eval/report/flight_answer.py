@@ -126,11 +126,17 @@ def glance(metrics: Mapping) -> Section:
         plain, (simple, hysteresis) = own[0].own, own[0].others
         wanted = [(f"{plain}/{simple}", VELOCITY), (f"{plain}/{hysteresis}", VELOCITY), (f"{plain}/{hysteresis}", CEP)]
         return at_a_glance(_changes(metrics, wanted), picture, _next_of_own(metrics, own[0]))
+    numbers = headline_numbers(metrics)
+    return at_a_glance(numbers, picture if numbers else None, missions.advice(metrics.get("missions") or {}))
+
+
+def headline_numbers(metrics: Mapping) -> list[Number]:
+    """What refined hysteresis compensation changes against simple, and on how many single flights it is better."""
     numbers = _changes(metrics, [(HEADLINE, VELOCITY), (HEADLINE, CEP)])
     if share := pick(metrics, "ensemble", "improvement", HEADLINE, "fraction_improved", VELOCITY):
         value, _, interval = percent(share).partition(" [")
         numbers.append(Number("single flights on which it is better", value, _bracketed(interval)))
-    return at_a_glance(numbers, picture if numbers else None, missions.advice(metrics.get("missions") or {}))
+    return numbers
 
 
 def _changes(metrics: Mapping, wanted: Sequence[tuple[str, str]]) -> list[Number]:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ins_eval.report.content import Section, table
+from ins_eval.analysis.evaluation_numbers import LOST_MPS
+from ins_eval.report.content import Number, Picture, Section, at_a_glance, table
 from ins_eval.wording import fixed
 
 ROWS = (
-    ("own_before", "errors of the sensors, without the model [m/s]"),
-    ("own_after", "the same with the model [m/s]"),
+    ("own_before", "own errors of the sensors, without the model [m/s]"),
+    ("own_after", "own errors of the sensors, with the model [m/s]"),
     ("share", "share that is left"),
-    ("with_switch_on_before", "with what a switch-on draws anew, without the model [m/s]"),
-    ("with_switch_on_after", "the same with the model [m/s]"),
+    ("with_switch_on_before", "and of a new switch-on, without the model [m/s]"),
+    ("with_switch_on_after", "and of a new switch-on, with the model [m/s]"),
 )
 
 
-def prediction_content(metrics: Mapping) -> tuple[str, list[Section]]:
-    """The answer and the sections of a prediction."""
+def prediction_content(metrics: Mapping, model: str) -> tuple[str, list[Section]]:
+    """The answer and the sections of a prediction of the file `model`."""
     of = metrics["velocity_rms"]
     before, after, share = (of[name] for name in ("own_before", "own_after", "share"))
     answer = (
@@ -25,6 +26,11 @@ def prediction_content(metrics: Mapping) -> tuple[str, list[Section]]:
         f"m/s, the model is expected to leave {fixed(after['median'])} m/s: {100.0 * share['median']:.0f} % "
         f"(95 % interval {100.0 * share['low']:.0f} to {100.0 * share['high']:.0f} %)."
     )
+    if before["median"] > LOST_MPS:
+        answer += (
+            f"\nAn INS that is off by more than {LOST_MPS:g} m/s is lost, and its errors no longer add up as the "
+            "prediction takes them to: take a shorter flight, or one with fixes."
+        )
     rows = [(words, *(fixed(of[name][end]) for end in ("median", "low", "high"))) for name, words in ROWS]
     note = (
         "Medians and 95 % intervals over instruments that the model holds possible. Own errors are those that stay "
@@ -32,4 +38,21 @@ def prediction_content(metrics: Mapping) -> tuple[str, list[Section]]:
         "days takes them off."
     )
     header = ("horizontal velocity RMS", "median", "low", "high")
-    return answer, [Section("What is expected", table("Velocity RMS", header, rows, note, align="lrrr"))]
+    numbers = [
+        Number(
+            words.removesuffix(" [m/s]"),
+            f"{fixed(factor * of[name]['median'], digits)} {unit}",
+            f"95 %: {fixed(factor * of[name]['low'], digits)} to {fixed(factor * of[name]['high'], digits)} {unit}",
+        )
+        for name, words, factor, digits, unit in (
+            (*ROWS[2], 100.0, 0, "%"),
+            (*ROWS[0], 1.0, 2, "m/s"),
+            (*ROWS[1], 1.0, 2, "m/s"),
+        )
+    ]
+    picture = Picture(
+        "expected_velocity_rms", "Horizontal velocity RMS that the model expects, without it and with it."
+    )
+    step = f"Fly it, and hold ins-eval evaluate DIR --belief {model} of that flight against these intervals."
+    expected = Section("What is expected", table("Velocity RMS", header, rows, note, align="lrrr"))
+    return answer, [at_a_glance(numbers, picture, step), expected]

@@ -8,7 +8,18 @@ from urllib.parse import quote
 
 from ins_eval.analysis.several import FEWEST_FLIGHTS, FlightsTogether, Refused, Row, SeveralEvaluations
 from ins_eval.figures.style import label
-from ins_eval.report.content import Block, Section, Table, paragraphs, table
+from ins_eval.report.content import (
+    Block,
+    Number,
+    Picture,
+    Section,
+    Table,
+    at_a_glance,
+    measured,
+    paragraphs,
+    table,
+)
+from ins_eval.report.evaluation_glance import ONE_RUN
 from ins_eval.vocabulary import COMPONENTS, DEFINITIONS, definition_name
 from ins_eval.wording import fixed, joined, with_interval
 
@@ -25,6 +36,7 @@ COLUMNS = (
 def several_content(found: SeveralEvaluations) -> tuple[str, list[Section]]:
     """The answer and the sections of the evaluation of several recordings."""
     sections = [
+        _glance(found),
         Section("Recordings", _recordings(found.rows)),
         Section("All flights together", _ensemble(found.ensemble)),
     ]
@@ -41,6 +53,27 @@ def _answer(found: SeveralEvaluations) -> str:
         if rate := flights.cep_rate_nmi_per_h.get("final"):
             lines.append(f"CEP rate (final) of {flights.size} flights, {called(arm)}: {with_interval(rate)} nmi/h.")
     return "\n".join(lines)
+
+
+def _glance(found: SeveralEvaluations) -> Section:
+    """CEP and velocity RMS of all flights, or of the recordings with the smallest errors where there are too few."""
+    numbers = []
+    for arm, flights in found.ensemble.arms.items():
+        if rate := flights.cep_rate_nmi_per_h.get("final"):
+            numbers.append(measured(f"CEP rate (final), {called(arm)}", rate, "nmi/h"))
+        if rms := flights.velocity_rms_mps.get("horizontal"):
+            numbers.append(measured(f"horizontal velocity RMS, {called(arm)}", rms, "m/s"))
+    rows = [row for row in found.rows if isinstance(row, Row) and row.velocity_rms_horizontal_mps is not None]
+    best = {row.name: row for row in sorted(rows, key=lambda row: -(row.velocity_rms_horizontal_mps or 0.0))}
+    for row in sorted(best.values(), key=lambda row: row.velocity_rms_horizontal_mps or 0.0) if not numbers else ():
+        what = f"horizontal velocity RMS, {row.name}, {called(row.compensation)}"
+        numbers.append(Number(what, f"{fixed(row.velocity_rms_horizontal_mps, 2)} m/s", ONE_RUN))
+    picture = Picture("each_recording", "Horizontal velocity RMS of each recording.")
+    step = (
+        "ins-eval diagnose on a recording with large errors says what physics is missing from what is believed of it."
+    )
+    refused = "Read below why recordings were refused." if any(isinstance(row, Refused) for row in found.rows) else ""
+    return at_a_glance(numbers, picture, refused, step if rows else "")
 
 
 def called(arm: str) -> str:

@@ -11,7 +11,8 @@ from math import hypot
 from pathlib import Path
 
 from ins_eval.figures.style import in_order, label
-from ins_eval.report.content import Block, Picture, Section, paragraphs, table
+from ins_eval.report.content import Block, Picture, Section, at_a_glance, paragraphs, table
+from ins_eval.report.flight_answer import headline_numbers
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.missions import substitutes
 from ins_eval.report.published import beside_published
@@ -47,7 +48,7 @@ def paper_a_content(rows: Sequence[Row], results: Mapping) -> tuple[str, list[Se
 
     Every row is shown, under its group and in the order in which it comes.
     """
-    sections = statement_sections(rows, PICTURES)
+    sections = [_glance(results.get("flight") or {}), *statement_sections(rows, PICTURES)]
     sections += [Section(heading, tell(results)) for heading, tell in OURS.items()]
     return _answer(rows, results), [section for section in sections if section.blocks]
 
@@ -60,6 +61,15 @@ def _answer(rows: Sequence[Row], results: Mapping) -> str:
     return "\n".join(
         filter(None, (counted(rows, "Paper A"), _gain(flight), _one_flight(flight), _cause(flight), _meaning(flight)))
     )
+
+
+def _glance(flight: Mapping) -> Section:
+    """Ours of the paper's headline with intervals, and where to look next."""
+    picture = Picture("velocity_rms_by_compensation", PICTURES["A-T7"]["velocity_rms_by_compensation"])
+    step = (
+        "Read first the rows in red and brown, filtered by the word not or contradicts; ins-eval flight-report flies "
+    )
+    return at_a_glance(headline_numbers(flight), picture, f"{step}other places, courses and days.")
 
 
 def _gain(flight: Mapping) -> str:

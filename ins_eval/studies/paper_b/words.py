@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ins_eval.report.content import Block, Section, paragraphs, table
+from ins_eval.report.content import Block, Picture, Section, at_a_glance, measured, paragraphs, table
 from ins_eval.studies.filled import blocks_of, possible
 from ins_eval.studies.paper_b.rows import TREES
 from ins_eval.studies.papers import Row, number
@@ -39,10 +39,23 @@ def paper_b_content(rows: Sequence[Row], results: Mapping) -> tuple[str, list[Se
     """The answer (first line the count, then what matters most, last what it means) and the sections of the page."""
     tree = {**dict.fromkeys(TREES), **results, **_derived(results)}
     answer = (counted(rows, "Paper B"), *(possible(line, tree) for line in WORDS["answer"].values()))
-    sections = statement_sections(rows, PICTURES)
+    sections = [_glance(results.get("population") or {}), *statement_sections(rows, PICTURES)]
     for heading, tell in OURS.items():
         sections.append(Section(heading, tell(results) if tell else blocks_of(WORDS[heading], tree)))
     return "\n".join(filter(None, answer)), [section for section in sections if section.blocks]
+
+
+def _glance(population: Mapping) -> Section:
+    """How far the estimates of our units are off, and what the compensation leaves."""
+    wanted = (
+        ("forward_shift_ppm", "forward gain: found less injected drift", "ppm"),
+        ("feedback_shift_ppm", "feedback gain: found less injected drift", "ppm"),
+        ("compensated_ug", "output that compensation leaves, size", "ug"),
+    )
+    numbers = [measured(words, population[key], unit, 0) for key, words, unit in wanted if key in population]
+    picture = Picture("shift_distribution", "What the estimates of our units are off, beside the paper's.")
+    step = "Identify your own loop: ins-eval loop simulate writes tests, ins-eval loop calibrate gains from them."
+    return at_a_glance(numbers, picture, step)
 
 
 def _derived(results: Mapping) -> dict[str, Any]:

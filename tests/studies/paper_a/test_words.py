@@ -139,7 +139,15 @@ def test_every_row_is_on_the_page_and_in_the_text_with_its_verdict_and_reason(ro
 
 def test_groups_are_sections_in_the_order_of_the_rows(rows, results):
     headings = [section.heading for section in paper_a_content(rows, results)[1]]
-    assert headings[:6] == ["Verdicts", "Tables", "Equations", "Procedures", "Figures", "Inconsistencies"]
+    assert headings[:7] == [
+        "At a glance",
+        "Verdicts",
+        "Tables",
+        "Equations",
+        "Procedures",
+        "Figures",
+        "Inconsistencies",
+    ]
     assert len(set(headings)) == len(headings)
 
 
