@@ -95,7 +95,7 @@ def allan_deviation(stretches: Sequence[np.ndarray], interval_s: float, per_octa
 
 
 def fit_noise(seen: AllanDeviation) -> NoiseFit | None:
-    """Fit the four coefficients to an Allan deviation; None where it has too few times or no noise.
+    """Fit the four coefficients to an Allan deviation; None where they are not determined.
 
     Generalised least squares in the variance, with no coefficient below 0. The covariance of the estimates at two
     averaging times is that of the fitted spectrum S,
@@ -106,6 +106,10 @@ def fit_noise(seen: AllanDeviation) -> NoiseFit | None:
     alike: white noise then lies low at times of a few samples (a trapezoid: by 1 - 3/(4m) in variance). Where the four
     terms do not make what was seen but do make it without the shortest times, these and `MARGIN` octaves more are left
     out. Where they do not make that either, every interval is widened by the misfit.
+
+    Not determined is what has too few times or no noise, and what is so little made of these terms (pulses of a slow
+    rate, say) that the weights of a fit never become those of its own spectrum: a coefficient then lies outside the
+    interval that its own variances give it.
     """
     octaves = _octaves(seen)
     if octaves.size <= len(TERMS) or not (seen.deviation[octaves] > 0.0).all():
@@ -129,7 +133,8 @@ def fit_noise(seen: AllanDeviation) -> NoiseFit | None:
         weighted = np.linalg.solve(covariance, design[:, used])
         weights = np.linalg.solve(design[:, used].T @ weighted, weighted.T)[used.index(k)]
         found.append(_coefficient(k, theta, weights, squared, (spectra, excess)))
-    return NoiseFit(*found)
+    settled = all(one.low <= one.value <= one.high for one in found)
+    return NoiseFit(*found) if settled else None
 
 
 def _fitted(seen: AllanDeviation, octaves: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, np.ndarray, _Spectra]:

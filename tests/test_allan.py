@@ -79,6 +79,13 @@ def test_intervals_hold_about_as_often_as_they_say() -> None:
         assert count >= binom.ppf(1e-4, trials, 0.95), f"{term}: {count} of {trials}"
 
 
+def test_pulses_of_a_slow_rate_are_not_noise_of_these_terms() -> None:
+    """Their spectrum is lines: the fit named 0 for flicker, and an interval for it far above."""
+    rng = np.random.default_rng(1)
+    pulses = np.diff(np.floor(0.3333 * np.arange(20_001) + 0.002 * rng.standard_normal(20_001).cumsum()))
+    assert fit_noise(allan_deviation([pulses], INTERVAL_S)) is None
+
+
 def test_intervals_are_not_wide_for_nothing() -> None:
     fit = fit_noise(allan_deviation([noise(np.random.default_rng(1), 1 << 16, **KNOWN)], INTERVAL_S))
     for term, most in (("white", 1.05), ("flicker", 2.0), ("quantisation", 1.1)):

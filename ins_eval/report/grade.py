@@ -20,6 +20,7 @@ OFFSETS = (
     "Gyros: mean rate less the vertical part of Earth rate; the horizontal part, of unknown direction, is in the "
     "sigma, and so is how the offset wanders. Norm: from normal gravity."
 )
+NOT_DETERMINED = "not determined"
 LETTERS = {"quantisation": "Q", "white": "N", "flicker": "B", "random_walk": "K"}
 
 
@@ -29,14 +30,15 @@ def grade_section(grade: Grade | None) -> Section:
         return Section("What grade it is", [])
     blocks: list[Block] = [*paragraphs(grade.words, _where(grade))]
     blocks += table("Offsets at rest", ("channel", "offset", "one sigma"), _offsets(grade), OFFSETS)
+    shown = [term for term in TERMS if term != "quantisation"]
     rows = [
-        (channel.name, *(_cell(channel.terms[term]) for term in TERMS if term != "quantisation"))
-        for channel in grade.channels
-        if channel.fit is not None
+        (one.name, *(_cell(one.terms[term]) if one.fit else NOT_DETERMINED for term in shown))
+        for one in grade.channels
+        if one.fit is not None or (one.allan.deviation > 0.0).any()
     ]
     note = (
-        "Value [95 % interval]; below: no more than that is seen. Gyros in deg/sqrt(h), deg/h and deg/h/sqrt(h), "
-        "accelerometers in µg/√Hz, µg and µg/√s."
+        "Value [95 % interval]; below: no more than that is seen; not determined: too short a rest, or not noise of "
+        "this kind. Gyros in deg/sqrt(h), deg/h and deg/h/sqrt(h), accelerometers in µg/√Hz, µg and µg/√s."
     )
     blocks += table("Noise at rest", ("channel", "white noise N", "flicker B", "random walk K"), rows, note)
     if rows:
