@@ -104,15 +104,23 @@ def _against_drive(tree: Mapping, explained: bool) -> list[Block]:
             continue
         name = channel(one["channel"])
         if explained:
-            words = (
-                f"Error of {name} estimated in each window without a model, beside {one['effect']}: it explains "
-                f"{100.0 * one['share']:.0f} % of its mean square."
-            )
+            words = _beside_effect(name, one["effect"], one["share"])
         else:
             beside = " beside the effects" if tree["diagnosis"]["effects"] else ""
             words = f"Error of {name} estimated in each window{beside}, over time and, if recorded, temperature."
         blocks += [*paragraphs(words), Picture(one["figure"], _caption(name, explained))]
     return blocks
+
+
+def _beside_effect(name: str, effect: str, share: float) -> str:
+    """What the error that is estimated without a model says of an effect."""
+    words = f"Error of {name} estimated in each window without a model"
+    if share == 0.0:  # no part of it
+        return (
+            f"{words} does not follow {effect}: either what this effect multiplies changes within a window, or "
+            "the effect is not the cause. The figure before and after shows what it explains; weigh it with care."
+        )
+    return f"{words}, beside {effect}: the effect explains {100.0 * share:.0f} % of the mean square."
 
 
 def _before_and_after(tree: Mapping) -> list[Block]:

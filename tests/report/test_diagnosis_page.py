@@ -364,3 +364,11 @@ def check(figure, words: str) -> None:
     drawing = style.svg(figure)
     assert words in drawing
     assert len(drawing) < LARGEST_SVG_BYTES
+
+
+def test_an_effect_that_explains_no_part_of_its_channel_is_not_shown_as_an_explanation() -> None:
+    shown = tree("explained")
+    shown["located"][0]["share"] = 0.0
+    words = text.render("t", "", diagnosis_content(shown)[1])
+    assert "does not follow accelerometer bias creep, z" in " ".join(words.split())
+    assert "0 % of" not in words
