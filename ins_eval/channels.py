@@ -65,7 +65,7 @@ class FittedChannel:
     """One channel; bias and departures in rad/s or m/s^2, `terms` on the implied x, y, z of its own triad.
 
     `mean_difference` mixes the bias with whatever scale factor and misalignment make of the mean input. Where terms
-    could be told apart, `bias` is the difference at zero input; else it is None, as are the terms that are not
+    could be separated, `bias` is the difference at zero input; else it is None, as are the terms that are not
     determined. `attenuation` is by how much noise of the reference, were it all that remains, could shrink the own
     gain. `density` is the Allan deviation of what remains at `Windows.length_s`, times its root: the density
     of white noise that would look the same there, in rad/sqrt(s) or m/s/sqrt(s).

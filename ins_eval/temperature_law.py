@@ -2,7 +2,7 @@
 
 The slope is least squares over means of ten seconds. Its 95 % interval is the quantile of a moving block bootstrap:
 runs of neighbouring residuals are drawn together, since what a channel does beside its law goes on for minutes. Such a
-line says how a channel moved with temperature in this recording and not why: time passed meanwhile. `diagnose` parts
+line says how a channel moved with temperature in this recording and not why: time passed as well. `diagnose` separates
 the two.
 
 Source: Kuensch, The jackknife and the bootstrap for general stationary observations, Annals of Statistics 17 (1989).

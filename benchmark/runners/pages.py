@@ -64,7 +64,7 @@ def _glance(result: dict) -> Section:
 def number(words: str, value: dict) -> Number:
     """A rate with its interval on the first screen."""
     count, share, interval = spoken(value)
-    return Number(f"{words}, of {count} cases", share, f"95 %: {interval}")
+    return Number(words, share, f"{count}; 95 %: {interval}")
 
 
 def _rates(title: str, group: dict, starts: str = "", note: str = "") -> list[Table]:

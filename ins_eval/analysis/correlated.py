@@ -86,7 +86,7 @@ def root_mean_square(squares: np.ndarray) -> Estimate:
 def regress(several: Sequence[Series]) -> Fit | None:
     """Least squares over several series with common coefficients; each has its own noise, correlated in time.
 
-    None where the columns cannot be told apart, or the rows are too few for them.
+    None where the columns cannot be separated, or the rows are too few for them.
     """
     parameters = several[0].design.shape[1]
     if sum(one.values.size for one in several) < 2 * parameters + 2:

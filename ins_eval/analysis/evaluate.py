@@ -220,7 +220,7 @@ def evaluate_recording(
     for name, make in arms.items():
         arm = make()  # one at a time: the increments of a day at 200 Hz take 0.4 GB
         if arm.alike:
-            notes.append(f"{name}: the one accelerometer of this file was taken for x, y and z alike.")
+            notes.append(f"{name}: the one accelerometer of this file was taken for x, y and z.")
         begin = beginning(arm.recording, arm.velocity)
         stand = begin if stand is None and isinstance(begin, Stretch) else stand
         end_s = recording.start.time_s

@@ -2,7 +2,7 @@
 
     four_point          readings in four positions -> scale factor and bias against temperature and its rate
     fits, branches      curves through them
-    identifiability     which terms of eq. (11) a programme can tell apart
+    identifiability     which terms of eq. (11) a programme can separate
     uncertainty         95 % intervals of the coefficients, run by run
     prediction          95 % interval of the error of a reading in a new run
     sensitivity         ppm per degC, as in Paper A's Table 4

@@ -84,7 +84,7 @@ def settled(elapsed_s: np.ndarray, rate_filter_s: float = RATE_FILTER_S) -> np.n
 
 
 def runs_of(chamber: ChamberReadings) -> list[Run]:
-    """The runs of the readings in their order. Raises: DataRefused where they cannot be told apart."""
+    """The runs of the readings in their order. Raises: DataRefused where they cannot be separated."""
     columns = {
         name: np.asarray(getattr(chamber, name), dtype=float)
         for name in ("time_s", "run", "input_g", "rate_c_per_min", "temperature_c", "output")

@@ -1,4 +1,4 @@
-"""Which terms of eq. (11) a chamber programme can tell apart.
+"""Which terms of eq. (11) a chamber programme can separate.
 
 At a steady ramp the rate is one number, +r or -r. One direction determines three of the six terms, both directions at
 one rate five (alpha r^2 is a constant there, like gamma), two or more rates all six. The filtered rate of a real
@@ -65,7 +65,7 @@ def identifiability(
         words = mixed_up(terms, open_rows)
     elif steady_rank < len(terms):
         words = (
-            f"{_cause(rates)}: {mixed_up(terms, steady_open)} by steady legs; what tells them apart are readings taken "
+            f"{_cause(rates)}: {mixed_up(terms, steady_open)} by steady legs; what separates them are readings taken "
             f"near turns ({_percent(turning)} of all), so calibrate at two or more rates, falling and rising"
         )
     return Identifiability(terms, rank, steady_rank, condition, steady_condition, rates, turning, words)

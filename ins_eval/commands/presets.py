@@ -28,7 +28,7 @@ from ins_eval.tables import read_toml
 
 @dataclass(frozen=True)
 class Preset:
-    """Something that ships: where it belongs, its name, what it is and whence, and its full text when asked for."""
+    """Something that ships: where it belongs, its name, what it is, its source and its full text when asked for."""
 
     kind: str
     name: str

@@ -1,4 +1,4 @@
-"""A stranger's model at work: whatever goes wrong in it is told as its own, in one sentence."""
+"""A stranger's model at work: whatever goes wrong in it is said to be its own, in one sentence."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Refined:
 
     a = a_model - d(T, r),   d: a `BranchCurve` through (a_model - a_known) of one or more oven runs
 
-    Only a bias is refined: in the oven the unit stands still, so a scale factor cannot be told from it. With
+    Only a bias is refined: in the oven the unit stands still, so a scale factor cannot be separated from it. With
     `constant` False each run keeps a constant of its own, its turn-on bias, and d has zero mean over the runs.
     Until `refine` is called it gives what the wrapped model gives.
     Source: Paper A, section 3.1, "the temperature compensated output ... was collected to refine".

@@ -4,7 +4,7 @@
                every effect that is known
     estimate/  a recording made ready (`case`), whitened, its noise fitted, sets of effects searched, the best of them
                navigated with (`refine`)
-    unnamed/   what has no name: which channel, when, and how sure after having looked everywhere
+    unnamed/   what has no name: which channel, when, and how sure, with every channel and interval searched
     answer/    what was found (`findings`), the verdict over it (`decision`), rivals, experiments, the written answer
     policy     every threshold that decides
 

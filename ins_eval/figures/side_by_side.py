@@ -28,11 +28,11 @@ class Value(NamedTuple):
 
 @styled
 def side_by_side(
-    *, values: Sequence[Value], title: str, axis: str, note: str = "", nothing: float | None = None
+    *, values: Sequence[Value], title: str, rows: str, axis: str, note: str = "", nothing: float | None = None
 ) -> Figure:
     """A dot for each of `values` with a line over its interval; values of one name share a row.
 
-    `axis` is the label of values, "name [unit]"; `nothing` a value at which there is no difference.
+    `rows` says what a row is, `axis` what the values are, "name [unit]"; at `nothing` there is no difference.
     """
     names = list(dict.fromkeys(one.name for one in values))
     if len(names) > MOST_ROWS:
@@ -42,8 +42,14 @@ def side_by_side(
     figure, ax = sheet(1.5 + 0.3 * len(names[:MOST_ROWS]), title, note)
     for one in shown:
         row = names.index(one.name) + 0.5 * (kinds.index(one.of) - 0.5 * (len(kinds) - 1)) / len(kinds)
-        ax.plot([one.low, one.high], [row, row], color=one.colour, linewidth=2.0, label="_")
-        ax.plot(one.value, row, "o", color=one.colour, markersize=5, label=one.of or "_")
+        ax.plot(
+            [one.low, one.high],
+            [row, row],
+            color=one.colour,
+            linewidth=2.0,
+            label="95 % interval" if np.isfinite(one.low) else "_",
+        )
+        ax.plot(one.value, row, "o", color=one.colour, markersize=5, label=one.of or "value")
     if nothing is not None:
         ax.axvline(nothing, color=QUIET, linewidth=0.8, linestyle="--", label="no difference")
     sizes = [one.value for one in shown]
@@ -55,6 +61,6 @@ def side_by_side(
     ax.set_yticks(range(len(names[:MOST_ROWS])), names[:MOST_ROWS])
     ax.set_ylim(len(names[:MOST_ROWS]) - 0.5, -0.5)
     ax.grid(axis="y", visible=False)
-    ax.set_xlabel(axis)
+    ax.set(xlabel=axis, ylabel=rows)
     legend_below(figure, ax)
     return figure

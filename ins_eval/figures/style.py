@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
+from matplotlib.ticker import FixedLocator
 
 from ins_eval.figures.scales import name_groups, with_scales
 from ins_eval.printable import printable
@@ -133,13 +134,20 @@ def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
 def as_written(figure: Figure) -> Figure:
     """The figure whose texts are drawn as they stand: a `$` of a name begins no formula, and nothing in it acts.
 
-    The numbers of an axis are made when it is drawn, so that those in powers of ten are not touched.
+    The numbers of an axis are made when it is drawn, so that those in powers of ten are not touched; names on it are.
     """
+    for axis in (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)):
+        if isinstance(at := axis.get_major_locator(), FixedLocator):  # names, which are set anew when they are drawn
+            axis.set_ticklabels([_clean(name) for name in axis.get_major_formatter().format_ticks(at())])
     for text in _texts(figure):
         if text.get_text():
-            text.set_text(in_symbols(printable(text.get_text(), keep="\n")))
+            text.set_text(_clean(text.get_text()))
             text.set_parse_math(False)
     return figure
+
+
+def _clean(text: str) -> str:
+    return in_symbols(printable(text, keep="\n"))
 
 
 def _texts(artist: Artist) -> Iterator[Text]:

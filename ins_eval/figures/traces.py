@@ -50,9 +50,9 @@ def flight_path(
     east_per_deg = max(np.cos(np.deg2rad(lat.mean())), 0.01)
     extent_north, extent_east = np.ptp(lat), np.ptp(lon) * east_per_deg
     thin = min(extent_north, extent_east) * PATH_STRETCH_LIMIT < max(extent_north, extent_east)
-    note = f"True path; {len(outages)} GPS outages marked."
-    note += " The two axes have different scales." if thin else " Equal scales north and east."
-    figure, (ground, profile) = sheet(3.6, "Flight path", note, columns=2, width_ratios=[3, 2])
+    note = f"{len(outages)} GPS outages marked. " if outages else ""
+    note += "The two axes have different scales." if thin else "Equal scales north and east."
+    figure, (ground, profile) = sheet(3.6, "Path over ground and height", note, columns=2, width_ratios=[3, 2])
 
     # A path is not a function of time, so its points are thinned evenly, but for the outages.
     outside = np.ones(time_s.size, dtype=bool)

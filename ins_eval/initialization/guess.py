@@ -68,7 +68,7 @@ def first_guess(recording: Recording, window: Window, begin_s: float, still: boo
         spans = [(window.time_s > a) & (window.time_s <= b) for a, b in window.still_s]
         rest = np.any(spans, axis=0)
         gyro_bias = window.dtheta_b[rest].sum(axis=0) / window.still_s.shape[0]
-        if np.linalg.norm(gyro_bias) < 3.0 * EARTH_RATE:  # as good as the turn of the Earth: the filter parts them
+        if np.linalg.norm(gyro_bias) < 3.0 * EARTH_RATE:  # as good as the turn of the Earth: the filter separates them
             gyro_bias = np.zeros(3)
     place = {"time_s": begin_s, "velocity_n": (0.0, 0.0, 0.0)}
     if fixes is not None and fixes.time_s.size and np.isfinite(fixes.latitude_rad).any():

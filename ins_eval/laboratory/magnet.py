@@ -4,7 +4,7 @@ The magnet (`accelerometer.magnet_hysteresis`) is led through turning points of 
 loops, minor loops inside them, at any ramp. Fig. 1 of Paper A (Sensors 2021, 21, 294) shows loops of this kind for
 another magnet, over the field instead of the temperature, as an illustration; only the kind can be compared.
 
-Falling minus rising scale factor at one reading of the thermometer comes from three things that are told apart by
+Falling minus rising scale factor at one reading of the thermometer comes from three things that are separated by
 switching them off: the magnet, the rate terms of eq. (11), and a thermometer that reads the surface late.
 """
 

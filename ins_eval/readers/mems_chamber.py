@@ -35,6 +35,6 @@ def read(path: Path, assumed: Mapping[str, str]) -> NoReturn:
     raise DataRefused(
         f"{path}: has {len(table)} rows at {low:.1f} to {high:.1f} degC in one position (mean {force} milli-g), "
         "without times and ramps, expected several positions with the time and the commanded ramp of each reading; "
-        "scale, bias and their rate dependence cannot be told from it, so record a four-point test in the form's "
+        "scale, bias and their rate dependence cannot be separated from it, so record a four-point test in the form's "
         "table chamber"
     )

@@ -259,11 +259,11 @@ def _further(unit: AccelerometerNumbers) -> list[str]:
     terms = unit.fitted["hysteresis"].scale.terms if "hysteresis" in unit.fitted else ()
     alpha = next((one.interval95 for one in terms if one.name == "alpha"), None)
     if len(ramps) > 1 and alpha and alpha[0] <= 0.0 <= alpha[1]:
-        text = "α cannot be told from 0 here"
+        text = "α cannot be distinguished from 0 here"
         if rates and max(rates) < NEARER * max(ramps):
             text += (
                 f": with the dwells the mean rates are {min(rates):.2f} to {max(rates):.2f} °C/min, close together, "
-                f"though {min(ramps):g} to {max(ramps):g} were commanded. A run without dwells sets them apart"
+                f"though {min(ramps):g} to {max(ramps):g} were commanded. A run without dwells separates them"
             )
         else:
             text += f": the rates {min(ramps):g} to {max(ramps):g} °C/min are close together. "

@@ -93,7 +93,7 @@ def _else(tree: Mapping) -> list[str]:
         lines.append(_together(together))
     apart = [one for one in found["indistinguishable"] if "together_with" not in one]
     for one in apart[:3]:
-        tie = "told apart by what was expected before the recording only" if one["told_apart_by_prior_only"] else ""
+        tie = "separated only by what was expected before the recording" if one["told_apart_by_prior_only"] else ""
         below = f"{nats(one['log_evidence_below_best'])} nats below the best"
         words = f"It could also be {effect_words(one)} ({'; '.join(filter(None, (below, tie)))})"
         lines.append(sentence(f"{words}: {_experiment(one)}"))
@@ -126,9 +126,9 @@ def _together(rivals: Sequence[Mapping]) -> str:
 
 def _experiment(one: Mapping) -> str:
     if one["experiment"] is None:
-        return "no experiment of the catalogue would tell them apart"
+        return "no experiment of the catalogue would separate them"
     expected = nats(one["expected_log_bayes_factor"])
-    return f"{one['experiment']} would tell (expected log Bayes factor {expected})"
+    return f"{one['experiment']} would separate them (expected log Bayes factor {expected})"
 
 
 def _gain(tree: Mapping) -> list[str]:

@@ -148,13 +148,13 @@ def _next_steps(tree: Mapping) -> list[str]:
         steps.append(f"Correct the description of the recording ({names}) and diagnose it again.")
     experiment = next((one for one in rivals if one["experiment"]), None)
     if found["verdict"] == "not identifiable" and experiment:
-        steps.append(sentence(f"make this experiment, which would tell the rivals apart: {experiment['experiment']}"))
+        steps.append(sentence(f"make this experiment, which would separate the rivals: {experiment['experiment']}"))
     if left["channel"] is not None:
         begin, end = left["interval_s"]
         steps.append(f"Look at {channel(left['channel'])} from {begin:.0f} to {end:.0f} s: something is wrong there.")
     if len(effects) > len(described):
         steps.append(
-            "Add --write-model better.toml, and evaluate the next flight with --belief better.toml; ins-eval predict "
-            "says what that should gain."
+            "Add --write-model better.toml, and evaluate the next recording with --belief better.toml; ins-eval "
+            "predict says what that should gain."
         )
     return steps or ["Nothing has to be changed. The last section says what this recording could not show."]

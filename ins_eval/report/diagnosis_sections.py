@@ -162,12 +162,12 @@ def _rivals(tree: Mapping) -> list[Block]:
         for one in tree["diagnosis"]["indistinguishable"]
     ]  # fmt: skip
     header = (
-        "rival", "instead of", "nats below the best", "probability", "prior only", "experiment that would tell",
+        "rival", "instead of", "nats below the best", "probability", "prior only", "experiment to separate them",
         "expected log Bayes factor",
     )  # fmt: skip
     note = (
-        "Prior only: both fit alike, and only what was expected before the recording tells them apart. Experiment: the "
-        "cheapest of the catalogue that would tell, by its planned motion and temperatures."
+        "Prior only: both fit equally well; only what was expected before the recording separates them. Experiment: "
+        "the cheapest of the catalogue that would separate them, by its planned motion and temperatures."
     )
     return table("Rivals", header, rows, note, align="llrrllr")
 

@@ -145,7 +145,7 @@ def _short(navigation: NavigatedSpan) -> str:
         return ""
     return (
         f" It lasts {fixed(100.0 * navigation.duration_s / SCHULER_PERIOD_S, 0)} % of a Schuler period (84.4 min), so "
-        "the rate says nothing about hours of flight."
+        "the rate says nothing about hours of navigation."
     )
 
 

@@ -45,7 +45,7 @@ def solution_glance(solution: SolutionNumbers) -> Section:
     picture = "solution_north_velocity_error" if solution.velocity_rms_mps else "solution_position_error"
     step = "The fit below says which start and sensor errors would make this curve."
     if solution.span_s < SCHULER_PERIOD_S:
-        step += " Record more than a Schuler period (84.4 min) to part them."
+        step += " Record more than a Schuler period (84.4 min) to separate them."
     return at_a_glance(numbers, Picture(picture, "Error of the solution over time, with the fit."), step)
 
 

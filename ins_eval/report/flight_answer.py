@@ -174,7 +174,7 @@ def _next_of_own(metrics: Mapping, of: Rivals) -> str:
         return f"{who} and {other} do the same here: take the one that is cheaper to calibrate."
     return (
         f"Whether {who} or {other} is better is open. If the ratio stays {with_interval(ratio).split()[0]}, about "
-        f"{enough} instruments would tell (INSTRUMENTS={enough})."
+        f"{enough} instruments would show it (INSTRUMENTS={enough})."
     )
 
 

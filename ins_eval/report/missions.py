@@ -158,7 +158,7 @@ def _advice(missions: Mapping, measure: str) -> str:
     decided = {pair: verdict(ratio) for pair, ratio in found.items()}
     model, oven = decided[MODEL] == "better", decided[OVEN] == "better"
     if not model and not oven:
-        return "neither step by itself is established to help on other flights; more missions would tell."
+        return "neither step by itself is established to help on other flights; more missions would show it."
     if model and oven:
         text = "either step is worth having by itself, the model and the oven run; "
         return text + TOGETHER[decided[AFTER_MODEL] == "better", decided[EQUAL] == "better"]

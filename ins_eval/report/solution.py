@@ -104,7 +104,7 @@ def _clock_words(solution: SolutionNumbers) -> str:
 
 
 def _schuler(solution: SolutionNumbers) -> list[Block]:
-    """Which errors would make this curve, and which of them cannot be told apart."""
+    """Which errors would make this curve, and which of them cannot be separated."""
     fit = solution.schuler
     if isinstance(fit, Untold):
         return paragraphs(f"Start and sensor errors were not fitted: {fit.reason}.")
@@ -127,7 +127,7 @@ def _schuler(solution: SolutionNumbers) -> list[Block]:
         *paragraphs(
             *(
                 sentence(
-                    f"{joined([error_name(one) for one in group])} make the same curve and cannot be told apart: each "
+                    f"{joined([error_name(one) for one in group])} make the same curve and cannot be separated: each "
                     "stands there as if it made all of it"
                 )
                 for group in fit.alike

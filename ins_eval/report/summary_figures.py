@@ -29,6 +29,7 @@ def several_figures(found: SeveralEvaluations) -> dict[str, Figure]:
         "each_recording": side_by_side(
             values=values,
             title="Each recording",
+            rows="recording",
             axis="horizontal velocity RMS [m/s]",
             note="One run each, so that there is no interval.",
         )
@@ -54,6 +55,7 @@ def runs_figures(found: RunComparison) -> dict[str, Figure]:
         "changes": side_by_side(
             values=values,
             title=f"Change from {found.runs[0].name}",
+            rows="measure",
             axis="change [%]",
             note="Paired, with 95 % intervals where two recordings or more are paired. Negative is better.",
             nothing=0.0,
@@ -73,6 +75,7 @@ def prediction_figures(found: Prediction) -> dict[str, Figure]:
         "expected_velocity_rms": side_by_side(
             values=values,
             title="What the model is expected to gain",
+            rows="errors",
             axis="horizontal velocity RMS [m/s]",
             note="Medians and 95 % intervals over instruments that the model holds possible.",
         )

@@ -245,7 +245,7 @@ def test_three_constant_biases_are_the_rival_and_turning_the_box_settles_it(turn
     said = words(turning)
     assert "together would fit as well" in said
     assert "The earth rotation is preferred because it is known to be there" in said
-    assert "Turning the box through four headings while parked would tell" in said
+    assert "Turning the box through four headings while parked would separate them" in said
 
 
 def test_gyros_that_trade_places_are_not_the_earth(unturned) -> None:

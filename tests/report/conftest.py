@@ -15,6 +15,7 @@ from ins_eval.analysis.evaluation_numbers import (
     RecordingFacts,
     StartAttitude,
 )
+from ins_eval.figures.side_by_side import Value
 from ins_eval.navigation import Measures
 
 NAMES = (
@@ -391,6 +392,13 @@ def make_figures(s: dict, metrics: dict) -> dict:
             roll_deg=np.full(3000, -0.41),
             pitch_deg=np.full(3000, 1.07),
             heading_deg=218.43 + 1e-5 * np.arange(3000.0),
+        ),
+        "side_by_side": figures.side_by_side(
+            values=[Value(f"{name}, {unit}", x, 0.8 * x, 1.2 * x) for name, x in LEVEL.items() for unit in ("a", "b")],
+            title="Side by side",
+            rows="compensation",
+            note="Medians over the instruments.",
+            axis="value [m/s]",
         ),
         "sensor_signals": figures.sensor_signals(
             time_s=t_window[:300], recorded=felt[:300] + rest[:300], implied=felt[:300], **sensors

@@ -214,14 +214,14 @@ def test_a_rival_comes_with_the_experiment_that_would_tell() -> None:
     said, sections = diagnosis_content(told)
     assert (
         "It could also be accelerometer bias drift, z (2.1 nats below the best): an oven run with the flight's "
-        "temperatures would tell (expected log Bayes factor 21.0)." in said
+        "temperatures would separate them (expected log Bayes factor 21.0)." in said
     )
     assert "Nothing else" not in said
     told["diagnosis"]["indistinguishable"] = [
         drift(experiment=None, expected_log_bayes_factor=None, told_apart_by_prior_only=True)
     ]
     said, sections = diagnosis_content(told)
-    assert "what was expected before the recording only): no experiment of the catalogue would tell" in said
+    assert "what was expected before the recording): no experiment of the catalogue would separate them" in said
     rivals = blocks(sections, "What else it could be", Table)[0]
     assert rivals.rows[0][4:] == ("yes", "–", "–")
 

@@ -1,14 +1,16 @@
-"""Words and signs that no page, message or help text may contain: a reader sees plain words and the field's units."""
+"""Words and signs that no page, message, help text or docstring may contain: plain words and the field's units."""
 
 from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import pytest
+
+from ins_eval.figures import style
 
 PACKAGE = Path(__file__).resolve().parents[2] / "ins_eval"
 SEEN = (
@@ -38,37 +40,56 @@ FORBIDDEN = {
     "leave it away": "leave it out",
     "is no drift to tell": "no drift is found",
     "What time did meanwhile": "changes with time are included",
+    "told apart": "separated",
+    "tell apart": "separate",
+    "tell them apart": "separate them",
+    "tells them apart": "separates them",
+    "sets them apart": "separates them",
+    "would tell": "would separate, or would show",
+    "told from": "separated from",
+    "to part them": "to separate them",
+    "whence": "from where",
+    "hours of flight": "hours of navigation: a car does not fly",
+    "next flight with": "the next recording: a car does not fly",
 }
 SIGNS = {r"\+-": "±", r"\bug\b(?!_)": "µg", r"\burad\b": "µrad"}
 
 
 @cache
-def shown(names: Sequence[str] = (".",)) -> list[tuple[str, str]]:
-    """Every text of these parts of the code, with its place: no docstrings."""
-    return list(_texts(names))
+def texts() -> list[tuple[str, str, bool]]:
+    """Every text of the package with its place, and whether it is a docstring; a page and a TOML file are one text."""
+    return list(_texts())
 
 
-def _texts(names: Sequence[str]) -> Iterator[tuple[str, str]]:
-    for name in names:
-        path = PACKAGE / name
-        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            tree = ast.parse(file.read_text(encoding="utf-8"))
-            documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
-            docs = {id(n.body[0].value) for n in ast.walk(tree)
-                    if isinstance(n, documented) and n.body and isinstance(n.body[0], ast.Expr)}  # fmt: skip
-            for node in ast.walk(tree):
-                if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docs:
-                    yield f"{file.relative_to(PACKAGE)}:{node.lineno}", node.value
+def _texts() -> Iterator[tuple[str, str, bool]]:
+    for file in sorted(path for ending in ("py", "toml", "html", "js") for path in PACKAGE.rglob(f"*.{ending}")):
+        place, content = str(file.relative_to(PACKAGE)), file.read_text(encoding="utf-8")
+        if file.suffix != ".py":
+            yield place, content, False
+            continue
+        tree = ast.parse(content)
+        documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
+        docs = {id(n.body[0].value) for n in ast.walk(tree)
+                if isinstance(n, documented) and n.body and isinstance(n.body[0], ast.Expr)}  # fmt: skip
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                yield f"{place}:{node.lineno}", node.value, id(node) in docs
+
+
+def plain(text: str) -> str:
+    """Without the ends of lines, at which words would hide."""
+    return re.sub(r"\s*\\?\n\s*", " ", text).lower()
 
 
 @pytest.mark.parametrize("words", FORBIDDEN)
 def test_mannered_words_are_gone(words: str) -> None:
-    assert [place for place, text in shown() if words.lower() in text.lower()] == [], f"say: {FORBIDDEN[words]}"
+    assert [place for place, text, _ in texts() if words.lower() in plain(text)] == [], f"say: {FORBIDDEN[words]}"
 
 
 @pytest.mark.parametrize("pattern", SIGNS)
 def test_units_and_signs_are_those_of_the_field(pattern: str) -> None:
-    sentences = [(place, text) for place, text in shown(SEEN) if " " in text or "[" in text]
+    seen = [(place, text) for place, text, doc in texts() if place.startswith(SEEN) and not doc]
+    sentences = [(place, text) for place, text in seen if " " in text or "[" in text]
     assert [place for place, text in sentences if re.search(pattern, text)] == [], f"write {SIGNS[pattern]}"
 
 
@@ -76,3 +97,10 @@ def test_the_physics_of_an_effect_is_named_in_words_of_every_grade() -> None:
     from ins_eval.effects import VOCABULARY
 
     assert [name for name, effect in VOCABULARY.items() if "torque of the magnet" in effect.physics] == []
+
+
+def test_names_on_an_axis_have_the_signs_of_units_and_are_no_formula() -> None:
+    figure, ax = style.sheet(3.0, "t", "")
+    ax.set_yticks([0.0, 1.0], ["5 ug/degC", "a$x$b"])
+    drawing = style.svg(style.as_written(figure))
+    assert ">5 µg/°C<" in drawing and ">a$x$b<" in drawing

@@ -3,7 +3,7 @@
 no mismatch       nothing gains what an effect costs, or the effects found do harm on data that were not used
 explained         effects leave nothing, no form without a name does better, and they do no harm on unused data
 not identifiable  the same, but another effect is within `Policy.near` of one of them
-partly explained  effects explain much, something is left beside them
+partly explained  effects explain much, something stays unexplained
 unexplained       something is there, and what has a name only describes it
 """
 

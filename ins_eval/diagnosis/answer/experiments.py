@@ -1,4 +1,4 @@
-"""Which experiment would tell two explanations apart: a catalogue, each judged by its planned recording.
+"""Which experiment would separate two explanations: a catalogue, each judged by its planned recording.
 
 The sums that an experiment would give need no data: A of the columns follows from its motion and temperature. With
 A summed over the recordings at hand and the experiment (nuisances of each integrated out), coefficients v true and

@@ -1,4 +1,4 @@
-"""What else it could be: every family in the place of each effect of an answer, and what would tell them apart.
+"""What else it could be: every family in the place of each effect of an answer, and what would separate them.
 
 A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the sizes that are expected.
 Where there is one, all that is within `Policy.listed` is listed too. A twin, what at any size leaves at most
@@ -60,7 +60,7 @@ def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[
 
 
 def with_experiments(linearisation: Linearisation, found: Sequence[Rival], catalogue: Catalogue) -> tuple[Rival, ...]:
-    """The same with the cheapest experiment of the catalogue that would tell each from the answer."""
+    """The same with the cheapest experiment of the catalogue that would separate each from the answer."""
     m = list(linearisation.best.members)
     place = {linearisation.hypotheses[k]: i for i, k in enumerate(m)}
     index = {one: k for k, one in enumerate(linearisation.hypotheses)}

@@ -2,7 +2,7 @@
 
 White noise of a measurement channel is read off its second differences, in which an INS that is smooth over seconds
 leaves nothing: robust, and the same under every hypothesis. Where navigator or standstill is smoother than the INS, a
-random walk is told apart. The rest is found by maximising the evidence: level and correlation time of the slow error of
+random walk is separate. The rest is found by maximising the evidence: level and correlation time of the slow error of
 what measures, velocity and angle random walk, level and correlation time of the wander of accelerometers and gyros.
 Each has a log-normal prior around what is believed, the same under the null
 and under every candidate; a level frozen on the null makes false alarms of what the null cannot fit, and a level that

@@ -1,4 +1,4 @@
-"""Which channel, and when: a scan of every interval of every channel, and how sure after having looked everywhere.
+"""Which channel, and when: a scan of every interval of every channel, and how sure, with all of them searched.
 
 A disturbance that is constant over an interval of a channel is the sum of the columns of the windows in it, so all
 intervals of all channels follow from one A and b: with sums a and b over the interval,

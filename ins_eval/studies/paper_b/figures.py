@@ -24,7 +24,7 @@ def forward_estimation(
 ) -> Figure:
     """A scan before and after the drift; `n_fpga`, `before`, `after` (p,) in counts, slopes in counts a count."""
     note = (
-        "One repetition of the identified unit. Left the scans, which cannot be told apart; right their difference, "
+        "One repetition of the identified unit. Left the scans, which cannot be distinguished; right their difference, "
         f"whose slope of {1e6 * (after_gain / before_gain - 1.0):.1f} ppm of that of the scan is the drift found."
     ).replace("-", "−")
     figure, (left, right) = sheet(3.2, "Estimation of the forward gain (Fig. 11)", note, columns=2)

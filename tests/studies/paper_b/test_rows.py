@@ -67,7 +67,7 @@ CLAIMS = {
     "B-C12": "Electrostatic",
     "B-C13": "drift little",
     "B-C14": "constant current",
-    "B-C15": "told apart",
+    "B-C15": "separated",
     "B-C16": "10 ppm",
     "B-C17": "fluctuates",
     "B-C18": "magnet",

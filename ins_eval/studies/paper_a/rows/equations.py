@@ -16,8 +16,8 @@ EXACT = 1e-12  # relative, or in g: what counts as the same equation in double p
 K1, K0 = 1000.0, 0.01  # a scale factor and a bias in g that show what the printed positions give
 BRACKETS = ((0.3, 1.1), (0.7, 1.3), (1.9, 1.7))  # any numbers: which terms there are does not depend on them
 FOUR_POINT = {  # equation: what it is for, what it gives of it, and what else is to be said
-    3: ("K1", "-K1/2", "With the other labeling only half of the difference that is needed is taken."),
-    4: ("K0", "K0 - 1/2", "That is K0 - 1/2 either way."),
+    3: ("K1", "−K1/2", "With the other labeling only half of the difference that is needed is taken."),
+    4: ("K0", "K0 − 1/2", "That is K0 − 1/2 either way."),
     13: ("K1", "0", "So it needs the other labeling."),
     14: (
         *("K0", "K0"),
