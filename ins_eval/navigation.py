@@ -287,7 +287,8 @@ def _compared(recording: Recording, solution: Solution, attitude: AttitudeErrors
         return _of_attitude_alone(attitude.time_s)
     else:
         raise DataRefused(
-            f"{recording.name}: it moves, and has neither GPS nor a reference; there is nothing to compare with"
+            f"{recording.name}: it moves, and has neither GPS nor a reference; there is nothing to compare with, "
+            "expected fixes; name them under [gps] or [reference] of the mapping and import it again"
         )
     return compare(at_antenna(solution, section.lever_arm_m), fixes, section.time_offset_s)
 

@@ -9,11 +9,13 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 
 from benchmark.runners.quick import whole_set
+from ins_eval.report.results import made_with
 
 PIP = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
 
@@ -173,3 +175,9 @@ def test_the_citation_is_of_this_version(repository: Path) -> None:
     project = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
     citation = (repository / "CITATION.cff").read_text()
     assert f"\nversion: {project['version']}\n" in citation and f"\nlicense: {project['license']}\n" in citation
+
+
+def test_a_manifest_leaves_out_an_extra_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wheel comes without its extras: the flight report ended there with exit code 5."""
+    monkeypatch.setattr(metadata, "requires", lambda _: ["numpy>=2.0", 'no-such-thing>=1; extra == "cluster"'])
+    assert list(made_with()["versions"]) == ["python", "ins-eval", "numpy"]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
+import re
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -38,14 +40,13 @@ def write_results(
 
 
 def made_with() -> dict[str, Any]:
-    """Versions and machine, for a manifest."""
-    needed = [
-        r.split(">")[0].split("=")[0].split("<")[0].strip() for r in importlib.metadata.requires("ins-eval") or ()
-    ]
+    """Versions of what is installed of the requirements, extras among them, and the machine, for a manifest."""
+    needed = [re.split(r"[^\w.-]", one)[0] for one in importlib.metadata.requires("ins-eval") or ()]
+    versions = {"python": platform.python_version()}
+    for name in ("ins-eval", *needed):
+        with suppress(importlib.metadata.PackageNotFoundError):  # an extra that this installation has not
+            versions[name] = importlib.metadata.version(name)
     return {
-        "versions": {
-            "python": platform.python_version(),
-            **{n: importlib.metadata.version(n) for n in ["ins-eval", *needed]},
-        },
+        "versions": versions,
         "machine": {"architecture": platform.machine(), "system": platform.system(), "byte_order": sys.byteorder},
     }
