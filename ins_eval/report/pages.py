@@ -34,11 +34,13 @@ small {{ display: block; }}
 </style>
 </head>
 <body>
+<main>
 <h1>Reports</h1>
 <p>{count}, the latest first.</p>
 <ol>
 {rows}
 </ol>
+</main>
 </body>
 </html>
 """
