@@ -170,7 +170,7 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
                         before[9 + i, c] += x * adjoint[q, c]
                     for j in range(24):
                         left[9 + i, j] += x * spread[q, j]
-        # one triangle is both: what rounding leaves uneven no measurement would damp, and in hours it grew as heights do
+        # one triangle is both: what rounding leaves uneven no measurement damps, and in hours it grew as heights do
         for i in range(24):
             for j in range(24):
                 line[j] = decay[j - 9] * left[i, j] if j >= 9 else 0.0
