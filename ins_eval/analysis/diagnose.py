@@ -15,10 +15,15 @@ from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import Diagnosis
 from ins_eval.diagnosis.estimate.case import Case, prepare, with_effects
 from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-from ins_eval.diagnosis.estimate.description import WrongDescription, wrong_descriptions
+from ins_eval.diagnosis.estimate.description import (
+    WrongDescription,
+    wrong_descriptions,
+    wrong_descriptions_of_chamber,
+)
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
+from ins_eval.recording.consistency.settling import settled
 from ins_eval.recording.form.description import CHAMBER, open_folder
 from ins_eval.recording.mending import FAMILY
 from ins_eval.tables import parse, read_toml
@@ -104,12 +109,15 @@ def _made_ready(
     belief, where = belief_of(folder, belief_file)
     if open_folder(folder).description.kind == CHAMBER:
         belief = believed_of_chamber(belief)
-        return prepare_chamber(form.read_chamber(folder), belief, name, where), belief, [], []
+        readings = form.read_chamber(folder)
+        wrong = wrong_descriptions_of_chamber(readings, belief, name, where)
+        right = with_effects(belief, [one.effect for one in wrong])
+        return prepare_chamber(readings, right, name, where), right, [], wrong
     doubted = form.read(folder, belief=belief, doubted=True)
     doubted = doubted if unit is None else replace(doubted, unit=unit)
     wrong, found = wrong_descriptions(replace(doubted, name=name, folder=where))
     right = replace(doubted, belief=with_effects(belief, [one.effect for one in wrong]))
-    recording = believed(replace(form.validated(right, found), name=name, folder=where))
+    recording = settled(believed(replace(form.validated(right, found), name=name, folder=where)))
     stated = tuple(one for one in belief.effects if one.name.startswith(FAMILY))  # mended, and still believed
     return prepare(recording, where), with_effects(recording.belief, stated), belief_rows(recording), wrong
 
