@@ -15,6 +15,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from ins_eval.figures import style
+from ins_eval.figures.side_by_side import Value, side_by_side
 from ins_eval.report.page import write_page as write_report
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -246,7 +247,7 @@ const hover = (frame, across) => {
 const press = (frame, key, shiftKey = false) => frame.dispatchEvent(new KeyboardEvent("keydown", { key, shiftKey }));
 const ticks = (frame) => [...frame.querySelectorAll("[id*='axis_1'] g:not([style*='none']) > g > text")]
   .filter((one) => one.checkVisibility()).map((one) => one.textContent).join(" ");
-frames.forEach((frame) => hover(frame, 0.5));
+frames.slice(0, 3).forEach((frame) => hover(frame, 0.5));
 said.push(ticks(frames[1]));
 const { x, y } = at(frames[0], 0.5);
 frames[0].querySelector("svg").dispatchEvent(new MouseEvent("dblclick", { clientX: x, clientY: y, bubbles: true }));
@@ -258,7 +259,9 @@ hover(frames[0], 0.5);
 press(frames[0], "ArrowRight", true);
 said.push(frames[0].querySelector("output").textContent);
 press(frames[0], "ArrowRight", true);
+press(frames[3], "ArrowDown", true);
 said.push(frames[0].querySelector("output").textContent, frames[2].querySelector("svg").getAttribute("viewBox"));
+said.push(frames[3].querySelector("output").textContent);
 document.body.dataset.said = said.join(";");
 </script>"""
 
@@ -279,6 +282,9 @@ def test_figures_over_the_same_time_zoom_together_and_tell_their_values(tmp_path
         "two": drawn("Two", [20.0, 60.0, 100.0], "m/s", xlabel="time [s]"),
         "three": drawn("Three", [1.0, 10.0, 100.0], "1", xlabel="averaging time [s]", xscale="log", yscale="log"),
     }
+    figures["four"] = side_by_side(
+        values=[Value("first", 1.0, of="one"), Value("second", 2.0, of="one")], title="Four", rows="row", axis="x [m/s]"
+    )
     page = write_report(tmp_path, title="t", answer="a", sections=[], figures=figures, metrics={})
     document = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", page.read_text(), count=1)
     page.write_text(document.replace("</body>", f"{READINGS}</body>").replace("<details>", "<details open>"))
@@ -290,6 +296,7 @@ def test_figures_over_the_same_time_zoom_together_and_tell_their_values(tmp_path
         *("line: 50.3 s, 101 m/s", "30 40 50 60 70"),  # the nearest point: the curve passes below the pointer
         *("line: 60 s, 119 m", "line: 50 s, 100 m"),  # the first moved with the second, and came back
         *("line: 0 s, 0 m", "line: 40 s, 80 m", "0 0 576 216"),
+        "one: 2.00 m/s",  # rows have names, not numbers
     ]
     assert (visit.requests, visit.console) == ([], [])
 

@@ -1,8 +1,8 @@
 """What an SVG file says of its axes and curves, so that a page can read values off them and zoom along time.
 
 A group of axes holds ``data-box`` (left, top, width and height in the drawing), ``data-x`` and ``data-y`` (lowest and
-highest value, kind of scale), ``data-x-label`` and ``data-y-label``; a curve holds ``data-name``; a text that stands at
-a value of x holds ``data-at``.
+highest value, and ``linear``, ``log`` or ``names``), ``data-x-label`` and ``data-y-label``; a curve holds ``data-name``;
+a text that stands at a value of x holds ``data-at``.
 """
 
 from __future__ import annotations
@@ -12,8 +12,11 @@ from collections.abc import Mapping
 from html import escape
 
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator
 
+NUMBER = re.compile(r"[-−+]?[\d.]*")
 GROUP = '<g id="{}"'
 
 
@@ -41,8 +44,8 @@ def _of(ax: Axes, height: float) -> dict[str, Mapping[str, str]]:
     found: dict[str, Mapping[str, str]] = {
         str(ax.get_gid()): {
             "box": f"{left:.2f} {height - top:.2f} {right - left:.2f} {top - bottom:.2f}",
-            "x": "{:.9g} {:.9g} ".format(*ax.get_xlim()) + ax.get_xscale(),
-            "y": "{:.9g} {:.9g} ".format(*ax.get_ylim()) + ax.get_yscale(),
+            "x": "{:.9g} {:.9g} ".format(*ax.get_xlim()) + _kind(ax.xaxis),
+            "y": "{:.9g} {:.9g} ".format(*ax.get_ylim()) + _kind(ax.yaxis),
             "x-label": _label([one.get_xlabel() for one in (ax, *ax.get_shared_x_axes().get_siblings(ax))]),
             "y-label": _label([one.get_ylabel() for one in (ax, *ax.get_shared_y_axes().get_siblings(ax))]),
         }
@@ -54,6 +57,15 @@ def _of(ax: Axes, height: float) -> dict[str, Mapping[str, str]]:
         if text.get_transform() != ax.transAxes:
             found[str(text.get_gid())] = {"at": f"{text.get_position()[0]:.9g}"}
     return found
+
+
+def _kind(axis: Axis) -> str:
+    """``linear`` or ``log``, or ``names`` where words stand beside its rows."""
+    if isinstance(at := axis.get_major_locator(), FixedLocator):
+        shown = axis.get_major_formatter().format_ticks(at())
+        if not all(NUMBER.fullmatch(one) for one in shown):
+            return "names"
+    return axis.get_scale()
 
 
 def _label(texts: list[str]) -> str:

@@ -10,9 +10,10 @@
     const log = kind === "log";
     const [ahead, back] = log ? [Math.log10, (v) => 10 ** v] : [(v) => v, (v) => v];
     const from = ahead(+low), span = ahead(+high) - from;
-    const [, name, unit] = label.match(/^(.*?)(?: ?\[(.*)\])?$/);
+    const [, name, unit] = label.match(/^(.*?)(?: ?\[([^\]]*)\])?$/);
     const value = (place) => back(from + span * (place - start) / length);
     const words = (place) => {
+      if (kind === "names") return "";
       const v = value(place);
       const shown = log ? String(+v.toPrecision(3)) : number(v, Math.abs(span) / 100);
       return unit && unit !== "1" ? `${shown} ${unit}` : `${name} ${shown}`.trim();
@@ -162,7 +163,7 @@
 
     const read = (curve, px, py) => {
       const { of, name } = curve, { left, top } = frame.getBoundingClientRect();
-      reading.textContent = `${name}: ${of.x.words((px - of.t) / of.k)}, ${of.y.words(py)}`;
+      reading.textContent = `${name}: ${[of.x.words((px - of.t) / of.k), of.y.words(py)].filter(Boolean).join(", ")}`;
       dot.setAttribute("cx", px);
       dot.setAttribute("cy", py);
       svg.append(dot);
