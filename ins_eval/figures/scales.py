@@ -1,7 +1,7 @@
 """What an SVG file says of its axes and curves, so that a page can read values off them and zoom along time.
 
 A group of axes holds ``data-box`` (left, top, width and height in the drawing), ``data-x`` and ``data-y`` (lowest and
-highest value, and ``linear``, ``log`` or ``names``), ``data-x-label`` and ``data-y-label``; a curve holds ``data-name``;
+highest value; ``linear``, ``log`` or ``names``), ``data-x-label`` and ``data-y-label``; a curve holds ``data-name``;
 a text that stands at a value of x holds ``data-at``.
 """
 
