@@ -22,7 +22,6 @@ from ins_eval.report.content import Picture, Section, Table, at_a_glance, table
 from ins_eval.wording import fixed
 
 MOST = 5
-FIRST = ("detected, D of at least 16", "confidently wrong", "false alarms")  # rates of the first screen
 BLOCK_S = 60.0
 Record = Mapping[str, Any]
 # why a case is worth a look, which cases it holds for, and by what the one is taken: the largest of all
@@ -77,7 +76,7 @@ def sections(
     )
     header = ("", "cases", "found", "95 % interval", "whole set", "allowed", "")
     drawn = [Picture(one["case"], f"{why.capitalize()}: {words(one)}") for why, one in chosen]
-    numbers = [number(one.name, rate(*one.fresh)) for one in found if one.name in FIRST and one.fresh[1]]
+    numbers = [number(one.name, rate(*one.fresh)) for one in sorted(found, key=lambda one: one.inside) if one.fresh[1]]
     step = "Read first the cases drawn below; where a rate lies outside, make concealed scores a whole set, in hours."
     return [
         at_a_glance(numbers, drawn[0] if drawn else None, step),

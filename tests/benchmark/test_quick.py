@@ -87,6 +87,8 @@ def test_a_worse_score_is_outside_and_says_which(word: str, hits: tuple, name: s
     assert [one.name for one in found if not one.inside] == [name]
     said = quick.verdict(found, 40, 0, 1, "gyro")
     assert name in said and "gyro left out" in said and "where" in said
+    first, *_ = quick_page.sections({"records": [], "failures": {}}, found, [], {"cases": {"null": 1}, "seeds": [1]})
+    assert first.blocks[0].items[0].what.startswith(name)  # the first screen shows what lies outside first
 
 
 def record(case: str, kind: str, **more) -> dict:
