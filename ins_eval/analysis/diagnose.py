@@ -117,7 +117,7 @@ def _made_ready(
     doubted = doubted if unit is None else replace(doubted, unit=unit)
     wrong, found = wrong_descriptions(replace(doubted, name=name, folder=where))
     right = replace(doubted, belief=with_effects(belief, [one.effect for one in wrong]))
-    recording = settled(believed(replace(form.validated(right, found), name=name, folder=where)))
+    recording = settled(believed(replace(form.validated(right, found, judged=True), name=name, folder=where)))
     stated = tuple(one for one in belief.effects if one.name.startswith(FAMILY))  # mended, and still believed
     return prepare(recording, where), with_effects(recording.belief, stated), belief_rows(recording), wrong
 
