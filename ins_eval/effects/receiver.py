@@ -5,7 +5,7 @@ from __future__ import annotations
 from ins_eval.effects.effect import Effect
 
 TEXTBOOK = "Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd ed."
-STAMPING = "half a sample of it may be only at which end of its interval a sample is stamped"
+STAMPING = "half a sample of it may come from stamps at the other end of the interval of a sample"
 
 EFFECTS = (
     Effect(

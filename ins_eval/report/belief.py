@@ -9,8 +9,8 @@ from ins_eval.report.content import Block, Section, table
 
 HEADING = "What is believed"
 NOTE = (
-    "A value that nobody stated was filled in from the source beside it; state it in recording.toml, or name the unit "
-    "with --unit, to believe another."
+    "What was not stated comes from the source beside it; to change it, state it in recording.toml or name the unit "
+    "with --unit."
 )
 
 

@@ -73,11 +73,11 @@ def _left_out(tree: Mapping) -> list[Block]:
         "effect", "value", "95 % interval", "unit", "further", "probability", "gain [nats]", "false alarm probability"
     )  # fmt: skip
     note = (
-        "Value: true minus believed, in what the sensor indicates. Interval: what noise leaves open, and of creep and "
-        "hysteresis that no material follows one time constant or width. Probability: among all families tried in its "
-        "place and none. Gain: log evidence over the same set without it, at the noise of the answer; noise that is "
-        "fitted again without it takes a part over. False alarm probability: that chance alone gains as much among all "
-        "that were tried."
+        "Value: true minus believed, in what the sensor indicates. Interval: from the noise; for creep and hysteresis "
+        "it is wider, since no material follows a single time constant or width. Probability: among all families tried "
+        "in its place and none. Gain: log evidence over the same set without it, at the noise of the answer; with the "
+        "noise fitted again it is smaller. False alarm probability: how often noise alone gains as much among all that "
+        "were tried."
     )
     blocks: list[Block] = table("Effects", header, rows, note, align="lrllllrl")
     blocks += paragraphs(
@@ -185,9 +185,9 @@ def _written(tree: Mapping) -> list[Block]:
         rows.append((effect_words(one), figures(one["value"]), sigma, one["unit"], ", ".join(further) or MISSING))
     note = (
         "For other recordings of the instrument. An effect is named above only if it is sure. The values here are "
-        "means with every effect of the sensors free at once, each drawn towards 0 as far as it is not sure; of a time "
-        "or a width several values stand beside one another. The file holds their covariance; ins-eval predict says "
-        "what they are expected to gain on a flight."
+        "posterior means of all effects of the sensors, estimated at once, so that an uncertain one is near 0; of an "
+        "uncertain time or width several values are given. The file holds their covariance; ins-eval predict says what "
+        "they are expected to gain on a flight."
     )
     header = ("effect", "value", "one sigma", "unit", "further")
     return table("Effects in the written belief", header, rows, note, align="lrrll")

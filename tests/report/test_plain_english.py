@@ -49,6 +49,10 @@ FORBIDDEN = {
     "told from": "separated from",
     "to part them": "to separate them",
     "whence": "from where",
+    "takes a part over": "is smaller then",
+    "drawn towards 0": "near 0",
+    "that chance alone": "how often noise alone",
+    "what noise leaves open": "from the noise",
     "hours of flight": "hours of navigation: a car does not fly",
     "next flight with": "the next recording: a car does not fly",
 }
