@@ -82,9 +82,7 @@ def steps_of(trajectory: Trajectory, true: Increments, every: int) -> Steps:
         step_s,
     )
     rate_b, force_b = mean(true.dtheta_b) / sample_s, mean(true.dv_b) / sample_s
-    return Steps(
-        step_s, end_s, mat_nb, force_b, rate_b, mean(np.abs(true.dtheta_b)) / sample_s, transition, drive
-    )
+    return Steps(step_s, end_s, mat_nb, force_b, rate_b, mean(np.abs(true.dtheta_b)) / sample_s, transition, drive)
 
 
 @numba.njit(cache=True)

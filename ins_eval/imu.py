@@ -69,6 +69,11 @@ class Mission:
         return oven
 
     @cached_property
+    def time_s(self) -> np.ndarray:
+        """Ends of the samples."""
+        return self.trajectory.samples_s(self.rate_hz)
+
+    @cached_property
     def increments(self) -> Increments:
         """What an ideal IMU feels."""
         return self.trajectory.increments(self.rate_hz)
@@ -98,18 +103,18 @@ class Mission:
     def reading_c(self) -> np.ndarray:
         """The thermometer's reading at every sample."""
         reading = self.thermometer.read(self.temperature.time_s, self.temperature.temperature_c)
-        latest = np.searchsorted(self.temperature.time_s, self.increments.time_s + 1e-9, side="right") - 1
+        latest = np.searchsorted(self.temperature.time_s, self.time_s + 1e-9, side="right") - 1
         return reading[latest]
 
     @cached_property
     def imu_c(self) -> np.ndarray:
         """True temperature of the IMU at every sample."""
-        return np.interp(self.increments.time_s, self.temperature.time_s, self.temperature.temperature_c)
+        return np.interp(self.time_s, self.temperature.time_s, self.temperature.temperature_c)
 
     @cached_property
     def height_m(self) -> np.ndarray:
         """True height at every sample."""
-        return self.trajectory.truth(self.increments.time_s).height_m
+        return self.trajectory.truth(self.time_s).height_m
 
     def start(self, time_s: float, aligned: bool, still_until_s: float | None = None) -> Start:
         """The true state at `time_s`, with attitude where `aligned`."""
@@ -188,7 +193,7 @@ class Mission:
         baro = self.profile.baro
         slow_s = np.arange(self.trajectory.start_s, self.trajectory.end_s + 10.0, 10.0)
         wander = gauss_markov(slow_s, baro.sigma_m, baro.correlation_s, streams.at("baro").rng(), start=0.0)
-        return self.height_m + np.interp(self.increments.time_s, slow_s, wander)
+        return self.height_m + np.interp(self.time_s, slow_s, wander)
 
     def _gps(self, streams: Streams) -> Fixes | None:
         return gps.receive(self.trajectory, streams.at("gps")) if self.profile.kind == "flight" else None

@@ -274,16 +274,20 @@ class Trajectory:
         """Specific force (n, 3) in m/s^2, body axes, at `time_s` (n,), anywhere between `start_s` and `end_s`."""
         return _forces(self._plan, self._grid, self.start_s, np.ascontiguousarray(time_s, dtype=float))
 
-    def increments(self, rate_hz: float, from_s: float = -np.inf, until_s: float = np.inf) -> Increments:
-        """Exact increments at a rate from 1 to 400 Hz, (end_s - start_s) rate_hz samples, or those in a part of it.
-
-        Three-node Gauss-Legendre quadrature of the closed forms, error of order (w / rate)^6 at frequency w.
-        """
+    def samples_s(self, rate_hz: float) -> np.ndarray:
+        """Ends of all samples at a rate from 1 to 400 Hz, (end_s - start_s) rate_hz of them."""
         if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
             raise ValueError(f"rate_hz is {rate_hz:g}, expected {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
         count = int(round((self.end_s - self.start_s) * rate_hz))
+        return self.start_s + np.arange(1, count + 1) / rate_hz
+
+    def increments(self, rate_hz: float, from_s: float = -np.inf, until_s: float = np.inf) -> Increments:
+        """Exact increments over the samples of `samples_s`, or over those in a part of it.
+
+        Three-node Gauss-Legendre quadrature of the closed forms, error of order (w / rate)^6 at frequency w.
+        """
+        time_s = self.samples_s(rate_hz)
         nodes, weights = np.polynomial.legendre.leggauss(3)
-        time_s = self.start_s + np.arange(1, count + 1) / rate_hz
         half_s = 0.5 / rate_hz
         first, last = (int(row) for row in np.searchsorted(time_s, [from_s + half_s, until_s + half_s]))
         angle, velocity = _quadrature(

@@ -167,8 +167,7 @@ def _responses(
 
     without = navigated([])
     return [
-        without - navigated([one.model_copy(update={"value": float(x)})])
-        for one, x in zip(effects, size, strict=True)
+        without - navigated([one.model_copy(update={"value": float(x)})]) for one, x in zip(effects, size, strict=True)
     ]
 
 

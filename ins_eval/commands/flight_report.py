@@ -49,9 +49,7 @@ def run(
     """
     of = Options(**options)
     plan = Plan(of.profile, of.population, seed=of.seed, missions=of.population_of_missions)
-    run_members = partial(
-        ensemble.run, folder=output / "members", workers=workers, quiet=quiet, scheduler=scheduler
-    )
+    run_members = partial(ensemble.run, folder=output / "members", workers=workers, quiet=quiet, scheduler=scheduler)
     found = fly(plan, of.size, run_members, of.model, of.storage_years, of.missions, of.flights)
     write_whole(output / "manifest.json", as_json(manifest(found.plan, found.plans)))
     deliver(of_flights(found), output, quiet, json, export)

@@ -21,7 +21,7 @@ from ins_eval.recording.belief import NAVIGATION_GRADE
 from ins_eval.strapdown import SAMPLES_PER_STEP
 from ins_eval.units import HOUR, NMI
 
-CHUNK = 500  # steps whose errors are worked out together, so that they stay in the cache
+CHUNK = 40_000  # steps times instruments whose errors are worked out together, so that they stay in the cache
 BARO_S = 10.0  # between the points of the wandering of the barometer, `imu.Mission`
 SQUARES, RADIUS_TIME, RATE_SQUARE, RADIUS_SQUARE, LAST = slice(0, 3), 3, 4, 5, slice(6, 8)
 SUMS = 8
@@ -68,7 +68,8 @@ class _Flight:
             seen = self.samples(self.course, self.output[axis][rows], rows)
             true = self.course.steps.force_b[rows, axis, None]
             for arm, triad in enumerate(self.triads):
-                np.subtract(triad[axis].specific_force(seen), true, out=out[arm, axis])
+                force = triad[axis].specific_force(seen).reshape(count, -1)
+                np.subtract(force, true, out=out[arm, axis])
         return out
 
     def aligned(self) -> np.ndarray:
@@ -119,8 +120,9 @@ class _Flight:
         columns = (epochs.time_s, epochs.metres, epochs.valid, epochs.late, epochs.begin, epochs.track, epochs.weight)
         if of_step[self.begin] >= 0:
             _reduce(x, of_step[self.begin], columns, receiver, sums, track)
-        for first in range(self.begin, steps.time_s.size, CHUNK):
-            rows = slice(first, first + CHUNK)
+        chunk = max(1, CHUNK // self.shape[1])
+        for first in range(self.begin, steps.time_s.size, chunk):
+            rows = slice(first, first + chunk)
             of = steps[rows]
             _navigate(
                 x,
@@ -158,16 +160,14 @@ def _fed(u, k, force_error, rate_error, aid_error, mat_nb, step_s):
     """Fill the drives `u` (7, arms, m) of step k."""
     for row in range(3):
         a, b, c = step_s * mat_nb[k, row, 0], step_s * mat_nb[k, row, 1], step_s * mat_nb[k, row, 2]
-        x, y, z = rate_error[0, k], rate_error[1, k], rate_error[2, k]
-        for i in range(x.size):
-            u[3 + row, 0, i] = a * x[i] + b * y[i] + c * z[i]
         for arm in range(u.shape[1]):
-            u[3 + row, arm] = u[3 + row, 0]
-            x, y, z = force_error[arm, 0, k], force_error[arm, 1, k], force_error[arm, 2, k]
-            for i in range(x.size):
-                u[row, arm, i] = a * x[i] + b * y[i] + c * z[i]
+            for i in range(u.shape[2]):
+                force = a * force_error[arm, 0, k, i] + b * force_error[arm, 1, k, i] + c * force_error[arm, 2, k, i]
+                u[row, arm, i] = force
+                u[3 + row, arm, i] = a * rate_error[0, k, i] + b * rate_error[1, k, i] + c * rate_error[2, k, i]
     for arm in range(u.shape[1]):
-        u[6, arm] = aid_error[k]
+        for i in range(u.shape[2]):
+            u[6, arm, i] = aid_error[k, i]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -201,14 +201,12 @@ def _reduce(x, e, columns, receiver, sums, track):
     position, velocity = receiver
     time_h = time_s[e] / 3600.0
     per_square_hour = 1.0 / (time_h * time_h) if late[e] else 0.0
-    north, east = np.empty(x.shape[2]), np.empty(x.shape[2])
     for arm in range(x.shape[1]):
-        for i in range(x.shape[2]):
-            north[i] = metres[e, 0] * x[0, arm, i] - position[e, 0, i]
-            east[i] = metres[e, 1] * x[1, arm, i] - position[e, 1, i]
         for q in range(begin[e], begin[e + 1]):
-            track[track_of[q], 0, arm] += weight[q] * north
-            track[track_of[q], 1, arm] += weight[q] * east
+            for axis in range(2):
+                for i in range(x.shape[2]):
+                    error = metres[e, axis] * x[axis, arm, i] - position[e, axis, i]
+                    track[track_of[q], axis, arm, i] += weight[q] * error
         if not valid[e]:
             continue
         for axis in range(3):
@@ -216,11 +214,13 @@ def _reduce(x, e, columns, receiver, sums, track):
                 sums[axis, arm, i] += (x[3 + axis, arm, i] - velocity[e, axis, i]) ** 2
         if time_h > 0.0:
             for i in range(x.shape[2]):
-                square = (north[i] * north[i] + east[i] * east[i]) * SQUARE_NMI
+                north = metres[e, 0] * x[0, arm, i] - position[e, 0, i]
+                east = metres[e, 1] * x[1, arm, i] - position[e, 1, i]
+                square = (north * north + east * east) * SQUARE_NMI
                 sums[3, arm, i] += np.sqrt(square) * time_h
                 sums[4, arm, i] += square * per_square_hour
                 sums[5, arm, i] += square
-            sums[6, arm], sums[7, arm] = north, east
+                sums[6, arm, i], sums[7, arm, i] = north, east
 
 
 def _contributions(sums: np.ndarray, track: np.ndarray, epochs: Epochs) -> dict[str, np.ndarray]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ins_eval.accelerometer import ThermalRun, draw
-from ins_eval.compensation import CompensationModel, Samples
+from ins_eval.compensation import CompensationModel, Samples, SharedSamples
 from ins_eval.compensation.refined import OvenRun, Refined
 from ins_eval.compensation.registry import REFINED, load_model
 from ins_eval.earth import gravity
@@ -20,11 +20,11 @@ from ins_eval.many_streams import ManyStreams
 class Instruments:
     """The instruments of a world with the numbers `indexes`, (m,).
 
-    Where they differ by the spread of their temperatures (`imu.Instrument.gradient`) it is one instrument only.
+    One alone may have models of its own and accelerometers unequally warm (`imu.Instrument.gradient`).
     """
 
     def __init__(self, world: World, indexes: Sequence[int]):
-        self.world = world
+        self.world, self.indexes, self.alone = world, indexes, len(indexes) == 1
         self.streams = ManyStreams.of([world.streams(index) for index in indexes])
         self.gyros = world.population.gyros
         self.accelerometers = draw(world.population.accelerometers, self.streams.at("accelerometers"))
@@ -36,6 +36,8 @@ class Instruments:
 
     def triads(self, oven: Course) -> dict[str, list[CompensationModel]]:
         """The models of each compensation, calibrated and refined as `World.triads` has them, one for each axis."""
+        if self.alone:
+            return self.world.triads(self.indexes[0])
         measured = [self.world.chamber.measure(unit, self.streams) for unit in self.accelerometers]
         arms = self.world.plan.arms
         of_axes: list[dict[str, CompensationModel]] = []
@@ -58,7 +60,7 @@ class Instruments:
             for k in range(self.world.plan.oven_runs)
         ]
 
-    @staticmethod
-    def samples(course: Course, output: np.ndarray, rows: slice = slice(None)) -> Samples:
-        """What a model sees of outputs (n, m) over some steps of a course."""
-        return Samples(course.steps.time_s[rows], output, course.reading_c[rows], course.rate_c_per_min[rows])
+    def samples(self, course: Course, output: np.ndarray, rows: slice = slice(None)) -> Samples:
+        """What the models see of outputs (n, m) over some steps of a course; of one instrument alone (n,)."""
+        output = output[:, 0] if self.alone else output
+        return SharedSamples(course.steps.time_s[rows], output, course.reading_c[rows], course.rate_c_per_min[rows])
