@@ -18,7 +18,7 @@ from ins_eval.recording.belief import NAVIGATION_GRADE
 from ins_eval.streams import Streams
 from ins_eval.thermal import Temperature, Thermometer, imu_temperature
 from ins_eval.trajectory import Increments, Trajectory
-from ins_eval.units import through_degrees
+from ins_eval.units import STANDARD_GRAVITY, through_degrees
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,16 @@ class Mission:
         return self.trajectory.increments(self.rate_hz)
 
     @cached_property
+    def interval_s(self) -> np.ndarray:
+        """Durations of the samples."""
+        return np.diff(self.time_s, prepend=self.trajectory.start_s)
+
+    @cached_property
+    def force_g(self) -> np.ndarray:
+        """Mean specific force of every sample in g, body axes."""
+        return self.increments.dv_b / (STANDARD_GRAVITY * self.interval_s[:, None])
+
+    @cached_property
     def temperature(self) -> Temperature:
         """True temperature of the IMU, every second."""
         return imu_temperature(self.trajectory)
@@ -137,8 +147,8 @@ class Mission:
         counts = np.empty_like(true.dv_b)
         for axis, (unit, gradient) in enumerate(zip(instrument.accelerometers, instrument.gradient, strict=True)):
             run = self.run_at(gradient) if gradient else self.run
-            slow = unit.slow(run, streams)
-            counts[:, axis] = unit.pulses(true.time_s, self.trajectory.start_s, true.dv_b, run, slow, streams)
+            slow = unit.slow(run, streams).at(run.time_s, true.time_s)
+            counts[:, axis] = unit.counts(self.interval_s, self.force_g, slow, streams)
         return Recording(
             name=self.profile.name,
             kind="oven" if self.profile.kind == "static" else "flight",
