@@ -66,7 +66,7 @@ def compensate(seen: Iterable[Samples], triad: Sequence[CompensationModel], inte
     """Velocity increments (n, 3) in m/s that three fitted models make of the samples they see, each of `interval_s`."""
     velocity = np.empty((interval_s.size, 3))
     for axis, (of_axis, model) in enumerate(zip(seen, triad, strict=True)):
-        velocity[:, axis] = model.specific_force(of_axis) * interval_s
+        np.multiply(model.specific_force(of_axis), interval_s, out=velocity[:, axis])
     return velocity
 
 

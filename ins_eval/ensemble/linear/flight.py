@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from ins_eval import gps, metrics
-from ins_eval.alignment import COARSE_S, UPDATE_S, filter_gains
+from ins_eval.alignment import COARSE_S, UPDATE_S, filter_weights
 from ins_eval.compensation import CompensationModel
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.ensemble.linear.course import STEP_S, Course, Epochs, epochs_of
@@ -94,13 +94,9 @@ class _Flight:
         of_steps = (steps.mat_nb, steps.transition, steps.drive, steps.step_s)
         _stand(x, force_error, rate_error, still, of_steps, every, velocity)
         noise = alignment_noise(NAVIGATION_GRADE)
-        transition, gains, _ = filter_gains(latitude, height, UPDATE_S, noise, self.updates)
-        estimate = np.zeros((8, *self.shape))
-        for gain, measured in zip(gains, velocity, strict=True):
-            estimate = np.tensordot(transition, estimate, 1)
-            estimate += np.tensordot(gain, measured - estimate[:2], 1)
+        weights, _ = filter_weights(latitude, height, UPDATE_S, noise, self.updates)
         begun = np.zeros_like(x)
-        begun[ATTITUDE] = x[ATTITUDE] + estimate[2:5]
+        begun[ATTITUDE] = x[ATTITUDE] + np.tensordot(weights, velocity, 2)
         return begun
 
     def navigated(self, x: np.ndarray) -> dict[str, np.ndarray]:
