@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.estimate import whitening
-from ins_eval.diagnosis.model import columns, error_model, geometry, null, observations
+from ins_eval.diagnosis.model import columns, drives, error_model, geometry, null, observations
 from ins_eval.diagnosis.model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.recording.belief import EarthBelief
@@ -63,7 +63,7 @@ def believed(flight) -> null.Believed:
 )
 def test_an_error_of_an_accelerometer(believed, axis: str, multiplier: str, value: float) -> None:
     own, pendulous, _ = SENSOR_AXES[axis]
-    dt = believed.interval_s
+    dt = _interval_s(believed)
     force = believed.velocity / dt[:, None]
     shape = {"1": np.ones_like(dt), "f": force[:, own], "f^2": force[:, own] ** 2, "f_pendulous": force[:, pendulous]}
     velocity = believed.velocity.copy()
@@ -76,7 +76,7 @@ def test_an_error_of_an_accelerometer(believed, axis: str, multiplier: str, valu
     [(0, "1", 0.01 * DEG_PER_H), (2, "1", 0.01 * DEG_PER_H), (2, "w", 1e-4), (1, "w_next", 1e-4), (1, "f_next", 5e-9)],
 )
 def test_an_error_of_a_gyro(believed, axis: int, multiplier: str, value: float) -> None:
-    dt = believed.interval_s
+    dt = _interval_s(believed)
     rate, force = believed.gyro / dt[:, None], believed.velocity / dt[:, None]
     ahead = (axis + 1) % 3
     shape = {"1": np.ones_like(dt), "w": rate[:, axis], "w_next": rate[:, ahead], "f_next": force[:, ahead]}
@@ -94,7 +94,7 @@ def test_a_large_error_is_found_in_arcs_and_only_there(believed, sensor: str, ax
     (path,) = null.solve(believed)
     what = {"gyro": "gyro", "accelerometer": "velocity"}[sensor]
     increments = getattr(believed, what).copy()
-    increments[:, axis] += value * believed.interval_s
+    increments[:, axis] += value * _interval_s(believed)
     wrong = replace(believed, **{what: increments})
     begins = believed.time_s[ARC_SAMPLES - 1 : -ARC_SAMPLES : ARC_SAMPLES]
     column = Column("", (Drive(sensor, axis, "1", 1.0),))
@@ -162,9 +162,31 @@ def test_an_error_that_follows_a_magnitude(believed, axis: str, multiplier: str,
     check(replace(believed, **changed), Column("", (Drive(axis, k, multiplier, 1.0),)), value)
 
 
-def test_a_correction_takes_an_error_off(believed) -> None:
+def test_a_bias_is_taken_off_as_it_is_navigated(believed, monkeypatch) -> None:
+    """Solution, states between its steps and drives, these also in blocks, are those without the error."""
     force, rate = np.array([0.0, 30.0 * UG, 0.0]), np.array([1e-6, 0.0, 0.0])
-    interval_s = believed.interval_s[:, None]
-    wrong = replace(believed, velocity=believed.velocity + force * interval_s, gyro=believed.gyro + rate * interval_s)
-    (with_it,), (without,) = null.solve(null.corrected(wrong, rate, force)), null.solve(believed)
-    np.testing.assert_allclose(with_it.velocity_n, without.velocity_n, atol=1e-6)
+    interval_s = _interval_s(believed)[:, None]
+    wrong = replace(
+        believed,
+        velocity=believed.velocity + force * interval_s,
+        gyro=believed.gyro + rate * interval_s,
+        force_bias=force,
+        gyro_bias=rate,
+    )
+    without = _modelled(believed)
+    monkeypatch.setattr(drives, "BLOCK", ARC_SAMPLES)
+    with_it = _modelled(wrong)
+    for name in ("velocity_n", "mat_nb"):
+        np.testing.assert_allclose(getattr(with_it.states, name), getattr(without.states, name), atol=1e-6)
+    np.testing.assert_allclose(with_it.integrals, without.integrals, rtol=1e-6, atol=1e-6)
+
+
+def _modelled(believed: null.Believed) -> error_model.ErrorModel:
+    solution = null.solve(believed)
+    end_s = solution[-1].time_s[-1]
+    nodes_s = observations.nodes(believed, observations.sources(believed, end_s), end_s)
+    return error_model.build(believed, solution, nodes_s)
+
+
+def _interval_s(believed: null.Believed) -> np.ndarray:
+    return np.diff(believed.time_s, prepend=believed.start.time_s)

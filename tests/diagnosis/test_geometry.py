@@ -37,7 +37,7 @@ def test_the_attitude_inside_a_step_follows_a_cone() -> None:
     quaternions = coning(rows).as_quat(scalar_first=True)
     solution = Solution(rows, still + 0.6, still, still, np.zeros((rows.size, 3)), quaternions)
     asked = np.random.default_rng(3).uniform(0.0, rows[-1], 500)
-    found = Rotation.from_matrix(geometry.at(solution, gyro, asked).mat_nb)
+    found = Rotation.from_matrix(geometry.along([solution], gyro, np.zeros(3), asked).mat_nb)
     error = (found * coning(asked).inv()).magnitude()
     assert error.max() < ATTITUDE_RAD
     even = Rotation.from_quat(quaternions[:-1], scalar_first=True)
@@ -53,7 +53,7 @@ def test_between_its_rows_it_is_the_solution_that_starts_there(flight, later: in
     believed = null.believe(flight)
     (solution,) = null.solve(believed)
     asked = believed.time_s[later - 1 :: SAMPLES_PER_STEP]
-    states = geometry.at(solution, believed.gyro, asked)
+    states = geometry.along([solution], believed.gyro, np.zeros(3), asked)
     rows = np.clip(np.arange(asked.size), 0, solution.time_s.size - 1)
     # every row of the solution turned on by the samples since, one by one
     turned = Rotation.from_quat(solution.quaternion_nb[rows], scalar_first=True)
@@ -67,7 +67,7 @@ def test_between_its_rows_it_is_the_solution_that_starts_there(flight, later: in
 def test_at_its_rows_it_is_the_solution(flight) -> None:
     believed = null.believe(flight)
     (solution,) = null.solve(believed)
-    states = geometry.at(solution, believed.gyro, solution.time_s)
+    states = geometry.along([solution], believed.gyro, np.zeros(3), solution.time_s)
     told = Rotation.from_quat(solution.quaternion_nb, scalar_first=True).as_matrix()
     np.testing.assert_allclose(states.mat_nb, told, atol=1e-12)
     np.testing.assert_allclose(states.velocity_n, solution.velocity_n, atol=1e-9)

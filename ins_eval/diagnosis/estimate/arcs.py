@@ -59,18 +59,14 @@ class Diverged(ArithmeticError):
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """A recording in arcs: what is `believed`, and the same as it is `navigated`, with biases (3,) taken off.
+    """A recording in arcs as it is `navigated`, without the biases that were found.
 
-    `stated` is the start around which the priors of its errors lie; `force_bias` in m/s^2 and `gyro_bias` in rad/s are
-    these biases; `walks` is the white noise that the increments show, rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how
-    much positions and velocities scatter beyond their sigmas.
+    `stated` is the start around which the priors of its errors lie; `walks` is the white noise that the increments
+    show, rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how much positions and velocities scatter beyond their sigmas.
     """
 
     stated: Start
-    believed: Believed
     navigated: Believed
-    force_bias: np.ndarray
-    gyro_bias: np.ndarray
     walks: tuple[float, float]
     fix_scale: tuple[float, float]
 
@@ -94,22 +90,24 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
         believed, found, path = null.begin_afresh(recording, folder)
         begins = _begins(believed, _largest_gyro_bias(believed, found))
         states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
-        bias = found.accelerometer_bias_mps2, found.gyro_bias_radps
-        here = Settled(believed.start, believed, believed, *bias, found.walks, found.fix_scale)
+        bias = {"force_bias": found.accelerometer_bias_mps2, "gyro_bias": found.gyro_bias_radps}
+        here = Settled(believed.start, replace(believed, **bias), found.walks, found.fix_scale)
     else:
-        believed = null.begun_at(recording, before.navigated.start, folder)
-        states = [before.navigated.start, *_on_steps(before.navigated.arcs, believed.time_s)]
-        here = replace(before, stated=believed.start, believed=believed)
-    here = _navigated(here, states)
+        known = before.navigated
+        believed = null.begun_at(recording, known.start, folder)
+        states = [known.start, *_on_steps(known.arcs, believed.time_s)]
+        believed = replace(believed, force_bias=known.force_bias, gyro_bias=known.gyro_bias)
+        here = replace(before, stated=believed.start, navigated=believed)
+    here = _begun(here, states)
     for _ in range(ROUNDS if before is None else ROUNDS_AGAIN):
         begins, mean, sigma = _errors(here)
         states = [
             replace(moved(one, -error[:3], -error[3:6]), attitude_rad=turned(one.attitude_rad, error[6:]))
             for one, error in zip([here.navigated.start, *here.navigated.arcs], begins, strict=True)
         ]
-        biases = {"force_bias": here.force_bias + mean[:3], "gyro_bias": here.gyro_bias + mean[3:]}
-        here = replace(here, navigated=here.believed, **biases)
-        here = _navigated(here, states)
+        known = here.navigated
+        biases = {"force_bias": known.force_bias + mean[:3], "gyro_bias": known.gyro_bias + mean[3:]}
+        here = _begun(replace(here, navigated=replace(known, **biases)), states)
         if (np.abs(begins) < STEADY * sigma).all():
             break
     return here
@@ -121,10 +119,7 @@ def planned(recording: Recording, folder: str | Path = ".") -> Settled:
     (path,) = null.solve(believed)
     begins = _begins(believed, recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H)
     states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
-    none = np.zeros(3)
-    return _navigated(
-        Settled(believed.start, believed, believed, none, none, walks=(0.0, 0.0), fix_scale=(1.0, 1.0)), states
-    )
+    return _begun(Settled(believed.start, believed, walks=(0.0, 0.0), fix_scale=(1.0, 1.0)), states)
 
 
 def _largest_gyro_bias(believed: Believed, found: Initialization) -> float:
@@ -155,13 +150,10 @@ def _on_steps(arcs: Sequence[Start], time_s: np.ndarray) -> list[Start]:
     return [replace(one, time_s=float(ends_s[k])) for k, one in inside.items()]
 
 
-def _navigated(here: Settled, states: list[Start]) -> Settled:
-    """The same begun at `states`, without the biases."""
-    believed = here.believed
-    corrected = null.corrected(believed, here.gyro_bias, here.force_bias)
-    start = replace(believed.start, **{name: getattr(states[0], name) for name in BEGIN})
-    navigated = replace(corrected, start=start, arcs=tuple(states[1:]))
-    return replace(here, believed=replace(believed, start=start, arcs=navigated.arcs), navigated=navigated)
+def _begun(here: Settled, states: list[Start]) -> Settled:
+    """The same begun at `states`."""
+    start = replace(here.navigated.start, **{name: getattr(states[0], name) for name in BEGIN})
+    return replace(here, navigated=replace(here.navigated, start=start, arcs=tuple(states[1:])))
 
 
 def observed(navigated: Believed, nodes_s: np.ndarray | None = None) -> tuple[ErrorModel, Observations]:

@@ -115,7 +115,7 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
         )
     if arcs.needed(believed) and not planned:
         return _in_arcs(recording, folder, _settled(recording, folder))
-    case = _around(recording, believed, believed, nuisances(believed), folder)
+    case = _around(recording, believed, nuisances(believed), folder)
     return _in_arcs(recording, folder, _settled(recording, folder)) if arcs.lost(case.seen) else case
 
 
@@ -131,8 +131,9 @@ def _settled(recording: Recording, folder: str | Path) -> arcs.Settled:
 
 def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) -> Case:
     """The case around arcs; start and biases are put back linearly."""
-    uncertain = nuisances(settled.believed)
-    case = _around(recording, settled.navigated, settled.believed, uncertain, folder)
+    navigated = settled.navigated
+    uncertain = nuisances(navigated)
+    case = _around(recording, navigated, uncertain, folder)
     (of_start,) = apart([settled.stated], case.model.states, [0])
     taken = np.zeros(len(uncertain))
     for k, column in enumerate(uncertain):
@@ -140,37 +141,34 @@ def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) ->
             taken[k] = of_start @ column.start / np.square(column.start).sum()
         for term in column.terms:
             if isinstance(term, Drive):
-                biases = settled.gyro_bias if term.sensor == "gyro" else settled.force_bias
+                biases = navigated.gyro_bias if term.sensor == "gyro" else navigated.force_bias
                 taken[k] = biases[term.axis] / term.weight
     taken = np.append(taken, np.zeros(len(case.nuisances) - taken.size))
 
-    light = replace(
-        settled, believed=case.believed, navigated=settled.navigated.without_increments(recording)
-    )  # what a later case begins from
+    light = replace(settled, navigated=case.believed)  # what a later case begins from
 
     def again(effects: Sequence[EffectBelief]) -> Case:
         believing = replace(recording, belief=with_effects(recording.belief, effects))
         return _in_arcs(believing, folder, arcs.settle(believing, folder, light))
 
-    _, of_one = arcs.observed(replace(settled.believed, arcs=()), case.model.nodes_s)
+    none = np.zeros(3)
+    _, of_one = arcs.observed(replace(navigated, arcs=(), gyro_bias=none, force_bias=none), case.model.nodes_s)
     return replace(case, inertial=of_one.residual, taken=taken, again=again)
 
 
-def _around(
-    recording: Recording, navigated: Believed, believed: Believed, uncertain: Sequence[Column], folder: str | Path
-) -> Case:
+def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:
     """A case around the solution of what is `navigated` of a recording; it keeps no increments, which are large."""
     model, seen = arcs.observed(navigated)
     seen, outliers = noise.without_outliers(seen)
     slow = SlowFactor()
     agitation = noise.agitation(navigated, model.nodes_s)
     uncertain = [*uncertain, *places(navigated, model, slow)]
-    navigated, believed = (one.without_increments(recording) for one in (navigated, believed))
-    given = temperature(believed.recording)
+    navigated = navigated.without_increments(recording)
+    given = temperature(navigated.recording)
     return Case(
         name=recording.name,
         kind=recording.kind,
-        believed=believed,
+        believed=navigated,
         model=model,
         seen=seen,
         inertial=seen.residual,
@@ -180,7 +178,7 @@ def _around(
         taken=np.zeros(len(uncertain)),
         candidates=(*candidates(navigated, model, given, slow), *composed_candidates(navigated, model, given, slow)),
         noise=noise.noise_model(
-            believed.recording.belief, model, seen, step_noise(navigated, given, model.middle_s), agitation
+            navigated.recording.belief, model, seen, step_noise(navigated, given, model.middle_s), agitation
         ),
         outliers=outliers,
         epochs_s=model.interval_s,

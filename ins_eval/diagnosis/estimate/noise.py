@@ -209,7 +209,7 @@ def agitation(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
     rows = max(1, round(AGITATION_S / float(np.median(np.diff(navigated.time_s)))))
     out = np.zeros((nodes_s.size - 1, 2))
     for k, increments in enumerate((navigated.velocity, navigated.gyro)):
-        changes = np.square(increments - uniform_filter1d(increments, rows, axis=0)).mean(axis=1)
+        changes = sum(np.square(column - uniform_filter1d(column, rows)) for column in increments.T) / 3.0
         np.add.at(out[:, k], epoch, np.maximum(uniform_filter1d(changes, rows), 0.0))  # running sums round below 0
     return out
 

@@ -79,6 +79,7 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
     spread_gain = np.empty(24)
     gain_adjoint = np.empty(24)
     push = np.empty(24)
+    line = np.empty(24)
     for k in range(nodes - 1, -1, -1):
         for channel in range(8, -1, -1):
             if not measured[k, channel]:
@@ -113,11 +114,13 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
             found.white[k, channel] = 2.0 * noise.white[k, channel] * by_s
             for i in range(24):
                 push[i] = gain_adjoint[i] / s - 2.0 * spread_gain[i] + by_s * h[i]
-            for i in range(24):
-                x, y = 0.5 * h[i], 0.5 * push[i]
-                for j in range(24):
-                    spread[i, j] += x * push[j] + y * h[j]
+            for i in range(24):  # few channels see more than two states
                 if h[i] != 0.0:
+                    x = 0.5 * h[i]
+                    for j in range(24):
+                        spread[i, j] += x * push[j]
+                    for j in range(24):
+                        spread[j, i] += x * push[j]
                     for c in range(m):
                         adjoint[i, c] += h[i] * z_adjoint[c]
         if k == 0:
@@ -167,20 +170,19 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
                         before[9 + i, c] += x * adjoint[q, c]
                     for j in range(24):
                         left[9 + i, j] += x * spread[q, j]
+        # one triangle is both: what rounding leaves uneven no measurement damps, and in hours it grew as heights do
         for i in range(24):
-            for j in range(9):
-                spread[i, j] = 0.0
-            for j in range(15):
-                spread[i, 9 + j] = decay[j] * left[i, 9 + j]
+            for j in range(24):
+                line[j] = decay[j - 9] * left[i, j] if j >= 9 else 0.0
             for q in range(9):
                 x = left[i, q]
-                for j in range(9):
-                    spread[i, j] += x * f[q, j]
+                if i < 9:
+                    for j in range(9):
+                        line[j] += x * f[q, j]
                 for j in range(6):
-                    spread[i, 18 + j] += x * g[q, j]
-        for i in range(24):  # what rounding leaves uneven no measurement would damp: in hours it grew as heights do
-            for j in range(i):
-                spread[i, j] = spread[j, i] = 0.5 * (spread[i, j] + spread[j, i])
+                    line[18 + j] += x * g[q, j]
+            for j in range(i, 24):
+                spread[i, j] = spread[j, i] = line[j]
         for i in range(24):
             for c in range(m):
                 adjoint[i, c] = before[i, c]

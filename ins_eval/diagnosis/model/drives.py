@@ -12,7 +12,8 @@ reach log Bayes factors of thousands.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numba
@@ -30,6 +31,7 @@ FORCE_MULTIPLIERS = ("1", "f", "f_pendulous", "f_output", "f^2", "f^3", "f f_pen
 # of body rate w about the own axis and the two others in turn, in rad/s, and of specific force along them
 RATE_MULTIPLIERS = ("1", "w", "w_next", "w_last", "f", "f_next", "f_last", "|w|")  # as many rows as of force: one spare
 CALM_S = 60.0
+BLOCK = 1 << 20  # samples, whole steps of them
 _AXES = np.array([SENSOR_AXES[axis] for axis in "xyz"])
 _PER_AXIS = len(FORCE_MULTIPLIERS)
 SOURCES = 2 * 3 * _PER_AXIS
@@ -52,28 +54,34 @@ def integrate(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray,
 
     `calm`: what a recording at rest adds to its drives is taken for noise and averaged away.
     """
-    gyro, velocity = believed.gyro, believed.velocity
-    if calm and believed.recording.kind in PARKED:
-        gyro, velocity = _calm(believed.time_s, gyro), _calm(believed.time_s, velocity)
+    time_s, out = believed.time_s, np.zeros((nodes_s.size - 1, SOURCES, 3))
     begins = np.concatenate([*(arc.quaternion_nb[:-1] for arc in arcs), arcs[-1].quaternion_nb[-1:]])
-    return _integrate(believed.time_s, believed.start.time_s, gyro, velocity, begins, nodes_s, _AXES)
+    felt = partial(_calm, believed) if calm and believed.recording.kind in PARKED else believed.increments
+    for first in range(0, time_s.size, BLOCK):
+        last = min(first + BLOCK, time_s.size)
+        start_s = time_s[first - 1] if first else believed.start.time_s
+        gyro, velocity = felt(first, last)
+        at_steps = begins[first // SAMPLES_PER_STEP :]
+        _integrate(time_s[first:last], start_s, gyro, velocity, at_steps, nodes_s, _AXES, out)
+    return out
 
 
-def _calm(time_s: np.ndarray, increments: np.ndarray) -> np.ndarray:
-    """Means of increments (n, 3) over `CALM_S`: at rest what a sample adds to them is noise, which is no drive.
+def _calm(believed: Believed, first: int, last: int) -> Iterator[np.ndarray]:
+    """Means of increments over `CALM_S`: at rest what a sample adds to them is noise, which is no drive.
 
     With it a column is made of the very noise that the residual holds, and a scale factor of per cents "explains" it.
     """
     from scipy.ndimage import uniform_filter1d  # imported here, for it takes long and few need it
 
-    rows = max(1, int(CALM_S / float(np.median(np.diff(time_s)))))
-    return np.ascontiguousarray(uniform_filter1d(increments, rows, axis=0, mode="nearest"))
+    rows = max(1, int(CALM_S / float(np.median(np.diff(believed.time_s)))))
+    begin = max(0, first - rows)
+    for increments in believed.increments(begin, last + rows):
+        yield uniform_filter1d(increments, rows, axis=0, mode="nearest")[first - begin : last - begin]
 
 
 @numba.njit(cache=True, nogil=True)
-def _integrate(time_s, start_s, gyro, velocity, quaternions, nodes_s, axes):
+def _integrate(time_s, start_s, gyro, velocity, quaternions, nodes_s, axes, out):
     epochs = nodes_s.size - 1
-    out = np.zeros((epochs, SOURCES, 3))
     m = np.zeros(SOURCES)
     q = np.empty(4)
     epoch = 0
@@ -118,7 +126,7 @@ def _integrate(time_s, start_s, gyro, velocity, quaternions, nodes_s, axes):
             while epoch < epochs and nodes_s[epoch + 1] <= begin + 1e-12:
                 epoch += 1
             if epoch >= epochs:
-                return out
+                return
             if nodes_s[epoch] >= t1:
                 break
             end = min(t1, nodes_s[epoch + 1])
@@ -134,4 +142,3 @@ def _integrate(time_s, start_s, gyro, velocity, quaternions, nodes_s, axes):
                         out[epoch, row, 2] += cz * x
             begin = end
         t0 = t1
-    return out

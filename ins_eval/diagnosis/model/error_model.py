@@ -69,7 +69,7 @@ class ErrorModel:
 
 def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> ErrorModel:
     """The error model on the nodes `nodes_s`, the first of which is the start; each arc begins at a node."""
-    states = along(arcs, believed.gyro, nodes_s)
+    states = along(arcs, believed.gyro, believed.gyro_bias, nodes_s)
     integrals = drives.integrate(believed, arcs, nodes_s)
     dt = np.diff(nodes_s)[:, None]
     felt = integrals

@@ -33,22 +33,19 @@ class States:
     mat_nb: np.ndarray
 
 
-def along(arcs: Sequence[Solution], gyro: np.ndarray, time_s: np.ndarray) -> States:
-    """The solution at `time_s` (m,), where one arc ends and the next begins at the end; `gyro` (n, 3) as for `at`."""
-    if len(arcs) == 1:
-        return at(arcs[0], gyro, time_s)
-    return _at(arcs, gyro, time_s)
+def along(arcs: Sequence[Solution], gyro: np.ndarray, bias: np.ndarray, time_s: np.ndarray) -> States:
+    """The solution at `time_s` (m,), which lie inside it, where one arc ends and the next begins at the end.
 
-
-def at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
-    """The solution at `time_s` (m,), which lie inside it; `gyro` (n, 3) are the increments that it was made of.
-
-    Position: cubic Hermite with the solution's own velocity; velocity: spline of fifth degree; attitude: as the gyros
-    turned within the step. In blocks of steps: what a spline takes from beyond `OVERLAP` steps is below rounding.
+    `gyro` (n, 3) are the increments of which it was made, less a `bias` (3,) in rad/s. Position: cubic Hermite with the
+    solution's own velocity; velocity: spline of fifth degree; attitude: as the gyros turned within the step. One arc
+    is taken in blocks of steps: what a spline takes from beyond `OVERLAP` steps is below rounding.
     """
+    if len(arcs) > 1:
+        return _at(arcs, gyro, bias, time_s)
+    (solution,) = arcs
     steps = solution.time_s.size - 1
     if steps <= BLOCK:
-        return _at([solution], gyro, time_s)
+        return _at([solution], gyro, bias, time_s)
     edges = [*range(0, steps - BLOCK // 2, BLOCK), steps]
     cuts = [0, *np.searchsorted(time_s, solution.time_s[edges[1:-1]]), time_s.size]
     parts = []
@@ -56,11 +53,11 @@ def at(solution: Solution, gyro: np.ndarray, time_s: np.ndarray) -> States:
         low, high = max(0, edges[k] - OVERLAP), min(steps, edges[k + 1] + OVERLAP)
         part = Solution(*(getattr(solution, field.name)[low : high + 1] for field in fields(Solution)))
         rows = slice(SAMPLES_PER_STEP * low, SAMPLES_PER_STEP * high)
-        parts.append(_at([part], gyro[rows], time_s[cuts[k] : cuts[k + 1]]))
+        parts.append(_at([part], gyro[rows], bias, time_s[cuts[k] : cuts[k + 1]]))
     return States(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(States)))
 
 
-def _at(arcs: Sequence[Solution], gyro: np.ndarray, time_s: np.ndarray) -> States:
+def _at(arcs: Sequence[Solution], gyro: np.ndarray, bias: np.ndarray, time_s: np.ndarray) -> States:
     from scipy.interpolate import make_interp_spline  # imported here, for it takes long and few need it
 
     whole = Solution(*(np.concatenate([getattr(arc, field.name) for arc in arcs]) for field in fields(Solution)))
@@ -88,7 +85,8 @@ def _at(arcs: Sequence[Solution], gyro: np.ndarray, time_s: np.ndarray) -> State
             velocity[first:last] = spline(time_s[first:last])
             acceleration[first:last] = spline(time_s[first:last], 1)
     increments = gyro[: SAMPLES_PER_STEP * (whole.time_s.size - len(arcs))].reshape(-1, SAMPLES_PER_STEP, 3)
-    attitude = _attitude(whole, increments[step - arc], step, time_s)
+    sample_s = (whole.time_s[step + 1] - whole.time_s[step]) / SAMPLES_PER_STEP
+    attitude = _attitude(whole, increments[step - arc] - (sample_s[:, None] * bias)[:, None], step, time_s)
     return States(time_s, latitude, longitude, height, velocity, acceleration, attitude.as_matrix())
 
 

@@ -192,7 +192,7 @@ def _delay(states, row: np.ndarray, spin_b: np.ndarray, mat: np.ndarray) -> np.n
 
 
 def _rate(believed: Believed, model: ErrorModel) -> np.ndarray:
-    """Body rate against the Earth (nodes, 3) in rad/s: mean over the samples around a node less the Earth's."""
+    """Body rate against the Earth (nodes, 3) in rad/s: mean over the samples around a node less bias and Earth."""
     edges = np.concatenate([[believed.start.time_s], believed.time_s])
     half = float(np.median(np.diff(edges)))
     low, high = (np.clip(model.nodes_s + sign * half, edges[0], edges[-1]) for sign in (-1.0, 1.0))
@@ -200,7 +200,7 @@ def _rate(believed: Believed, model: ErrorModel) -> np.ndarray:
     turned = np.column_stack([np.interp(high, edges, angle) - np.interp(low, edges, angle) for angle in angles])
     latitude = model.states.latitude_rad
     earth_n = EARTH_RATE * np.column_stack([np.cos(latitude), np.zeros_like(latitude), -np.sin(latitude)])
-    return turned / (high - low)[:, None] - np.einsum("kji,kj->ki", model.states.mat_nb, earth_n)
+    return turned / (high - low)[:, None] - believed.gyro_bias - np.einsum("kji,kj->ki", model.states.mat_nb, earth_n)
 
 
 def _sigma(source: MeasurementSource) -> np.ndarray:
