@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -134,7 +133,7 @@ class Recording:
     folder: Path = field(default=Path("."), compare=False)  # to which files that the belief names are relative
     solution: Fixes | None = None  # what the INS put out itself
 
-    @cached_property
+    @property
     def interval_s(self) -> np.ndarray:
         """Length of each sample of the IMU, (n,) s; the first begins at the start."""
         return np.diff(self.imu.time_s, prepend=self.start.time_s)
