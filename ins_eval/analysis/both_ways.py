@@ -39,7 +39,7 @@ def size(plans: Plans, label: str) -> int:
 
 
 def flown(members: Members, label: str, count: int | None = None) -> dict[str, dict[str, np.ndarray]]:
-    """``[arm][key]``, the instruments of an ensemble along the first axis; of those flown linearly the first `count`."""
+    """``[arm][key]``, instruments of an ensemble along the first axis; of those flown linearly the first `count`."""
     if linear(label) in members:
         return joined(members[linear(label)], count)
     return ensemble.stacked(members[label])

@@ -15,7 +15,8 @@ from ins_eval.analysis import flight as analysis
 from ins_eval.analysis import fly as study
 from ins_eval.ensemble import MISSION, Plan, World, fly
 from ins_eval.ensemble.linear import agreement, fly_linearly, joined, member, unfit
-from ins_eval.ensemble.linear.course import epochs_of
+from ins_eval.ensemble.linear.course import Course, epochs_of
+from ins_eval.ensemble.linear.instruments import Instruments
 from ins_eval.gyro import GyroPopulation
 from ins_eval.imu import Mission
 from ins_eval.interface.fly import fly as fly_instruments
@@ -64,6 +65,28 @@ def test_many_accelerometers_are_those_drawn_one_by_one(population: Population) 
             assert found.scale[:, k] == pytest.approx(slow.scale, rel=SAME)
             assert found.bias_ug[:, k] == pytest.approx(slow.bias_ug, rel=SAME, abs=SAME)
             assert counts[:, k] == pytest.approx(one.counts(interval_s, force_g, slow, node.at("flight")), rel=SAME)
+
+
+@pytest.mark.parametrize("draws", [1, 10])
+def test_noise_of_a_step_is_as_large_however_it_is_drawn(draws: int) -> None:
+    """The mean over a second of noise of the density N has the standard deviation N."""
+    known = Population.load()
+    many = draw(known.only("noise"), MANY.at("accelerometers"))[0]
+    still = ThermalRun(np.arange(4e4), np.full(40_000, 22.0), "flight")
+    slow = many.slow(still, MANY.at("flight"))
+    counts = many.counts(np.ones(40_000), np.zeros(3), slow, MANY.at("flight"), draws)
+    assert 1e6 * (counts / many.gamma).std() == pytest.approx(known["noise"].density_ug_per_sqrt_hz, rel=0.01)
+    triads = GyroPopulation().perfect()
+    walk = replace(triads, angle_random_walk_deg_per_sqrt_h=0.06)  # 0.06 deg/sqrt(h): 1e-3 deg/s over a second
+    found = walk.rate_errors(1.0, draws, np.zeros((40_000, 3)), np.zeros((40_000, 3)), MANY, np.full(40_000, 22.0))
+    assert np.rad2deg(found.std()) == pytest.approx(1e-3, rel=0.01)
+
+
+def test_later_blocks_draw_their_noise_once_a_step(profile: Path) -> None:
+    world = World(Plan(str(profile), arms=("simple",), experiment="linear"))
+    course = Course(world.flight)
+    assert Instruments(world, range(80)).draws(course) == 10
+    assert Instruments(world, range(80, 160)).draws(course) == 1
 
 
 def test_an_effect_that_is_not_known_is_refused(population: Population) -> None:

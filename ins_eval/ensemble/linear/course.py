@@ -64,13 +64,13 @@ class Course:
         count = self.steps.time_s.size
         return samples[: count * self.every].reshape(count, self.every).mean(axis=1)
 
-    def output(self, of: ManyAccelerometers, run: ThermalRun, streams: ManyStreams) -> np.ndarray:
-        """Mean outputs (n, m) of m accelerometers over the steps, pulse/s."""
+    def output(self, of: ManyAccelerometers, run: ThermalRun, streams: ManyStreams, draws: int) -> np.ndarray:
+        """Mean outputs (n, m) of m accelerometers over the steps, pulse/s; their noise is of `draws` numbers a step."""
         count = self.steps.time_s.size
         before = 0.5 * (self.every - 1.0) / self.every  # weight of the point of the run at which a step begins
         slow = SlowErrors(*(_between(values, before)[:count] for values in of.slow(run, streams)))
         interval_s = np.full(count, self.steps.step_s)
-        return of.counts(interval_s, self.steps.force_b / STANDARD_GRAVITY, slow, streams, self.every) / STEP_S
+        return of.counts(interval_s, self.steps.force_b / STANDARD_GRAVITY, slow, streams, draws) / STEP_S
 
 
 @numba.njit(cache=True, nogil=True)

@@ -48,12 +48,13 @@ class _Flight:
         self.course, self.triads, self.node, self.samples = course, triads, node, instruments.samples
         mission, steps = course.mission, course.steps
         self.output = [
-            course.output(unit, instruments.run(mission, axis), node)
+            instruments.output(course, unit, instruments.run(mission, axis), node)
             for axis, unit in enumerate(instruments.accelerometers)
         ]
+        draws = instruments.draws(course)
         imu_c = course.mean(mission.imu_c)
         self.rate_error = instruments.gyros.rate_errors(
-            steps.step_s, course.every, steps.rate_b, steps.turning_b, node.at("gyros"), imu_c
+            steps.step_s, draws, steps.rate_b, steps.turning_b, node.at("gyros"), imu_c
         )
         self.shape = (len(triads), len(node.words))
         stand_s = -mission.trajectory.start_s

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ins_eval.accelerometer import ThermalRun, draw
+from ins_eval.accelerometer import ManyAccelerometers, ThermalRun, draw
 from ins_eval.compensation import CompensationModel, Samples, SharedSamples
 from ins_eval.compensation.refined import OvenRun, Refined
 from ins_eval.compensation.registry import REFINED, load_model
 from ins_eval.earth import gravity
 from ins_eval.ensemble.linear.course import Course
+from ins_eval.ensemble.plan import BLOCK
 from ins_eval.ensemble.world import World
 from ins_eval.imu import Mission
 from ins_eval.many_streams import ManyStreams
@@ -20,11 +21,14 @@ from ins_eval.many_streams import ManyStreams
 class Instruments:
     """The instruments of a world with the numbers `indexes`, (m,).
 
-    One alone may have models of its own and accelerometers unequally warm (`imu.Instrument.gradient`).
+    One alone may have models of its own and accelerometers unequally warm (`imu.Instrument.gradient`). Noise of the
+    first `BLOCK` is drawn sample by sample, as in full, so that each is the very one that is flown in full as well
+    (`sampled`); of all others once a step, the sum of normal numbers being one.
     """
 
     def __init__(self, world: World, indexes: Sequence[int]):
         self.world, self.indexes, self.alone = world, indexes, len(indexes) == 1
+        self.sampled = indexes[0] < BLOCK
         self.streams = ManyStreams.of([world.streams(index) for index in indexes])
         self.gyros = world.population.gyros
         self.accelerometers = draw(world.population.accelerometers, self.streams.at("accelerometers"))
@@ -56,9 +60,17 @@ class Instruments:
         known = (0.0, 0.0, -gravity(start.latitude_rad, start.height_m))[axis]
         run = self.run(oven.mission, axis)
         return [
-            (self.samples(oven, oven.output(self.accelerometers[axis], run, self.streams.at("oven", k))), known)
+            (self.samples(oven, self.output(oven, self.accelerometers[axis], run, self.streams.at("oven", k))), known)
             for k in range(self.world.plan.oven_runs)
         ]
+
+    def draws(self, course: Course) -> int:
+        """How many numbers are drawn for the noise of a step."""
+        return course.every if self.sampled else 1
+
+    def output(self, course: Course, unit: ManyAccelerometers, run: ThermalRun, streams: ManyStreams) -> np.ndarray:
+        """Mean outputs (n, m) of accelerometers over the steps of a course, pulse/s."""
+        return course.output(unit, run, streams, self.draws(course))
 
     def samples(self, course: Course, output: np.ndarray, rows: slice = slice(None)) -> Samples:
         """What the models see of outputs (n, m) over some steps of a course; of one instrument alone (n,)."""
