@@ -15,7 +15,11 @@ from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import Diagnosis
 from ins_eval.diagnosis.estimate.case import Case, prepare, with_effects
 from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-from ins_eval.diagnosis.estimate.description import WrongDescription, wrong_descriptions
+from ins_eval.diagnosis.estimate.description import (
+    WrongDescription,
+    wrong_descriptions,
+    wrong_descriptions_of_chamber,
+)
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
@@ -104,7 +108,10 @@ def _made_ready(
     belief, where = belief_of(folder, belief_file)
     if open_folder(folder).description.kind == CHAMBER:
         belief = believed_of_chamber(belief)
-        return prepare_chamber(form.read_chamber(folder), belief, name, where), belief, [], []
+        readings = form.read_chamber(folder)
+        wrong = wrong_descriptions_of_chamber(readings, belief, name, where)
+        right = with_effects(belief, [one.effect for one in wrong])
+        return prepare_chamber(readings, right, name, where), right, [], wrong
     doubted = form.read(folder, belief=belief, doubted=True)
     doubted = doubted if unit is None else replace(doubted, unit=unit)
     wrong, found = wrong_descriptions(replace(doubted, name=name, folder=where))

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from ins_eval.errors import UsageError
-from ins_eval.recording import Fixes, Imu, Recording
-from ins_eval.recording.belief import EffectBelief
+from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording
+from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.units import DEG
 
 FAMILY = "recording."
@@ -41,6 +41,16 @@ def mended(recording: Recording) -> Recording:
     for one in sorted(here, key=lambda one: ORDER.index(one.name.removeprefix(FAMILY))):
         recording = _mended(recording, one)
     return recording
+
+
+def mended_chamber(readings: ChamberReadings, belief: Belief, name: str) -> tuple[ChamberReadings, Belief]:
+    """The same for an accelerometer in a chamber: the unit and the sign of its output."""
+    output = readings.output
+    for one in belief.effects:
+        if one.name in (f"{FAMILY}unit", f"{FAMILY}axis_sign") and one.recording in (None, name):
+            output = output / one.value
+    left = tuple(one for one in belief.effects if not one.name.startswith(FAMILY))
+    return replace(readings, output=output), belief.model_copy(update={"effects": left})
 
 
 def check(one: EffectBelief, where: str) -> None:

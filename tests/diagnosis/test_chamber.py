@@ -10,7 +10,9 @@ import pytest
 from ins_eval.diagnosis.answer.experiments import information, planned_column
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import NO_MISMATCH
+from ins_eval.diagnosis.estimate.case import with_effects
 from ins_eval.diagnosis.estimate.chamber import prepare_chamber
+from ins_eval.diagnosis.estimate.description import wrong_descriptions_of_chamber
 from ins_eval.diagnosis.estimate.placing import again
 from ins_eval.diagnosis.estimate.refine import refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise
@@ -29,6 +31,7 @@ GAMMA, MU, EPSILON, K0_UG, OMEGA = 320000.0, -30.0, 60.0, 800.0, 50.0  # pulse/(
 NOISE = 1.0  # pulse/s
 REFERENCE_C = 22.0
 VALUE, ROUNDING_UG = 0.03, 1e-3  # relative, of what noise leaves of the rate term; and of arithmetic
+ROUNDING = 1e-5  # of a factor as it is stated
 WANDER_UG, WANDER_S = 300.0, 1800.0
 LAG_S, LAG, OWN_COLUMN = 130.0, 0.1, 0.01  # a lag, and relative, of what noise leaves of it and of its column
 
@@ -79,6 +82,29 @@ def test_a_true_belief_is_left_alone(belief) -> None:
     diagnosis = judge([prepare_chamber(measured(EPSILON), belief, "chamber")])
     assert diagnosis.verdict == NO_MISMATCH
     assert diagnosis.mismatches == ()
+
+
+@pytest.mark.parametrize(
+    ("factor", "named"),
+    [
+        (1.0, []),
+        (1.1, []),  # a scale factor, if a large one
+        (-1.0, [("recording.axis_sign", "y", -1.0)]),
+        (1e-3, [("recording.unit", None, 1e-3)]),
+        (STANDARD_GRAVITY, [("recording.unit", None, STANDARD_GRAVITY)]),
+    ],
+)
+def test_a_wrong_unit_or_sign_is_named_and_mended(belief, factor: float, named: list) -> None:
+    right = measured(EPSILON)
+    wrong = replace(right, output=factor * right.output)
+    found = wrong_descriptions_of_chamber(wrong, belief, "chamber")
+    assert [(one.effect.name, one.effect.axis, pytest.approx(one.effect.value, rel=1e-5)) for one in found] == named
+    assert np.isfinite([one.log_odds for one in found]).all()  # they are written as JSON
+    if found:
+        mended = prepare_chamber(wrong, with_effects(belief, [one.effect for one in found]), "chamber")
+        expected = prepare_chamber(right, belief, "chamber")
+        scale = STANDARD_GRAVITY * ROUNDING
+        np.testing.assert_allclose(mended.seen.residual[:, 0], expected.seen.residual[:, 0], atol=scale)
 
 
 def test_a_slow_error_beyond_its_grade_is_no_noise(belief) -> None:

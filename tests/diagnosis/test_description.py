@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache
 from pathlib import Path
 
@@ -13,9 +14,11 @@ from benchmark.worlds.cases import a_unit
 from benchmark.worlds.description import misdescribe
 from benchmark.worlds.grades import a_recording as of_grade
 from benchmark.worlds.record import Made
+from ins_eval.cli import main
 from ins_eval.diagnosis.answer.verdict import NO_MISMATCH
 from ins_eval.diagnosis.estimate.description import _of_matrix, wrong_descriptions
 from ins_eval.diagnosis.model.library import COARSEST_PPM, LARGEST_OF, sized
+from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.parts import SENSORS, conditions
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.interface.diagnose import diagnose
@@ -76,6 +79,25 @@ def test_a_wrong_description_is_named_and_nothing_else(tmp_path, grade: str, wro
     ((found, of, factor, sensor),) = said(spoilt(tmp_path / "drive", grade, wrong))
     assert (found, of, sensor) == (name, axis, parameters.get("sensor"))
     assert factor == pytest.approx(value, rel=1e-5)
+
+
+def test_what_no_standstill_shows_is_written(tmp_path) -> None:
+    """A parked unit in g: there are no finite odds of that, and the answer is JSON all the same."""
+    rng, n = np.random.default_rng(4), 20 * 120
+    rate = EARTH_RATE * np.array([np.cos(0.6), 0.0, -np.sin(0.6)])
+    imu = Imu(
+        time_s=np.arange(1, n + 1) / RATE_HZ,
+        gyro=rate / RATE_HZ + 1e-7 * rng.standard_normal((n, 3)),
+        accelerometer=np.array([0.0, 0.0, -1.0]) / RATE_HZ + 1e-6 * rng.standard_normal((n, 3)),
+        accelerometer_form="increment",
+    )
+    form.write(
+        Recording("unit", "static", Start(0.0, 0.6, 0.1, 0.0, attitude_rad=(0.0, 0.0, 0.0)), imu), tmp_path / "unit"
+    )
+    answer = tmp_path / "answer.json"
+    assert main(["diagnose", str(tmp_path / "unit"), "--json", str(answer), "--quiet"]) == 0
+    first = json.loads(answer.read_text())["effects"][0]
+    assert (first["name"], first["parameters"]["unit_found"]) == (UNIT, "g")
 
 
 @pytest.mark.slow

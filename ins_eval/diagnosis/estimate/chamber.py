@@ -32,6 +32,7 @@ from ins_eval.effects.temperature import chamber_temperature
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.errors import DataRefused
 from ins_eval.recording.belief import Belief, GpsBelief
+from ins_eval.recording.mending import mended_chamber
 from ins_eval.thermal import filtered_rate
 from ins_eval.units import STANDARD_GRAVITY, UG
 
@@ -54,16 +55,12 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
             f"{name}: holds {readings.time_s.size} reading, expected at least {FEWEST_READINGS} to judge by; record "
             "longer"
         )
-    axis = readings.axis or "x"
-    model = believed_model(belief, axis, folder)
-    runs = [np.flatnonzero(readings.run == run) for run in dict.fromkeys(readings.run.tolist())]
-    filter_s = belief.accelerometer.rate_filter_s
-    rate = np.zeros(readings.time_s.size)
-    for rows in runs:
-        rate[rows] = filtered_rate(readings.time_s[rows], readings.temperature_c[rows], filter_s)
+    read, stated = readings, belief
+    readings, belief = mended_chamber(readings, belief, name)
+    runs = _runs(readings)
     temperature = chamber_temperature(readings, belief.accelerometer)
-    given = model.specific_force(Samples(readings.time_s, readings.output, readings.temperature_c, rate))
-    one_more = model.specific_force(Samples(readings.time_s, readings.output + 1.0, readings.temperature_c, rate))
+    given = indicated(readings, belief, folder)
+    one_more = indicated(replace(readings, output=readings.output + 1.0), belief, folder)
     size = float(np.median(one_more - given))  # of 1 pulse/s
     if belief.effects:
         given = given - chamber_error(readings, belief, name, folder, temperature)
@@ -105,8 +102,24 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         outliers=outliers,
         epochs_s=interval_s,
         member=bench.member,
-        again=lambda effects: prepare_chamber(readings, with_effects(belief, effects), name, folder),
+        again=lambda effects: prepare_chamber(read, with_effects(stated, effects), name, folder),
     )
+
+
+def indicated(readings: ChamberReadings, belief: Belief, folder: str | Path = ".") -> np.ndarray:
+    """Specific force (n,) in m/s^2 that the believed compensation makes of the output."""
+    model = believed_model(belief, readings.axis or "x", folder)
+    rate = np.zeros(readings.time_s.size)
+    for rows in _runs(readings):
+        rate[rows] = filtered_rate(
+            readings.time_s[rows], readings.temperature_c[rows], belief.accelerometer.rate_filter_s
+        )
+    return model.specific_force(Samples(readings.time_s, readings.output, readings.temperature_c, rate))
+
+
+def _runs(readings: ChamberReadings) -> list[np.ndarray]:
+    """Rows of each uninterrupted stay."""
+    return [np.flatnonzero(readings.run == run) for run in dict.fromkeys(readings.run.tolist())]
 
 
 def _observations(readings: ChamberReadings, residual: np.ndarray) -> Observations:

@@ -9,17 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from ins_eval.believed import believed
 from ins_eval.diagnosis.estimate.case import prepare, with_effects
+from ins_eval.diagnosis.estimate.chamber import indicated
 from ins_eval.diagnosis.estimate.evidence import log_evidence
 from ins_eval.errors import InsEvalError
-from ins_eval.recording import Recording, consistency
-from ins_eval.recording.belief import EffectBelief
-from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
-from ins_eval.recording.mending import AXES, ENU, SENSORS, mended
+from ins_eval.recording import ChamberReadings, Recording, consistency
+from ins_eval.recording.belief import Belief, EffectBelief
+from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, COUNTED, Finding
+from ins_eval.recording.consistency.rest import check_chamber
+from ins_eval.recording.mending import AXES, ENU, SENSORS, mended, mended_chamber
 from ins_eval.units import DEG, DEG_PER_H, STANDARD_GRAVITY
 
 TURNS = 4  # units, order, velocity and a clock may all be wrong
@@ -33,7 +36,7 @@ EAST_NORTH = np.array([[0.0, 1.0], [1.0, 0.0]])
 
 @dataclass(frozen=True)
 class WrongDescription:
-    """A wrong description as a belief states it, its log odds, and what was seen."""
+    """A wrong description as a belief states it, its log odds, finite also beyond all doubt, and what was seen."""
 
     effect: EffectBelief
     log_odds: float
@@ -53,10 +56,7 @@ class _Changes:
     def described(self) -> list[WrongDescription]:
         why = dict(self.why)
         of_sensors = [(sensor, one) for sensor in SENSORS for one in _of_matrix(sensor, getattr(self, sensor))]
-        return [
-            WrongDescription(one, why[key].log_odds, why[key].seen)
-            for key, one in (*of_sensors, *((one.name, one) for one in self.others))
-        ]
+        return [_wrong(one, why[key]) for key, one in (*of_sensors, *((one.name, one) for one in self.others))]
 
     def on(self, recording: Recording) -> Recording:
         effects = [one.effect for one in self.described]
@@ -81,6 +81,24 @@ def wrong_descriptions(recording: Recording) -> tuple[list[WrongDescription], li
             return changes.described, found
         changes = best
     return changes.described, None
+
+
+def wrong_descriptions_of_chamber(
+    readings: ChamberReadings, belief: Belief, name: str, folder: str | Path = "."
+) -> list[WrongDescription]:
+    """The same of an accelerometer in a chamber: unit and sign of its output."""
+    shown_g = indicated(*mended_chamber(readings, belief, name), folder) / STANDARD_GRAVITY
+    found = next(check_chamber(readings.input_g, shown_g), None)
+    if found is None:
+        return []
+    size = np.abs(found.factor) * np.eye(3)
+    if found.factor < 0.0:
+        size[AXES.index(readings.axis or "x")] *= -1.0
+    return [_wrong(one, found) for one in _of_matrix("accelerometer", size)]
+
+
+def _wrong(effect: EffectBelief, found: Finding) -> WrongDescription:
+    return WrongDescription(effect, float(np.nan_to_num(found.log_odds, posinf=COUNTED)), found.seen)
 
 
 def _best(recording: Recording, here: Recording, found: Finding, options: Sequence[_Changes]) -> _Changes | None:

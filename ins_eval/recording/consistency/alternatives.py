@@ -19,6 +19,7 @@ import numpy as np
 
 BEYOND_DOUBT = float(np.log(1e6))  # log odds: refused
 LIKELY = float(np.log(20.0))  # warned of
+COUNTED = float(np.log(1e12))  # odds beyond which none are told
 NU = 4.0
 EXPLAINED = 0.85  # a channel is used only where the best residual is below this share of what it should show
 SIZE_FACTOR = 1.35  # between what is read and what should be shown; the units tried differ by more
@@ -62,7 +63,7 @@ class Finding:
 
     @property
     def odds(self) -> str:
-        return "beyond 1e12 to 1" if self.log_odds > np.log(1e12) else f"{np.exp(self.log_odds):.2g} to 1"
+        return "beyond 1e12 to 1" if self.log_odds > COUNTED else f"{np.exp(self.log_odds):.2g} to 1"
 
 
 def channel_scores(

@@ -1,4 +1,4 @@
-"""Units and signs of a parked unit, judged by what a standstill must show: gravity, and the rate of the Earth.
+"""Units and signs of what is at rest, judged by what a standstill must show: gravity, and the rate of the Earth.
 
 At rest  |f| = g  and  w . f = |f| W sin(latitude),  W the Earth's rate. A unit that is mixed up multiplies one of them
 by a known factor. A gyro with the wrong sign shows its part of w . f with the wrong sign; as it was read it has a bias
@@ -25,6 +25,17 @@ EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degree
 EARTH_DIRECTION = 0.1  # part along gravity, from sin(latitude): Earth rate in another unit
 LEAST_BIAS = 1e-3  # of Earth rate: no smaller bias counts, for the mean is not known better
 PARKED = ("oven", "static")
+LEAST_INPUT_G = 0.5  # below it a bias shows more than a scale factor
+CHAMBER_TOLERANCE = 0.35  # of the logarithm of a factor: of a single position a bias is a part
+OF_CHAMBER = {
+    1.0: "its sign is wrong",
+    1e-3: "its output is given in thousands",
+    1e3: "its output is given in thousandths",
+    STANDARD_GRAVITY: "m/s^2 given for g",
+    1.0 / STANDARD_GRAVITY: "g given for m/s^2",
+    1e3 * STANDARD_GRAVITY: "mm/s^2 given for g",
+    1e-3 / STANDARD_GRAVITY: "g given for mm/s^2",
+}
 
 
 def mix_up(factor: float, step_s: float, sensor: str) -> tuple[float, str] | None:
@@ -50,6 +61,19 @@ def mix_up(factor: float, step_s: float, sensor: str) -> tuple[float, str] | Non
     tolerance = GRAVITY_TOLERANCE if sensor == "accelerometer" else GYRO_TOLERANCE
     near = min(known, key=lambda one: abs(np.log(factor / one)))
     return (near, known[near]) if abs(np.log(factor / near)) < tolerance else None
+
+
+def check_chamber(input_g: np.ndarray, shown_g: np.ndarray) -> Iterator[Finding]:
+    """Another unit or sign of an accelerometer that is turned to known parts of gravity, both (n,)."""
+    fed = np.abs(input_g) > LEAST_INPUT_G
+    size = float(np.median(shown_g[fed] / input_g[fed])) if fed.any() else 0.0
+    if size == 0.0:
+        return
+    near = min(OF_CHAMBER, key=lambda one: abs(np.log(abs(size) / one)))
+    if abs(np.log(abs(size) / near)) < CHAMBER_TOLERANCE and (near != 1.0 or size < 0.0):
+        seen = f"the accelerometer shows {size:.3g} times the part of gravity that it feels: {OF_CHAMBER[near]}"
+        mend = "correct the output, or what a pulse is worth"
+        yield Finding("accelerometer.unit", seen, mend, factor=float(np.sign(size)) / near)
 
 
 def at_rest(recording: Recording) -> tuple[Imu, float]:
