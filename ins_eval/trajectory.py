@@ -124,13 +124,18 @@ def _motion(plan, t):
 
 
 @numba.njit(cache=True)
-def _position_rates(plan, t, latitude):
-    speed, _, heading, _, height, _, _, _, _, _, _ = _motion(plan, t)
+def _course(plan, t):
+    """Velocity north and east, and height: the part of `_motion` that moves a position."""
+    speed_table, height_table, turn_table, _, height0, heading0 = plan
+    speed, heading = _pulses(speed_table, t)[0], heading0 + _pulses(turn_table, t)[0]
+    return speed * np.cos(heading), speed * np.sin(heading), height0 + _pulses(height_table, t)[0]
+
+
+@numba.njit(cache=True)
+def _position_rates(course, latitude):
+    north, east, height = course
     meridian, transverse = radii(latitude)
-    return (
-        speed * np.cos(heading) / (meridian + height),
-        speed * np.sin(heading) / ((transverse + height) * np.cos(latitude)),
-    )
+    return north / (meridian + height), east / ((transverse + height) * np.cos(latitude))
 
 
 @numba.njit(cache=True)
@@ -138,15 +143,18 @@ def _positions(plan, start_s, step_s, count, latitude0, longitude0):
     """Classical Runge-Kutta quadrature of latitude and longitude, with their rates for interpolation: (count, 4)."""
     out = np.empty((count, 4))
     latitude, longitude = latitude0, longitude0
+    begin = _course(plan, start_s)
     for k in range(count):
         t = start_s + k * step_s
-        a1, b1 = _position_rates(plan, t, latitude)
+        middle, end = _course(plan, t + 0.5 * step_s), _course(plan, start_s + (k + 1) * step_s)
+        a1, b1 = _position_rates(begin, latitude)
         out[k] = latitude, longitude, a1, b1
-        a2, b2 = _position_rates(plan, t + 0.5 * step_s, latitude + 0.5 * step_s * a1)
-        a3, b3 = _position_rates(plan, t + 0.5 * step_s, latitude + 0.5 * step_s * a2)
-        a4, b4 = _position_rates(plan, t + step_s, latitude + step_s * a3)
+        a2, b2 = _position_rates(middle, latitude + 0.5 * step_s * a1)
+        a3, b3 = _position_rates(middle, latitude + 0.5 * step_s * a2)
+        a4, b4 = _position_rates(end, latitude + step_s * a3)
         latitude += step_s * (a1 + 2.0 * (a2 + a3) + a4) / 6.0
         longitude += step_s * (b1 + 2.0 * (b2 + b3) + b4) / 6.0
+        begin = end
     return out
 
 

@@ -23,7 +23,9 @@ import pyins.strapdown
 import pyins.util
 
 from ins_eval import coning_sculling, ensemble, strapdown
+from ins_eval.analysis.both_ways import TOO_LARGE
 from ins_eval.analysis.flight import BUDGET_ARMS
+from ins_eval.analysis.missions import POPULATION
 from ins_eval.ensemble import Plan, World
 from ins_eval.profile import load
 from ins_eval.recording import Start
@@ -214,7 +216,8 @@ def members() -> Group:
     in_full = Plan("climb-cruise-landing", "jb-kt8", seed=1)
     budget = replace(in_full, arms=BUDGET_ARMS, source="gyro")
     linear = replace(in_full, experiment="linear", arms=("simple", "hysteresis_refined"))
-    worlds = {plan: World(plan) for plan in (in_full, budget, linear)}
+    mission = replace(linear, missions=POPULATION, arms=tuple(arm for arm in in_full.arms if arm not in TOO_LARGE))
+    worlds = {plan: World(plan) for plan in (in_full, budget, linear, mission)}
     numbers = count()  # an instrument is drawn once, and what it shares with its twins is kept
 
     def fly(plan: Plan, member: Callable[[World, int], object]) -> Callable[[], object]:
@@ -225,6 +228,7 @@ def members() -> Group:
         f"member, {len(in_full.arms)} arms": fly(in_full, ensemble.flight.member),
         f"member, {len(budget.arms)} arms, gyros alone": fly(budget, ensemble.flight.member),
         f"{linear.together} instruments to first order, 2 arms": fly(linear, ensemble.linear.member),
+        f"mission of its own to first order, {len(mission.arms)} arms": fly(mission, ensemble.linear.member),
     }
     return Group("Members of an ensemble", "s", contenders, dict.fromkeys(contenders, 1.0))
 
