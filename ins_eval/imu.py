@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -143,7 +143,7 @@ class Mission:
 
     def record(self, instrument: Instrument, streams: Streams) -> Recording:
         """What `instrument` records, from switching it on; `streams` are those of this one run."""
-        true = self.increments
+        true, (gyro, height_baro_m, fixes) = self.increments, _beside(self, instrument.gyros, streams)
         counts = np.empty_like(true.dv_b)
         for axis, (unit, gradient) in enumerate(zip(instrument.accelerometers, instrument.gradient, strict=True)):
             run = self.run_at(gradient) if gradient else self.run
@@ -155,15 +155,13 @@ class Mission:
             start=self.start(self.trajectory.start_s, aligned=self.profile.kind == "static", still_until_s=0.0),
             imu=Imu(
                 time_s=true.time_s,
-                gyro=instrument.gyros.increments(
-                    true.time_s, self.trajectory.start_s, true.dtheta_b, streams.at("gyros"), self.imu_c
-                ),
+                gyro=gyro,
                 accelerometer=counts,
                 accelerometer_form="pulse",
                 temperature_c=self.reading_c,
-                height_baro_m=self._baro(streams),
+                height_baro_m=height_baro_m,
             ),
-            gps=self._gps(streams),
+            gps=fixes,
             belief=NAVIGATION_GRADE,
         )
 
@@ -198,12 +196,18 @@ class Mission:
             true.attitude_rad,
         )
 
-    def _baro(self, streams: Streams) -> np.ndarray:
+    def baro(self, streams: Streams) -> np.ndarray:
         """Baro height at every sample: agrees with the true one at the start and then wanders."""
         baro = self.profile.baro
         slow_s = np.arange(self.trajectory.start_s, self.trajectory.end_s + 10.0, 10.0)
         wander = gauss_markov(slow_s, baro.sigma_m, baro.correlation_s, streams.at("baro").rng(), start=0.0)
         return self.height_m + np.interp(self.time_s, slow_s, wander)
 
-    def _gps(self, streams: Streams) -> Fixes | None:
-        return gps.receive(self.trajectory, streams.at("gps")) if self.profile.kind == "flight" else None
+
+@lru_cache(maxsize=4)  # an instrument in an experiment with other accelerometers has the same gyros, baro and receiver
+def _beside(mission: Mission, gyros: GyroPopulation, streams: Streams) -> tuple[np.ndarray, np.ndarray, Fixes | None]:
+    """What is recorded in a run beside the accelerometers: increments of the gyros, baro height, fixes."""
+    start_s, true = mission.trajectory.start_s, mission.increments
+    gyro = gyros.increments(true.time_s, start_s, true.dtheta_b, streams.at("gyros"), mission.imu_c)
+    flown = mission.profile.kind == "flight"
+    return gyro, mission.baro(streams), gps.receive(mission.trajectory, streams.at("gps")) if flown else None
