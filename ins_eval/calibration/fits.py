@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from ins_eval.errors import DataRefused
@@ -43,26 +42,19 @@ class Polynomial:
         """The curve at temperatures (n,) in degC and rates (n,) in degC/min; returns (n,)."""
         if self.values.ndim == 2:
             return self.design(temperature_c, rate_c_per_min) @ self.values
-        temperature, rate = np.broadcast_arrays(temperature_c, rate_c_per_min)
-        columns = (np.ascontiguousarray(column, dtype=float).reshape(-1) for column in (temperature, rate))
-        return _nested(tuple(self.coefficients.values()), *columns, self.reference_c).reshape(temperature.shape)
+        # nested, and without the rate where no term has it: this is done for every sample of every flight
+        c = self.coefficients
+        difference = np.asarray(temperature_c) - self.reference_c
+        curve = (c["beta"] * difference + c["mu"]) * difference + c["gamma"]
+        if c["alpha"] or c["eta"] or c["epsilon"]:
+            rate = np.asarray(rate_c_per_min)
+            curve += (c["alpha"] * rate + c["eta"] * difference + c["epsilon"]) * rate
+        return curve
 
     def design(self, temperature_c: np.ndarray, rate_c_per_min: np.ndarray) -> np.ndarray:
         """What each coefficient is multiplied by: (n, p), the curve is ``design @ values``."""
         chosen = [TERMS.index(term) for term in self.terms]
         return scale_factor_terms(np.asarray(temperature_c) - self.reference_c, rate_c_per_min)[:, chosen]
-
-
-@numba.njit(cache=True, nogil=True)
-def _nested(coefficients, temperature_c, rate_c_per_min, reference_c):
-    """Eq. (11) of (n,) degC and (n,) degC/min in one pass: this is done for every sample of every flight."""
-    alpha, beta, eta, epsilon, mu, gamma = coefficients
-    curve = np.empty(temperature_c.size)
-    for k in range(curve.size):
-        difference, rate = temperature_c[k] - reference_c, rate_c_per_min[k]
-        still = (beta * difference + mu) * difference + gamma
-        curve[k] = still + (alpha * rate + eta * difference + epsilon) * rate
-    return curve
 
 
 def polynomial(
