@@ -33,9 +33,10 @@ def standing(roll_deg: float, pitch_deg: float, heading_deg: float, declination_
 def test_the_attitude_of_a_tilted_unit_comes_back(attitude_deg, declination_deg) -> None:
     recording = standing(*attitude_deg, declination_deg)
     found = with_magnetic_heading(recording, COLUMNS, np.radians(declination_deg)).start
-    off = Rotation.from_euler("ZYX", found.attitude_rad[::-1]) * Rotation.from_euler(
-        "ZYX", attitude_deg[::-1], degrees=True
-    ).inv()
+    off = (
+        Rotation.from_euler("ZYX", found.attitude_rad[::-1])
+        * Rotation.from_euler("ZYX", attitude_deg[::-1], degrees=True).inv()
+    )
     assert off.magnitude() < 1e-9
     assert found.attitude_sigma_rad == SIGMA_RAD
 

@@ -219,5 +219,3 @@ def _recording(found: RecordingComparison) -> list[Block]:
     recording = found.recording
     facts = f"kind {recording.kind}, rate {found.rate_hz:g} Hz, length {found.duration_s:g} s"
     return paragraphs(sentence(facts), *(sentence(note) for note in recording.notes))
-
-

@@ -145,5 +145,3 @@ def _no_scale(found: RecordingComparison) -> str:
         f"No scale factor of {of_whom} is given: the motion is too small to tell it to {100.0 * channels.LIMIT:g} %, "
         "so it stands within the difference."
     )
-
-

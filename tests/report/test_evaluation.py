@@ -95,6 +95,8 @@ def test_what_is_lost_leads_with_how_far_it_goes_from_a_fix(evaluation_numbers):
     assert second.startswith("Left alone for longer it is lost: ") and "500.00 m/s" in second
     table = next(b for s in sections if s.heading == "Between fixes" for b in s.blocks if isinstance(b, Table))
     assert "95 % interval" in table.note
+
+
 def glance(numbers) -> tuple[list[str], list[str], str]:
     """Values and intervals of the three numbers, and the figure, of the first screen."""
     first, _, picture = evaluation_content(numbers)[1][0].blocks
