@@ -23,6 +23,7 @@ from ins_eval.diagnosis.estimate.description import (
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
+from ins_eval.recording.consistency.settling import settled
 from ins_eval.recording.form.description import CHAMBER, open_folder
 from ins_eval.recording.mending import FAMILY
 from ins_eval.tables import parse, read_toml
@@ -116,7 +117,7 @@ def _made_ready(
     doubted = doubted if unit is None else replace(doubted, unit=unit)
     wrong, found = wrong_descriptions(replace(doubted, name=name, folder=where))
     right = replace(doubted, belief=with_effects(belief, [one.effect for one in wrong]))
-    recording = believed(replace(form.validated(right, found), name=name, folder=where))
+    recording = settled(believed(replace(form.validated(right, found), name=name, folder=where)))
     stated = tuple(one for one in belief.effects if one.name.startswith(FAMILY))  # mended, and still believed
     return prepare(recording, where), with_effects(recording.belief, stated), belief_rows(recording), wrong
 

@@ -20,7 +20,7 @@ def seen_of(recording: Recording) -> observations.Observations:
     (solution,) = null.solve(believed)
     measured = observations.sources(believed, solution.time_s[-1])
     model = error_model.build(believed, (solution,), observations.nodes(believed, measured, solution.time_s[-1]))
-    return observations.observe(believed, model, measured)
+    return observations.observe(believed, model.states, model.arc, measured)
 
 
 def test_missing_values_are_gaps_and_nothing_else(flight) -> None:

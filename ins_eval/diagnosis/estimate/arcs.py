@@ -24,7 +24,7 @@ import numpy as np
 from ins_eval.diagnosis.estimate.noise import white, without_outliers
 from ins_eval.diagnosis.model import error_model, null, observations
 from ins_eval.diagnosis.model.columns import coupling
-from ins_eval.diagnosis.model.geometry import apart, moved, turned
+from ins_eval.diagnosis.model.geometry import along, apart, moved, turned
 from ins_eval.initialization import GYRO_BIAS, WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS, filtered
 from ins_eval.limits import limits_of
 from ins_eval.strapdown import SAMPLES_PER_STEP
@@ -156,19 +156,29 @@ def _begun(here: Settled, states: list[Start]) -> Settled:
     return replace(here, navigated=replace(here.navigated, start=start, arcs=tuple(states[1:])))
 
 
-def observed(navigated: Believed, nodes_s: np.ndarray | None = None) -> tuple[ErrorModel, Observations]:
-    """The error model along the solution of what is `navigated`, at all its nodes, and what was measured there.
+def observed(navigated: Believed) -> tuple[ErrorModel, Observations]:
+    """The error model along the solution of what is `navigated`, and what was measured at its nodes.
 
     Raises Diverged where that solution is faster than anything that carries an INS.
     """
     solution = null.solve(navigated)
     end_s = float(solution[-1].time_s[-1])
     measured = observations.sources(navigated, end_s)
-    nodes_s = observations.nodes(navigated, measured, end_s) if nodes_s is None else nodes_s
+    nodes_s = observations.nodes(navigated, measured, end_s)
     if not all((np.abs(one.velocity_n) < FASTEST_MPS).all() for one in solution):
         raise Diverged(f"{navigated.recording.name}: as it is believed its errors grow beyond all bounds")
     model = error_model.build(navigated, solution, nodes_s)
-    return model, observations.observe(navigated, model, measured)
+    return model, observations.observe(navigated, model.states, model.arc, measured)
+
+
+def inertial(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
+    """Residual (nodes, 9) at `nodes_s` of the pure-inertial solution: in one arc, no bias that was found taken off."""
+    none = np.zeros(3)
+    whole = replace(navigated, arcs=(), gyro_bias=none, force_bias=none)
+    solution = null.solve(whole)
+    states = along(solution, whole.gyro, none, nodes_s)
+    measured = observations.sources(whole, float(solution[-1].time_s[-1]))
+    return observations.observe(whole, states, np.zeros(nodes_s.size, dtype=int), measured).residual
 
 
 def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

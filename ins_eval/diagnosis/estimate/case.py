@@ -151,9 +151,7 @@ def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) ->
         believing = replace(recording, belief=with_effects(recording.belief, effects))
         return _in_arcs(believing, folder, arcs.settle(believing, folder, light))
 
-    none = np.zeros(3)
-    _, of_one = arcs.observed(replace(navigated, arcs=(), gyro_bias=none, force_bias=none), case.model.nodes_s)
-    return replace(case, inertial=of_one.residual, taken=taken, again=again)
+    return replace(case, inertial=arcs.inertial(navigated, case.model.nodes_s), taken=taken, again=again)
 
 
 def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:

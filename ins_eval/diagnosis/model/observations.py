@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ins_eval.diagnosis.model.error_model import ATTITUDE, POSITION, STATES, VELOCITY, ErrorModel
-from ins_eval.diagnosis.model.geometry import cross_matrices
+from ins_eval.diagnosis.model.error_model import ATTITUDE, POSITION, STATES, VELOCITY
+from ins_eval.diagnosis.model.geometry import States, cross_matrices
 from ins_eval.earth import EARTH_RATE, radii
 from ins_eval.errors import DataRefused
 from ins_eval.navigation import PARKED
@@ -121,9 +121,11 @@ def nodes(believed: Believed, measured: tuple[MeasurementSource, ...], end_s: fl
     return np.append(first + place * step, edges[-1])
 
 
-def observe(believed: Believed, model: ErrorModel, measured: tuple[MeasurementSource, ...]) -> Observations:
-    """The solution at the nodes against all that was measured there."""
-    states, count = model.states, model.nodes_s.size
+def observe(
+    believed: Believed, states: States, arc: np.ndarray, measured: tuple[MeasurementSource, ...]
+) -> Observations:
+    """The solution at the nodes, whose `states` it passes in the arcs `arc` (nodes,), against all that was measured."""
+    count = states.time_s.size
     out = Observations(
         measured,
         residual=np.full((count, CHANNELS), np.nan),
@@ -131,13 +133,13 @@ def observe(believed: Believed, model: ErrorModel, measured: tuple[MeasurementSo
         design=np.zeros((count, CHANNELS, STATES)),
         of_arm=np.zeros((count, 3, CHANNELS)),
         of_delay=np.zeros((count, CHANNELS)),
-        arc=model.arc,
+        arc=arc,
     )
     out.design[:] = np.eye(CHANNELS, STATES)
-    rate_b = _rate(believed, model)
+    rate_b = _rate(believed, states)
     by = [""] * CHANNELS
     for source in reversed(measured):  # the first has the last word
-        row = np.searchsorted(model.nodes_s, source.instants_s - 2.0 * _CLOCK_S)
+        row = np.searchsorted(states.time_s, source.instants_s - 2.0 * _CLOCK_S)
         row = np.minimum(row, count - 1)
         for channel in _one_source(source, row, out, states, rate_b):
             by[channel] = source.name
@@ -191,16 +193,16 @@ def _delay(states, row: np.ndarray, spin_b: np.ndarray, mat: np.ndarray) -> np.n
     return np.column_stack([states.velocity_n[row], states.acceleration_n[row], turning_n])
 
 
-def _rate(believed: Believed, model: ErrorModel) -> np.ndarray:
+def _rate(believed: Believed, states: States) -> np.ndarray:
     """Body rate against the Earth (nodes, 3) in rad/s: mean over the samples around a node less bias and Earth."""
     edges = np.concatenate([[believed.start.time_s], believed.time_s])
     half = float(np.median(np.diff(edges)))
-    low, high = (np.clip(model.nodes_s + sign * half, edges[0], edges[-1]) for sign in (-1.0, 1.0))
+    low, high = (np.clip(states.time_s + sign * half, edges[0], edges[-1]) for sign in (-1.0, 1.0))
     angles = (np.append(0.0, np.cumsum(column)) for column in believed.gyro.T)
     turned = np.column_stack([np.interp(high, edges, angle) - np.interp(low, edges, angle) for angle in angles])
-    latitude = model.states.latitude_rad
+    latitude = states.latitude_rad
     earth_n = EARTH_RATE * np.column_stack([np.cos(latitude), np.zeros_like(latitude), -np.sin(latitude)])
-    return turned / (high - low)[:, None] - believed.gyro_bias - np.einsum("kji,kj->ki", model.states.mat_nb, earth_n)
+    return turned / (high - low)[:, None] - believed.gyro_bias - np.einsum("kji,kj->ki", states.mat_nb, earth_n)
 
 
 def _sigma(source: MeasurementSource) -> np.ndarray:

@@ -15,6 +15,7 @@ from ins_eval.recording import Imu, Recording
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
 from ins_eval.recording.consistency.limits import check_limits, check_outliers
 from ins_eval.recording.consistency.rest import check_rest
+from ins_eval.recording.consistency.settling import check_settling
 from ins_eval.recording.consistency.track import check_baro, check_stamps, check_track
 from ins_eval.recording.consistency.triads import check_triads
 
@@ -38,6 +39,7 @@ def _of_motion(recording: Recording) -> Iterator[Finding]:
             found = check_stamps(fixes, table), check_baro(recording.imu, fixes, recording.start.height_m, table)
             yield from (one for one in found if one is not None)
     if _finite(recording.imu):
+        yield from check_settling(recording)
         yield from check_rest(recording)
         yield from check_triads(recording)
 
