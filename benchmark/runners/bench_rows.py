@@ -35,6 +35,7 @@ SOURCE = Path(__file__).parents[1] / "speed" / "mechanization.c"
 SAMPLES = 828_000  # 2.3 h at 100 Hz
 PYINS_SAMPLES = 40_000
 LANES = 8
+IMPORTED = "numpy, scipy.stats, numba, matplotlib.figure"
 TEN_MINUTES = """\
 name = "ten minutes"
 duration_s = 600.0
@@ -184,7 +185,7 @@ def rates() -> Group:
 
 
 def start_up() -> Group:
-    """Processes of their own, with nothing but the named work."""
+    """Processes of their own, with nothing but the named work; the first is what others' packages take to import."""
     folder = Path(tempfile.mkdtemp())
     (folder / "short.toml").write_text(TEN_MINUTES)
     recordings = {
@@ -195,7 +196,7 @@ def start_up() -> Group:
         subprocess.run([*_VERB, "simulate", *words, "-o", str(folder / name), "--quiet"], check=True)
     evaluate = [*_VERB, "evaluate", "--output", str(folder / "page"), "--quiet"]
     made = {
-        "python -c pass": [sys.executable, "-c", "pass"],
+        "import of numpy, scipy, numba, matplotlib": [sys.executable, "-c", f"import {IMPORTED}"],
         "import ins_eval": [sys.executable, "-c", "import ins_eval"],
         "import of navigate": [sys.executable, "-c", "from ins_eval import navigate"],
         "ins-eval --help": [*_VERB, "--help"],
