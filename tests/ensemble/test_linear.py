@@ -86,7 +86,7 @@ def test_later_blocks_draw_their_noise_once_a_step(profile: Path) -> None:
     world = World(Plan(str(profile), arms=("simple",), experiment="linear"))
     course = Course(world.flight)
     assert Instruments(world, range(80)).draws(course) == 10
-    assert Instruments(world, range(80, 160)).draws(course) == 1
+    assert Instruments(world, range(240, 320)).draws(course) == 1
 
 
 def test_an_effect_that_is_not_known_is_refused(population: Population) -> None:

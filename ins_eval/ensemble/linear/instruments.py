@@ -17,18 +17,20 @@ from ins_eval.ensemble.world import World
 from ins_eval.imu import Mission
 from ins_eval.many_streams import ManyStreams
 
+SAMPLED = 3 * BLOCK  # as many as anyone flies in full as well
+
 
 class Instruments:
     """The instruments of a world with the numbers `indexes`, (m,).
 
     One alone may have models of its own and accelerometers unequally warm (`imu.Instrument.gradient`). Noise of the
-    first `BLOCK` is drawn sample by sample, as in full, so that each is the very one that is flown in full as well
+    first `SAMPLED` is drawn sample by sample, as in full, so that each is the very one that is flown in full as well
     (`sampled`); of all others once a step, the sum of normal numbers being one.
     """
 
     def __init__(self, world: World, indexes: Sequence[int]):
         self.world, self.indexes, self.alone = world, indexes, len(indexes) == 1
-        self.sampled = indexes[0] < BLOCK
+        self.sampled = indexes[0] < SAMPLED
         self.streams = ManyStreams.of([world.streams(index) for index in indexes])
         self.gyros = world.population.gyros
         self.accelerometers = draw(world.population.accelerometers, self.streams.at("accelerometers"))
