@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ins_eval.believed import BeliefRow, belief_rows, believed, believed_of_chamber
 from ins_eval.diagnosis.answer.answer import answer
@@ -23,6 +23,7 @@ from ins_eval.diagnosis.estimate.description import (
 from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
+from ins_eval.recording.consistency import WARNING
 from ins_eval.recording.consistency.settling import settled
 from ins_eval.recording.form.description import CHAMBER, open_folder
 from ins_eval.recording.mending import FAMILY
@@ -38,12 +39,14 @@ STEPS = 4  # of the search, beside one for each recording
 class RecordingsDiagnosis:
     """A verdict over recordings; `written` are the effects of a belief that was written, if one was.
 
-    `belief` is that of the first recording, `stated` the rows of it for the page, by the name of each recording.
+    `belief` is that of the first recording, `stated` the rows of it for the page, by the name of each recording;
+    `warnings` are what contradicts itself in them and is likely.
     """
 
     diagnosis: Diagnosis
     belief: Belief
     stated: Mapping[str, Sequence[BeliefRow]]
+    warnings: Sequence[str] = ()
     written: Sequence[EffectBelief] = ()
 
     @cached_property
@@ -79,14 +82,15 @@ def diagnose_folders(
     for folder, name in zip(folders, _names(folders), strict=True):
         step(folder.name)
         made.append(_made_ready(folder, name, belief_file, unit))
-    cases, beliefs, stated, wrong = zip(*made, strict=True)
-    named = {case.name: rows for case, rows in zip(cases, stated, strict=True)}
-    return RecordingsDiagnosis(with_descriptions(judge(cases, step, beliefs[0]), wrong), beliefs[0], named)
+    belief = made[0].belief
+    found = with_descriptions(judge([one.case for one in made], step, belief), [one.wrong for one in made])
+    warnings = [words for one in made for words in one.warnings]
+    return RecordingsDiagnosis(found, belief, {one.case.name: one.stated for one in made}, warnings)
 
 
 def prepare_folders(folders: Sequence[Path]) -> list[Case]:
     """Recordings made ready to be judged together."""
-    return [_made_ready(folder, name)[0] for folder, name in zip(folders, _names(folders), strict=True)]
+    return [_made_ready(folder, name).case for folder, name in zip(folders, _names(folders), strict=True)]
 
 
 def belief_of(folder: Path, belief_file: Path | None) -> tuple[Belief, Path]:
@@ -97,10 +101,17 @@ def belief_of(folder: Path, belief_file: Path | None) -> tuple[Belief, Path]:
     return parse(Belief, tables, str(belief_file)), belief_file.parent
 
 
-def _made_ready(
-    folder: Path, name: str, belief_file: Path | None = None, unit: str | None = None
-) -> tuple[Case, Belief, list[BeliefRow], list[WrongDescription]]:
-    """A recording made ready to be judged, its belief, the same as rows for the page, and what was mended in it."""
+class _Ready(NamedTuple):
+    """A recording ready to be judged, its belief, the same as rows, what was mended in it, and what is likely wrong."""
+
+    case: Case
+    belief: Belief
+    stated: Sequence[BeliefRow]
+    wrong: Sequence[WrongDescription]
+    warnings: Sequence[str]
+
+
+def _made_ready(folder: Path, name: str, belief_file: Path | None = None, unit: str | None = None) -> _Ready:
     if not folder.is_dir():
         raise UsageError(
             f"{folder}: diagnose takes a folder in the form ins-recording/1; bring this file into the form first: "
@@ -112,14 +123,16 @@ def _made_ready(
         readings = form.read_chamber(folder)
         wrong = wrong_descriptions_of_chamber(readings, belief, name, where)
         right = with_effects(belief, [one.effect for one in wrong])
-        return prepare_chamber(readings, right, name, where), right, [], wrong
+        return _Ready(prepare_chamber(readings, right, name, where), right, [], wrong, [])
     doubted = form.read(folder, belief=belief, doubted=True)
     doubted = doubted if unit is None else replace(doubted, unit=unit)
     wrong, found = wrong_descriptions(replace(doubted, name=name, folder=where))
     right = replace(doubted, belief=with_effects(belief, [one.effect for one in wrong]))
-    recording = settled(believed(replace(form.validated(right, found), name=name, folder=where)))
+    recording = settled(believed(replace(form.validated(right, found, judged=True), name=name, folder=where)))
     stated = tuple(one for one in belief.effects if one.name.startswith(FAMILY))  # mended, and still believed
-    return prepare(recording, where), with_effects(recording.belief, stated), belief_rows(recording), wrong
+    warnings = [words for words in recording.notes if words.startswith(WARNING)]
+    case, whole = prepare(recording, where), with_effects(recording.belief, stated)
+    return _Ready(case, whole, belief_rows(recording), wrong, warnings)
 
 
 def _names(folders: Sequence[Path]) -> list[str]:

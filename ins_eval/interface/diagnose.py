@@ -35,5 +35,5 @@ def diagnose(
         _, where = belief_of(folders[0], belief_file)
         form.write_belief(Path(model_file), with_effects(without_roots(found.belief), found.written), where)
     tree, draw = page(found.diagnosis, found.answer, found.written)
-    tree["belief"] = found.stated
+    tree["belief"], tree["warnings"] = found.stated, found.warnings
     return Result(TITLE, found, as_tree(tree), *diagnosis_content(tree), draw)

@@ -27,6 +27,7 @@ from ins_eval.units import DEG, DEG_PER_H
 LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing
 BIAS_SIGMAS = 5.0  # of the believed gyro bias
 LARGEST_BIAS_RADPS = 20.0 * DEG  # of any gyro in use: the tolerance of the coarsest data sheet (MPU-6050)
+LARGEST_BIAS_G = 0.25  # of any accelerometer in use: likewise (ADXL345)
 LARGEST_TILT_DEG = 45.0  # between gravity as measured and as the start has it
 LARGEST_RATE_RADPS = BY_UNIT["radps"][1]
 LARGEST_SPECIFIC_FORCE_MPS2 = BY_UNIT["mps2"][1]
@@ -38,13 +39,16 @@ PILE_UP = 10  # times the next value, and that often at least, before the larges
 CHANNELS = ("gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z")
 
 
-def validate(recording: Recording, found: Sequence[consistency.Finding] | None = None) -> Recording:
+def validate(
+    recording: Recording, found: Sequence[consistency.Finding] | None = None, judged: bool = False
+) -> Recording:
     """Return the recording with suspicions added to its notes.
 
     Checked are shapes, finite values, time (strictly increasing, no step beyond 1.5 times the median) and
     plausible magnitudes; of a recording at rest also that the specific force is gravity, on the axis and with
     the sign that the start's attitude gives it (level if there is none), and that the gyros show about Earth rate.
     Then the list of `consistency`, the same for the form and for every importer; `found` where it is known already.
+    Where what is believed is `judged`, biases at rest may be as large as those of any sensor in use.
     Raises `DataRefused`.
     """
     where = f"recording '{recording.name}'"
@@ -59,7 +63,7 @@ def validate(recording: Recording, found: Sequence[consistency.Finding] | None =
     step_s = _check_time(recording, where)
     _check_range(recording.imu, step_s, where)
     if recording.kind in ("oven", "static"):
-        _check_rest(recording, where)
+        _check_rest(recording, where, judged)
     suspicions = [
         *consistency.report(recording, consistency.findings(recording) if found is None else found, where),
         *_suspicions(recording, step_s),
@@ -186,7 +190,7 @@ def _check_fixes(fixes: Fixes, where: str) -> None:
         )
 
 
-def _check_rest(recording: Recording, where: str) -> None:
+def _check_rest(recording: Recording, where: str, judged: bool) -> None:
     """At rest the accelerometers show gravity upwards and the gyros about Earth rate."""
     start = recording.start
     imu, duration_s = at_rest(recording)
@@ -194,7 +198,7 @@ def _check_rest(recording: Recording, where: str) -> None:
     size = float(np.linalg.norm(force_b))
     if imu.accelerometer_form == "increment":
         expected = float(gravity(start.latitude_rad, start.height_m))
-        if abs(size / expected - 1.0) > GRAVITY_TOLERANCE:
+        if abs(size / expected - 1.0) > (LARGEST_BIAS_G if judged else GRAVITY_TOLERANCE):
             raise DataRefused(
                 f"{where}: the mean specific force at rest is {size:.4g} m/s^2, {size / expected:.3g} times gravity, "
                 f"expected {expected:.5g}{_guess(size / expected, duration_s / len(imu.time_s), 'accelerometer')}; "
@@ -203,10 +207,12 @@ def _check_rest(recording: Recording, where: str) -> None:
     if size > 0.0:
         _check_direction(force_b / size, start.attitude_rad, where)
 
-    _check_rate_at_rest(recording, imu.gyro.sum(axis=0) / duration_s, force_b, where)
+    _check_rate_at_rest(recording, imu.gyro.sum(axis=0) / duration_s, force_b, where, judged)
 
 
-def _check_rate_at_rest(recording: Recording, mean_b: np.ndarray, force_b: np.ndarray, where: str) -> None:
+def _check_rate_at_rest(
+    recording: Recording, mean_b: np.ndarray, force_b: np.ndarray, where: str, judged: bool
+) -> None:
     """The gyros show Earth rate beside a bias that is believed, or that nobody ruled out.
 
     Where no bias is stated, a large one is refused only as a mix-up of units: it multiplies Earth rate by a known
@@ -217,7 +223,9 @@ def _check_rate_at_rest(recording: Recording, mean_b: np.ndarray, force_b: np.nd
     taken_off = np.zeros(3) if gyro.bias_radps is None else np.asarray(gyro.bias_radps)
     rate, left = float(np.linalg.norm(mean_b)), float(np.linalg.norm(mean_b - taken_off))
     guess = _guess(left / EARTH_RATE, duration_s / len(recording.imu.time_s), "gyro")
-    if gyro.bias_sigma_deg_per_h is not None:  # a unit too coarse for Earth rate
+    if judged:
+        most = LARGEST_BIAS_RADPS
+    elif gyro.bias_sigma_deg_per_h is not None:  # a unit too coarse for Earth rate
         most = max(EARTH_RATE_FACTOR * EARTH_RATE, BIAS_SIGMAS * DEG_PER_H * gyro.bias_sigma_deg_per_h)
     else:
         named = guess and gyro.bias_radps is None and turns_as_the_earth(recording, mean_b, force_b)

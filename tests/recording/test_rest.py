@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ins_eval.recording import Imu, Recording, Start
+from ins_eval.recording.belief import Belief, GyroBelief
 from ins_eval.recording.consistency.alternatives import LIKELY
 from ins_eval.recording.consistency.rest import check_rest
 from ins_eval.units import DEG, DEG_PER_H
@@ -16,7 +17,7 @@ LATITUDE_RAD = np.radians(35.0)
 GRAVITY, EARTH_RATE = 9.7973, 7.292115e-5  # m/s^2 at 35 degrees and height 0, WGS-84, to a part in 10 000; rad/s
 STEP_S, SAMPLES = 0.01, 6000
 UP, NORTH = np.array([0.05, -0.03, -1.0]), np.array([0.8, 0.6, 0.0])  # in body axes: nearly level, heading 37 deg
-SMALL, POOR = 0.02 * DEG_PER_H, 100.0 * DEG_PER_H
+SMALL, POOR, LARGE = 0.02 * DEG_PER_H, 100.0 * DEG_PER_H, 1000.0 * DEG_PER_H
 
 
 def parked(bias: float = SMALL, rate: float = 1.0, force: float = 1.0, signs=(1.0, 1.0, 1.0)) -> Recording:
@@ -46,6 +47,13 @@ def test_another_unit_is_named_with_its_factor(spoilt, key, factor) -> None:
     (found,) = check_rest(parked(**spoilt))
     assert (found.key, found.factor) == (key, pytest.approx(factor))
     assert found.log_odds == np.inf
+
+
+@pytest.mark.parametrize(("rate", "factors"), [(1.0, []), (2.0, []), (1.0 / DEG, [DEG])])
+def test_a_bias_that_is_believed_tells_the_unit_where_it_hides_the_earth(rate: float, factors: list) -> None:
+    belief = Belief(gyro=GyroBelief(bias_radps=(LARGE,) * 3))
+    found = [one for one in check_rest(replace(parked(LARGE, rate), belief=belief)) if one.key == "gyro.unit"]
+    assert [one.factor for one in found] == pytest.approx(factors)
 
 
 def test_another_sign_of_the_vertical_gyro_is_named() -> None:

@@ -10,6 +10,7 @@ import pytest
 from ins_eval.errors import DataRefused
 from ins_eval.readers.psins_text import read_imu_text
 from ins_eval.recording import Fixes, Imu, Recording, Start
+from ins_eval.recording.belief import Belief, GyroBelief
 from ins_eval.recording.validation import validate
 
 LATITUDE_RAD = np.radians(45.0)
@@ -145,6 +146,18 @@ def test_a_mix_up_of_gyro_units_is_refused(factor, guess):
 def test_a_poor_gyro_is_not_mistaken_for_a_mix_up(bias_deg_per_h):
     bias = np.radians(bias_deg_per_h / 3600.0) * STEP_S
     validate(with_imu(parked(), gyro=parked().imu.gyro + bias))
+
+
+def test_where_the_belief_is_judged_biases_may_be_as_large_as_those_of_any_sensor():
+    """Offsets of 500 deg/h beside a bias known to 10 deg/h, and of 80 mg, are findings; another unit is refused."""
+    imu, bias = parked().imu, np.radians(500.0 / 3600.0) * STEP_S
+    known = Belief(gyro=GyroBelief(bias_radps=(0.0, 0.0, 0.0), bias_sigma_deg_per_h=10.0))
+    for other in (with_imu(parked(), gyro=imu.gyro + bias), with_imu(parked(), accelerometer=1.08 * imu.accelerometer)):
+        other = replace(other, belief=known)
+        refusal(other)
+        assert validate(other, judged=True).notes == ("from a test",)
+    with pytest.raises(DataRefused, match="times gravity"):
+        validate(with_imu(parked(), accelerometer=imu.accelerometer / GRAVITY_45), judged=True)
 
 
 def test_accelerometer_axes():

@@ -51,7 +51,7 @@ def coarse(fine: Assembled, block: int) -> Assembled:
     transition = np.empty((blocks, 9, 9))
     coupling = np.empty((blocks, 9, 6))
     sources = np.zeros((blocks, 3 * m, 3))
-    observed = np.zeros((blocks + 1, 9, m))
+    observed = np.empty((blocks + 1, m, 9))
     rows, share = _shares(fine.residual, block)
     weights = np.concatenate([np.ones((1, 9)), share.reshape(-1, 9)])
     _compose(block, weights, motion(fine, 0, m), shown(fine, 0, m), transition, coupling, sources, observed)
@@ -74,7 +74,7 @@ def coarse(fine: Assembled, block: int) -> Assembled:
         drive_weights=np.ones(3 * m),
         residual=residual,
         design=np.concatenate([fine.design[:1], design]),
-        observed=np.ascontiguousarray(observed.transpose(0, 2, 1)),
+        observed=observed,
         slow_nodes=np.ones((1, blocks + 1)),
         observation_terms=np.column_stack([each, each, np.zeros(m, dtype=np.int64)]),
         observation_weights=np.ones(m),
@@ -124,17 +124,20 @@ def _compose(block, weights, motion, shown, out_transition, out_coupling, out_so
     work = np.zeros((9, m))
     pushed = np.zeros((9, m))
     phi, g = np.eye(9), np.zeros((9, 6))
-    show(shown, 0, weights[0], out_observed[0])
+    seen = np.zeros((9, m))
+    show(shown, 0, weights[0], seen)
+    out_observed[0] = seen.T
     for b in range(out_transition.shape[0]):
         first = 1 + b * block
         middle = first + block // 2
+        seen[:] = 0.0
         for k in range(first, first + block):
             e = k - 1
             propagate(motion, e, state, pushed, work)
             state[:] = work
             phi = motion.transition[e] @ phi
             g = motion.transition[e] @ g + motion.coupling[e]
-            show(shown, k, weights[k], out_observed[b + 1])
+            show(shown, k, weights[k], seen)
             if k == middle:
                 out_transition[b] = phi
                 out_coupling[b] = g
@@ -143,3 +146,4 @@ def _compose(block, weights, motion, shown, out_transition, out_coupling, out_so
                         out_sources[b, 3 * c + i // 3, i % 3] = state[i, c]
                 state[:] = 0.0
                 phi, g = np.eye(9), np.zeros((9, 6))
+        out_observed[b + 1] = seen.T

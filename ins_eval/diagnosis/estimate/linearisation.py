@@ -18,6 +18,7 @@ from ins_eval.diagnosis.estimate.search import (
     chi_square_gains,
     log_bayes_factor,
     one_more,
+    possible,
     posterior,
     search,
 )
@@ -111,10 +112,14 @@ class Linearisation:
         return log_bayes_factor(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m])[0]
 
     def places(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """log B of every family in the place of member `k`, and its best member."""
+        """log B of every family in the place of member `k`, and its best member; -inf where no sensor is so far off."""
         others = [j for j in self.best.members if j != k]
-        of_family, members = one_more(self.here.normal, self.here.projection, others, self.space)
+        sums = self.here.normal, self.here.projection
+        of_family, members = one_more(*sums, others, self.space)
         own = self.space.families[k]
+        for family in np.flatnonzero(np.isfinite(of_family)):
+            if family != own and not possible(*sums, [*others, members[family]], self.space)[-1]:
+                of_family[family] = -np.inf
         if own in self.space.families[others]:  # jumps at two instants are of one family
             of_family[own], members[own] = self.gain(self.best.members) - self.gain(others), k
         return of_family, members

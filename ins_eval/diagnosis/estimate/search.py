@@ -240,7 +240,7 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
             of_family, best = one_more(a, b, state.members, space)
             for family in np.argsort(of_family)[::-1][: policy.beam]:
                 members = (*state.members, int(best[family]))
-                if not np.isfinite(of_family[family]) or not _possible(a, b, members, space):
+                if not np.isfinite(of_family[family]) or not possible(a, b, members, space).all():
                     continue
                 gain = state.log_bayes_factor + float(of_family[family])
                 one = Explanation(members, gain, gain - cost * len(members))
@@ -259,14 +259,14 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
     return ranked
 
 
-def _possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], space: Space) -> bool:
-    """Whether every effect comes out with the sign that physics gives it, if any, and with a size that sensors have."""
+def possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], space: Space) -> np.ndarray:
+    """Whether each effect comes out with the sign that physics gives it, if any, and with a size that sensors have."""
     m = list(members)
     c = space.centre[m]
     if not c.any() and not np.isfinite(space.largest[m]).any():
-        return True
+        return np.ones(len(m), dtype=bool)
     mean, _ = posterior(a[np.ix_(m, m)], b[m], c, np.where(c == 0.0, SCALES[-1], 1.0))
-    return bool((mean * c >= 0.0).all() and (np.abs(mean) <= space.largest[m]).all())
+    return (mean * c >= 0.0) & (np.abs(mean) <= space.largest[m])
 
 
 def _judged(one: Explanation, first: float, share: float, space: Space) -> float:

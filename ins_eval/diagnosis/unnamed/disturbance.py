@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 LOUD, QUIET = -1.0, -2.0  # prior sigmas of a level that something else may feign, and of one that it does not
 OF_SENSORS = ("accelerometer_wander", "gyro_wander")
 OF_RECEIVERS = ("slow_position", "slow_velocity", "slow_attitude", "slow_heading")
+OF_STAND = ("slow_attitude", "slow_heading")  # how what a parked unit stands on leans
 OF_BENCH = ("slow_position",)  # the slow error of an accelerometer in a chamber
 
 
@@ -169,10 +170,11 @@ def restless(case: Case, r: int, fitted: Fitted, policy: Policy, chosen: Sequenc
 
 
 def with_quiet_sensors(case: Case, noise_point: np.ndarray) -> np.ndarray:
-    """`noise_point` moved to sensors that wander little; in a chamber, to the noise that is believed."""
+    """`noise_point` moved to sensors that wander little, and a stand that leans little; in a chamber, to the noise that
+    is believed."""
     if case.believed is None:
         return np.zeros_like(noise_point)
-    return _with_quiet(case, noise_point, OF_SENSORS)
+    return _with_quiet(case, noise_point, (*OF_SENSORS, *OF_STAND) if case.kind in PARKED else OF_SENSORS)
 
 
 def within_grade(case: Case, noise_point: np.ndarray, policy: Policy) -> np.ndarray:

@@ -21,6 +21,7 @@ from ins_eval.recording.consistency.triads import check_triads
 
 __all__ = ["ACCEPTED", "KEY", "Finding", "findings", "report"]
 
+WARNING = "Warning: "  # begins a note of what is likely wrong
 KEY = "consistency"  # `--assume consistency=warn` turns every refusal of this list to a warning
 ACCEPTED = "What contradicts {} is accepted, because you assume so."  # the note that says so, also to a later reading
 
@@ -61,7 +62,7 @@ def report(
             notes.append(f"Undecided: {one.seen}.")
             continue
         odds = f", odds {one.odds}" if np.isfinite(one.log_odds) else ""
-        if (warning := f"Warning: {one.seen}{odds}.") in recording.notes:
+        if (warning := f"{WARNING}{one.seen}{odds}.") in recording.notes:
             continue
         keys = (one.key, KEY)
         said = [ACCEPTED.format(key) for key in keys if key in accepted]

@@ -23,6 +23,7 @@ GRAVITY_TOLERANCE = 0.03  # of gravity: far above any accelerometer error, far b
 GYRO_TOLERANCE = 0.35  # of the logarithm of a factor: a gyro shows its bias beside Earth rate
 EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degrees for radians is a factor 57
 EARTH_DIRECTION = 0.1  # part along gravity, from sin(latitude): Earth rate in another unit
+LARGE_BIAS, SAME_DIRECTION = 5.0, 0.95  # of Earth rate; cosine to the bias
 LEAST_BIAS = 1e-3  # of Earth rate: no smaller bias counts, for the mean is not known better
 PARKED = ("oven", "static")
 LEAST_INPUT_G = 0.5  # below it a bias shows more than a scale factor
@@ -106,8 +107,12 @@ def check_rest(recording: Recording) -> Iterator[Finding]:
     if unit is not None:
         yield Finding("accelerometer.unit", f"at rest the specific force is {size:.3g} times gravity: {unit[1]}",
                       "convert the accelerometer to m/s over the sample", factor=1.0 / unit[0])  # fmt: skip
-    bias = recording.belief.gyro.bias_radps
-    rate_b = rate_b - (np.zeros(3) if bias is None else np.asarray(bias))
+    bias = np.zeros(3) if recording.belief.gyro.bias_radps is None else np.asarray(recording.belief.gyro.bias_radps)
+    shown = _of_believed_bias(rate_b, bias, step_s)
+    if shown is not None:
+        yield shown
+        return
+    rate_b = rate_b - bias
     rate = float(np.linalg.norm(rate_b)) / EARTH_RATE
     unit = mix_up(rate, step_s, "gyro")
     if unit is not None and not 1.0 / EARTH_RATE_FACTOR < rate < EARTH_RATE_FACTOR:
@@ -116,6 +121,19 @@ def check_rest(recording: Recording) -> Iterator[Finding]:
                           "convert the gyro to rad over the sample", factor=1.0 / unit[0])  # fmt: skip
     elif size > 0.0 and rate > 0.0 and abs(np.log(rate)) < GYRO_TOLERANCE:  # a unit that feels the Earth
         yield from _sign(recording, rate_b, force_b / np.linalg.norm(force_b))
+
+
+def _of_believed_bias(rate_b: np.ndarray, bias: np.ndarray, step_s: float) -> Finding | None:
+    """Another unit of gyros whose bias (3,) is known and hides the Earth: at rest they show it, in that unit."""
+    size = float(np.linalg.norm(bias))
+    if size < LARGE_BIAS * EARTH_RATE:
+        return None
+    times = float(np.linalg.norm(rate_b)) / size
+    unit = mix_up(times, step_s, "gyro")
+    if unit is None or rate_b @ bias < SAME_DIRECTION * size * size * times:
+        return None
+    seen = f"at rest the gyros show {times:.3g} times the bias that is believed of them: {unit[1]}"
+    return Finding("gyro.unit", seen, "convert the gyro to rad over the sample", factor=1.0 / unit[0])
 
 
 def _sign(recording: Recording, rate_b: np.ndarray, up_b: np.ndarray) -> Iterator[Finding]:

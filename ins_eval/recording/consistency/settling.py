@@ -19,6 +19,7 @@ import numpy as np
 from ins_eval.recording import Recording
 from ins_eval.recording.consistency.alternatives import Finding
 from ins_eval.recording.consistency.limits import WARNED
+from ins_eval.recording.consistency.rest import PARKED
 from ins_eval.units import STANDARD_GRAVITY
 
 LAG_S = 1.0  # over which a receiver that settles leaps and one that has settled does not
@@ -34,6 +35,8 @@ LEAST_MPS = 1e-3  # below any receiver's velocity noise: what is usual of one wi
 def settled_from(recording: Recording) -> float | None:
     """The instant (s) from which the receiver had settled, None where it had from the first fix on."""
     if recording.gps is None or recording.imu is None or recording.imu.accelerometer_form != "increment":
+        return None
+    if recording.kind in PARKED:  # no effect is looked for in the fixes of what stands
         return None
     fixes = recording.gps
     known = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
@@ -88,7 +91,8 @@ def _felt(recording: Recording, at_s: np.ndarray) -> np.ndarray:
     ends_s = np.concatenate([[start_s], imu.time_s])
     edges_s = np.arange(start_s, imu.time_s[-1], BIN_S)
     force, angle = (
-        _at(edges_s, ends_s, np.vstack([np.zeros(3), np.cumsum(one, axis=0)])) for one in (imu.accelerometer, imu.gyro)
+        np.column_stack([np.interp(edges_s, ends_s, np.append(0.0, np.cumsum(column))) for column in one.T])
+        for one in (imu.accelerometer, imu.gyro)
     )
     force = np.diff(force, axis=0) / BIN_S
     reach = LAG_S + LATE_S

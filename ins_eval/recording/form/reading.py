@@ -307,10 +307,11 @@ def _check_halves(table: Columns, motion: np.ndarray) -> None:
             )
 
 
-def validated(recording: Recording, found: Sequence[Finding] | None = None) -> Recording:
+def validated(recording: Recording, found: Sequence[Finding] | None = None, judged: bool = False) -> Recording:
     """The recording with what `validate` has to say of it; of an incomplete reference it sees nothing.
 
-    `found` is what `consistency` finds of the recording as it is mended, where that is known already.
+    `found` is what `consistency` finds of the recording as it is mended, where that is known already; `judged`: see
+    `validate`.
     """
     right = mended(recording)
     reference = right.reference
@@ -319,7 +320,7 @@ def validated(recording: Recording, found: Sequence[Finding] | None = None) -> R
     )
     try:
         whole = complete or reference is None
-        checked = validate(right, found) if whole else validate(replace(right, reference=None))
+        checked = validate(right, found, judged) if whole else validate(replace(right, reference=None), judged=judged)
         check_plausible(right)
     except DataRefused as refused:
         raise DataRefused(printable(f"{recording.folder}: {refused}")) from None
