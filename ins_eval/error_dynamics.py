@@ -21,7 +21,6 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ins_eval.earth import EARTH_RATE, gravity, radii
 from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S
@@ -67,26 +66,48 @@ def steps_of(trajectory: Trajectory, true: Increments, every: int) -> Steps:
     used = count * every
     sample_s = (true.time_s[-1] - trajectory.start_s) / true.time_s.size
     attitude = trajectory.truth(true.time_s[:used] - 0.5 * sample_s).attitude_rad
-    mat_nb = Rotation.from_euler("ZYX", attitude[:, ::-1]).as_matrix()
+    mat_nb, fed_n = _turned(attitude, true.dv_b[:used], every)
     step_s = every * sample_s
 
     def mean(samples: np.ndarray) -> np.ndarray:
         return samples[:used].reshape(count, every, *samples.shape[1:]).mean(axis=1)
 
-    fed_n = mean(np.einsum("nij,nj->ni", mat_nb, true.dv_b[:used])) / sample_s
     end_s = true.time_s[every - 1 : used : every]
     middle = trajectory.truth(end_s - 0.5 * step_s)
     start = trajectory.truth(np.array([trajectory.start_s]))
     transition, drive = _matrices(
         np.column_stack((middle.latitude_rad, middle.longitude_rad, middle.height_m, middle.velocity_n)),
-        fed_n,
+        fed_n / sample_s,
         _damping_gains(float(start.latitude_rad[0]), float(start.height_m[0])),
         step_s,
     )
     rate_b, force_b = mean(true.dtheta_b) / sample_s, mean(true.dv_b) / sample_s
-    return Steps(
-        step_s, end_s, mean(mat_nb), force_b, rate_b, mean(np.abs(true.dtheta_b)) / sample_s, transition, drive
-    )
+    return Steps(step_s, end_s, mat_nb, force_b, rate_b, mean(np.abs(true.dtheta_b)) / sample_s, transition, drive)
+
+
+@numba.njit(cache=True)
+def _turned(attitude_rad, dv_b, every):
+    """Means over `every` samples of the matrix from body to navigation frame, (n, 3, 3), and of C dv, (n, 3)."""
+    count = attitude_rad.shape[0] // every
+    mat_nb, fed_n = np.zeros((count, 3, 3)), np.zeros((count, 3))
+    for k in range(count * every):
+        sr, cr = np.sin(attitude_rad[k, 0]), np.cos(attitude_rad[k, 0])
+        st, ct = np.sin(attitude_rad[k, 1]), np.cos(attitude_rad[k, 1])
+        sp, cp = np.sin(attitude_rad[k, 2]), np.cos(attitude_rad[k, 2])
+        rows = (
+            (ct * cp, sr * st * cp - cr * sp, cr * st * cp + sr * sp),
+            (ct * sp, sr * st * sp + cr * cp, cr * st * sp - sr * cp),
+            (-st, sr * ct, cr * ct),
+        )
+        x, y, z = dv_b[k]
+        for i in range(3):
+            a, b, c = rows[i]
+            mean = mat_nb[k // every, i]
+            mean[0] += a / every
+            mean[1] += b / every
+            mean[2] += c / every
+            fed_n[k // every, i] += (a * x + b * y + c * z) / every
+    return mat_nb, fed_n
 
 
 def _damping_gains(latitude_rad: float, height_m: float) -> np.ndarray:
@@ -103,19 +124,33 @@ def _rates(x, f, out):
     meridian, transverse = radii(latitude)
     sine, cosine = np.sin(latitude), np.cos(latitude)
     east_rate = x[4] / (transverse + height)
-    en = np.array([east_rate, -x[3] / (meridian + height), -east_rate * sine / cosine])
-    ie = np.array([EARTH_RATE * cosine, 0.0, -EARTH_RATE * sine])
-    w = 2.0 * ie + en
+    en_n, en_e, en_d = east_rate, -x[3] / (meridian + height), -east_rate * sine / cosine
+    ie_n, ie_d = EARTH_RATE * cosine, -EARTH_RATE * sine
+    w_n, w_e, w_d = 2.0 * ie_n + en_n, en_e, 2.0 * ie_d + en_d
     out[0], out[1], out[2] = x[3] / (meridian + height), east_rate / cosine, -x[5]
-    out[3] = f[0] - (w[1] * x[5] - w[2] * x[4])
-    out[4] = f[1] - (w[2] * x[3] - w[0] * x[5])
-    out[5] = f[2] + gravity(latitude, height) - (w[0] * x[4] - w[1] * x[3])
-    out[6:] = ie + en
+    out[3] = f[0] - (w_e * x[5] - w_d * x[4])
+    out[4] = f[1] - (w_d * x[3] - w_n * x[5])
+    out[5] = f[2] + gravity(latitude, height) - (w_n * x[4] - w_e * x[3])
+    out[6], out[7], out[8] = ie_n + en_n, en_e, ie_d + en_d
 
 
 @numba.njit(cache=True)
-def _cross_matrix(a):
-    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
+def _turning(a, out):
+    """Write -(a x) into the 3 x 3 block `out`."""
+    out[0, 1], out[0, 2], out[1, 2] = a[2], -a[1], a[0]
+    out[1, 0], out[2, 0], out[2, 1] = -a[2], a[1], -a[0]
+
+
+@numba.njit(cache=True)
+def _product(a, b, out):
+    """a b of square matrices; rows of `a` that begin with zeros, as most of these do, cost less."""
+    out[:] = 0.0
+    for i in range(a.shape[0]):
+        for k in range(a.shape[1]):
+            factor = a[i, k]
+            if factor != 0.0:
+                for j in range(b.shape[1]):
+                    out[i, j] += factor * b[k, j]
 
 
 @numba.njit(cache=True)
@@ -123,13 +158,15 @@ def _matrices(true, force_n, gains, step_s):
     """Transition (n, 10, 10) and drive (n, 10, 7) about position and velocity `true` (n, 6) and force (n, 3)."""
     count = true.shape[0]
     transition, drive = np.empty((count, STATES, STATES)), np.empty((count, STATES, DRIVES))
-    above, below = np.empty(9), np.empty(9)
+    above, below, x = np.empty(9), np.empty(9), np.empty(6)
+    f, p = np.empty((STATES, STATES)), np.empty((STATES, STATES))
+    term, following = np.empty_like(f), np.empty_like(f)
     damped = np.zeros(STATES)  # what the error of the height aid does
     damped[2], damped[5], damped[9] = gains[0], -gains[1], -1.0
     for k in range(count):
-        f = np.zeros((STATES, STATES))
+        f[:] = 0.0
         for column, step in _DIFFERENCES:
-            x = true[k].copy()
+            x[:] = true[k]
             x[column] += step
             _rates(x, force_n[k], above)
             x[column] -= 2.0 * step
@@ -137,16 +174,19 @@ def _matrices(true, force_n, gains, step_s):
             f[:6, column] = (above[:6] - below[:6]) / (2.0 * step)
             f[6:9, column] = (below[6:] - above[6:]) / (2.0 * step)
         _rates(true[k], force_n[k], above)
-        f[3:6, 6:9] = -_cross_matrix(force_n[k])
-        f[6:9, 6:9] = -_cross_matrix(above[6:])
+        _turning(force_n[k], f[3:6, 6:9])
+        _turning(above[6:], f[6:9, 6:9])
         f[:, 2] -= damped
         f[5, 9] = gains[2]
-        half = 0.5 * step_s * f
-        term, p = np.eye(STATES), np.eye(STATES)
-        for order in range(1, 5):
-            term = term @ half / order
+        f *= 0.5 * step_s
+        p[:], term[:] = f, f
+        for i in range(STATES):
+            p[i, i] += 1.0
+        for order in range(2, 5):
+            _product(f, term, following)
+            term[:] = following / order
             p += term
-        transition[k] = p @ p
+        _product(p, p, transition[k])
         drive[k, :, :6] = p[:, 3:9]
         drive[k, :, 6] = step_s * (p @ damped)
     return transition, drive

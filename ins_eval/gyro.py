@@ -65,21 +65,20 @@ class GyroPopulation:
         scale = PPM * self.scale_ppm * streams.at("scale").rng().standard_normal(3)
         asymmetry = PPM * self.asymmetry_ppm * streams.at("asymmetry").rng().standard_normal(3)
         bias = DEG_PER_H * self.bias_deg_per_h * streams.at("bias").rng().standard_normal(3)
-        out = np.empty_like(true_increments)
-        for axis, true in enumerate(true_increments.T):
-            out[:, axis] = true * (1.0 + scale[axis]) + np.abs(true) * asymmetry[axis] + bias[axis] * dt
+        per_c, warmer_c = np.zeros(3), np.full(dt.size, temperature_c - REFERENCE_C)
         if self.thermal_deg_per_h_per_c:
             per_c = DEG_PER_H * self.thermal_deg_per_h_per_c * streams.at("thermal").rng().standard_normal(3)
-            out += ((temperature_c - REFERENCE_C) * dt)[:, None] * per_c
+        wander = np.zeros((3, dt.size))
         if self.instability_deg_per_h:
             slow_s = np.arange(start_s, time_s[-1] + SLOW_S, SLOW_S)
             for axis, rng in enumerate(streams.at("instability", axis).rng() for axis in range(3)):
-                wander = gauss_markov(slow_s, DEG_PER_H * self.instability_deg_per_h, self.instability_time_s, rng)
-                out[:, axis] += np.interp(time_s - 0.5 * dt, slow_s, wander) * dt
+                slow = gauss_markov(slow_s, DEG_PER_H * self.instability_deg_per_h, self.instability_time_s, rng)
+                wander[axis] = np.interp(time_s - 0.5 * dt, slow_s, slow)
+        noise = np.zeros((1, 3))
         if self.angle_random_walk_deg_per_sqrt_h:
             noise = streams.at("angle_random_walk").rng().standard_normal(true_increments.shape)
-            out += DEG_PER_SQRT_H * self.angle_random_walk_deg_per_sqrt_h * np.sqrt(dt)[:, None] * noise
-        return out
+        sigma = DEG_PER_SQRT_H * self.angle_random_walk_deg_per_sqrt_h
+        return _indicated(true_increments, dt, (scale, asymmetry, bias, per_c), warmer_c, wander, sigma, noise)
 
     def rate_errors(
         self,
@@ -118,6 +117,21 @@ class GyroPopulation:
             noise *= DEG_PER_SQRT_H * self.angle_random_walk_deg_per_sqrt_h / np.sqrt(every * step_s)
         courses = (np.ascontiguousarray(rate_b), np.ascontiguousarray(turning_b), temperature_c - REFERENCE_C)
         return _added(courses, (scale, asymmetry, bias, per_c), wander, step_s / SLOW_S, noise)
+
+
+@numba.njit(cache=True, nogil=True)
+def _indicated(true, dt, sizes, warmer_c, wander, sigma, noise):
+    """(1 + s) w + a |w| + b dt + c (T - T0) dt + m dt + N sqrt(dt) n of the increments `true` (n, 3)."""
+    scale, asymmetry, bias, per_c = sizes
+    out = np.empty(true.shape)
+    for k in range(out.shape[0]):
+        step, walk, heated = dt[k], sigma * np.sqrt(dt[k]), warmer_c[k] * dt[k]
+        row = noise[k % noise.shape[0]]
+        for axis in range(3):
+            w = true[k, axis]
+            given = w * (1.0 + scale[axis]) + np.abs(w) * asymmetry[axis] + bias[axis] * step
+            out[k, axis] = given + heated * per_c[axis] + wander[axis, k] * step + walk * row[axis]
+    return out
 
 
 @numba.njit(cache=True, nogil=True)

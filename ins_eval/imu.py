@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -18,7 +18,7 @@ from ins_eval.recording.belief import NAVIGATION_GRADE
 from ins_eval.streams import Streams
 from ins_eval.thermal import Temperature, Thermometer, imu_temperature
 from ins_eval.trajectory import Increments, Trajectory
-from ins_eval.units import through_degrees
+from ins_eval.units import STANDARD_GRAVITY, through_degrees
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,24 @@ class Mission:
         return oven
 
     @cached_property
+    def time_s(self) -> np.ndarray:
+        """Ends of the samples."""
+        return self.trajectory.samples_s(self.rate_hz)
+
+    @cached_property
     def increments(self) -> Increments:
         """What an ideal IMU feels."""
         return self.trajectory.increments(self.rate_hz)
+
+    @cached_property
+    def interval_s(self) -> np.ndarray:
+        """Durations of the samples."""
+        return np.diff(self.time_s, prepend=self.trajectory.start_s)
+
+    @cached_property
+    def force_g(self) -> np.ndarray:
+        """Mean specific force of every sample in g, body axes."""
+        return self.increments.dv_b / (STANDARD_GRAVITY * self.interval_s[:, None])
 
     @cached_property
     def temperature(self) -> Temperature:
@@ -98,18 +113,18 @@ class Mission:
     def reading_c(self) -> np.ndarray:
         """The thermometer's reading at every sample."""
         reading = self.thermometer.read(self.temperature.time_s, self.temperature.temperature_c)
-        latest = np.searchsorted(self.temperature.time_s, self.increments.time_s + 1e-9, side="right") - 1
+        latest = np.searchsorted(self.temperature.time_s, self.time_s + 1e-9, side="right") - 1
         return reading[latest]
 
     @cached_property
     def imu_c(self) -> np.ndarray:
         """True temperature of the IMU at every sample."""
-        return np.interp(self.increments.time_s, self.temperature.time_s, self.temperature.temperature_c)
+        return np.interp(self.time_s, self.temperature.time_s, self.temperature.temperature_c)
 
     @cached_property
     def height_m(self) -> np.ndarray:
         """True height at every sample."""
-        return self.trajectory.truth(self.increments.time_s).height_m
+        return self.trajectory.truth(self.time_s).height_m
 
     def start(self, time_s: float, aligned: bool, still_until_s: float | None = None) -> Start:
         """The true state at `time_s`, with attitude where `aligned`."""
@@ -128,27 +143,25 @@ class Mission:
 
     def record(self, instrument: Instrument, streams: Streams) -> Recording:
         """What `instrument` records, from switching it on; `streams` are those of this one run."""
-        true = self.increments
+        true, (gyro, height_baro_m, fixes) = self.increments, _beside(self, instrument.gyros, streams)
         counts = np.empty_like(true.dv_b)
         for axis, (unit, gradient) in enumerate(zip(instrument.accelerometers, instrument.gradient, strict=True)):
             run = self.run_at(gradient) if gradient else self.run
-            slow = unit.slow(run, streams)
-            counts[:, axis] = unit.pulses(true.time_s, self.trajectory.start_s, true.dv_b, run, slow, streams)
+            slow = unit.slow(run, streams).at(run.time_s, true.time_s)
+            counts[:, axis] = unit.counts(self.interval_s, self.force_g, slow, streams)
         return Recording(
             name=self.profile.name,
             kind="oven" if self.profile.kind == "static" else "flight",
             start=self.start(self.trajectory.start_s, aligned=self.profile.kind == "static", still_until_s=0.0),
             imu=Imu(
                 time_s=true.time_s,
-                gyro=instrument.gyros.increments(
-                    true.time_s, self.trajectory.start_s, true.dtheta_b, streams.at("gyros"), self.imu_c
-                ),
+                gyro=gyro,
                 accelerometer=counts,
                 accelerometer_form="pulse",
                 temperature_c=self.reading_c,
-                height_baro_m=self._baro(streams),
+                height_baro_m=height_baro_m,
             ),
-            gps=self._gps(streams),
+            gps=fixes,
             belief=NAVIGATION_GRADE,
         )
 
@@ -183,12 +196,18 @@ class Mission:
             true.attitude_rad,
         )
 
-    def _baro(self, streams: Streams) -> np.ndarray:
+    def baro(self, streams: Streams) -> np.ndarray:
         """Baro height at every sample: agrees with the true one at the start and then wanders."""
         baro = self.profile.baro
         slow_s = np.arange(self.trajectory.start_s, self.trajectory.end_s + 10.0, 10.0)
         wander = gauss_markov(slow_s, baro.sigma_m, baro.correlation_s, streams.at("baro").rng(), start=0.0)
-        return self.height_m + np.interp(self.increments.time_s, slow_s, wander)
+        return self.height_m + np.interp(self.time_s, slow_s, wander)
 
-    def _gps(self, streams: Streams) -> Fixes | None:
-        return gps.receive(self.trajectory, streams.at("gps")) if self.profile.kind == "flight" else None
+
+@lru_cache(maxsize=4)  # an instrument in an experiment with other accelerometers has the same gyros, baro and receiver
+def _beside(mission: Mission, gyros: GyroPopulation, streams: Streams) -> tuple[np.ndarray, np.ndarray, Fixes | None]:
+    """What is recorded in a run beside the accelerometers: increments of the gyros, baro height, fixes."""
+    start_s, true = mission.trajectory.start_s, mission.increments
+    gyro = gyros.increments(true.time_s, start_s, true.dtheta_b, streams.at("gyros"), mission.imu_c)
+    flown = mission.profile.kind == "flight"
+    return gyro, mission.baro(streams), gps.receive(mission.trajectory, streams.at("gps")) if flown else None

@@ -184,21 +184,22 @@ def normal_sums(streams, count, every, width):
     out = np.empty((count, width, n))
     high, low = streams[:, 0].copy(), streams[:, 1].copy()
     i1, i0 = streams[:, 2].copy(), streams[:, 3].copy()
+    drawn = np.empty(n, np.uint64)
     for k in range(count):
         for row in range(every):
             for j in range(width):
                 for s in range(n):  # innermost, so that the processor works on several streams at once
                     high[s], low[s] = _stepped(high[s], low[s], i1[s], i0[s])
-                    raw = _output(high[s], low[s])
+                    drawn[s] = _output(high[s], low[s])
+                for s in range(n):
+                    raw = drawn[s]
                     layer = raw & _U64(0xFF)
                     magnitude = (raw >> _U64(9)) & _U64(0x000FFFFFFFFFFFFF)
-                    before = out[k, j, s] if row else 0.0
-                    if magnitude < _KI[layer]:
-                        x = np.float64(np.int64(magnitude)) * _WI[layer]
-                        out[k, j, s] = before + (-x if raw & _U64(0x100) else x)
-                    else:
+                    x = np.float64(np.int64(magnitude)) * _WI[layer]
+                    x = -x if raw & _U64(0x100) else x
+                    if magnitude >= _KI[layer]:
                         x, high[s], low[s] = _outside(raw, high[s], low[s], i1[s], i0[s])
-                        out[k, j, s] = before + x
+                    out[k, j, s] = x + (out[k, j, s] if row else 0.0)
     streams[:, 0], streams[:, 1] = high, low
     return out
 

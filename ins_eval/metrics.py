@@ -67,7 +67,7 @@ def velocity_rms(velocity_error: np.ndarray, valid: np.ndarray | None = None) ->
         velocity_error = velocity_error[..., valid, :]
     if velocity_error.shape[-2] == 0:
         raise DataRefused("velocity RMS: none of the epochs is valid; expected at least 1")
-    north, east, down = root_mean_square(np.moveaxis(velocity_error, -1, 0))
+    north, east, down = root_mean_square(np.ascontiguousarray(np.moveaxis(velocity_error, -1, 0)))
     return VelocityRms(north, east, down, np.hypot(north, east))
 
 

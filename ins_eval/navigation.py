@@ -66,7 +66,7 @@ def compensate(seen: Iterable[Samples], triad: Sequence[CompensationModel], inte
     """Velocity increments (n, 3) in m/s that three fitted models make of the samples they see, each of `interval_s`."""
     velocity = np.empty((interval_s.size, 3))
     for axis, (of_axis, model) in enumerate(zip(seen, triad, strict=True)):
-        velocity[:, axis] = model.specific_force(of_axis) * interval_s
+        np.multiply(model.specific_force(of_axis), interval_s, out=velocity[:, axis])
     return velocity
 
 
@@ -136,15 +136,15 @@ def without_bias(recording: Recording, dv_b: np.ndarray) -> tuple[np.ndarray, np
     belief = recording.belief
     of_force = belief.accelerometer.bias_mps2 if recording.imu.accelerometer_form == "increment" else None
     return (
-        _less(recording.imu.gyro, belief.gyro.bias_radps, recording.interval_s),
-        _less(dv_b, of_force, recording.interval_s),
+        _less(recording, recording.imu.gyro, belief.gyro.bias_radps),
+        _less(recording, dv_b, of_force),
     )
 
 
-def _less(increments: np.ndarray, bias: Sequence[float] | None, interval_s: np.ndarray) -> np.ndarray:
+def _less(recording: Recording, increments: np.ndarray, bias: Sequence[float] | None) -> np.ndarray:
     if bias is None or not any(bias):
         return increments
-    return increments - np.asarray(bias) * interval_s[:, None]
+    return increments - np.asarray(bias) * recording.interval_s[:, None]
 
 
 def _stands(recording: Recording, stretch: Stretch) -> bool:

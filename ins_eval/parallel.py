@@ -133,7 +133,7 @@ def _of_cluster(work: Callable[..., Found], jobs: Mapping[Key, tuple], scheduler
 
 
 def _at_worker(code: str, work: Callable[..., Found], arguments: tuple[Any, ...]) -> Found:
-    if code != _of_worker():
+    if code != code_digest():
         raise UsageError(
             "--scheduler: a worker has another version of ins_eval than this machine, expected the same everywhere; "
             "install this one there and start its workers again"
@@ -152,15 +152,13 @@ def _keep_memory() -> None:
             mallopt(parameter, int(KEEP_MEMORY[name]))
 
 
+@cache  # of the code that this process has loaded, whatever lies there later
 def code_digest() -> str:
     """SHA-256 of the modules and tables of this package: what decides numbers beside what is asked for."""
     package, digest = Path(ins_eval.__file__).parent, hashlib.sha256()
     for path in sorted(one for one in package.rglob("*") if one.suffix in (".py", ".toml")):
         digest.update(str(path.relative_to(package)).encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
-
-
-_of_worker = cache(code_digest)  # of the code that a worker has loaded, whatever lies there later
 
 
 @contextmanager

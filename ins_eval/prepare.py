@@ -1,7 +1,7 @@
 """``python -m ins_eval.prepare``: machine code made once, after an install, so that no first run waits for it.
 
 Numba keeps it beside the sources, or in the user's cache folder where that cannot be written. A short flight is
-simulated, flown, evaluated and diagnosed, which calls whatever is compiled.
+simulated, flown, evaluated and diagnosed, and instruments are flown linearly, which calls whatever is compiled.
 """
 
 from __future__ import annotations
@@ -10,7 +10,9 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from ins_eval.analysis.missions import POPULATION
 from ins_eval.cli import main as run
+from ins_eval.ensemble import Plan, World, linear
 
 PROFILE = """\
 name = "short flight"
@@ -42,6 +44,9 @@ def main() -> int:
             print(f"make env: {words[0]}", flush=True)
             if code := run(words):
                 return code
+    print("make env: linear ensembles", flush=True)
+    for missions in (None, POPULATION):
+        linear.member(World(Plan(experiment="linear", missions=missions)), 0)
     return 0
 
 

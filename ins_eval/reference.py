@@ -83,6 +83,25 @@ class _Rows(NamedTuple):
     valid: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class _Epochs:
+    """A reference beside a solution: its rows, metres for a radian north and east, gaps.
+
+    The place of each row (m,) among the samples (n,) of the solution: the sample before it, its distance to the next,
+    the fraction of it, and the nearest nodes (m, k) with their weights (m, k).
+    """
+
+    rows: _Rows
+    north_m: np.ndarray
+    east_m: np.ndarray
+    gaps: tuple[Gap, ...]
+    left: np.ndarray
+    step: np.ndarray
+    fraction: np.ndarray
+    nodes: np.ndarray
+    weights: np.ndarray
+
+
 def compare(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> Errors:
     """Error of a solution at the epochs of a reference.
 
@@ -96,9 +115,15 @@ def compare(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> Err
     DataRefused
         The reference does not overlap the solution, or they share fewer than 2 valid epochs.
     """
-    rows = _common(solution, fixes, time_offset_s)
+    return _differences(solution, _epochs(fixes, time_offset_s, solution.time_s.tobytes()))
+
+
+@lru_cache(maxsize=2)  # every compensation of a recording is compared at the same instants
+def _epochs(fixes: Fixes, time_offset_s: float, sample_bytes: bytes) -> _Epochs:
+    samples = np.frombuffer(sample_bytes)
+    rows = _common(samples, fixes, time_offset_s)
     rows.columns[~rows.valid] = np.nan
-    return _differences(solution, rows)
+    return _placed(samples, rows)
 
 
 def compare_attitude(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -> AttitudeErrors | None:
@@ -127,7 +152,8 @@ def raw_vertices(solution: Solution, fixes: Fixes, time_offset_s: float = 0.0) -
     Across a turn this makes the vertices of Paper A, Fig. 12. They are errors of the straight line, not of
     the INS; the epochs stay not valid. A gap at the start or the end stays empty.
     """
-    return _differences(solution, _drawn_straight(_common(solution, fixes, time_offset_s)))
+    rows = _drawn_straight(_common(solution.time_s, fixes, time_offset_s))
+    return _differences(solution, _placed(solution.time_s, rows))
 
 
 def outages(fixes: Fixes) -> tuple[Gap, ...]:
@@ -186,12 +212,12 @@ def standstill(solution: Solution, start: Start, period_s: float = 1.0) -> Fixes
     )
 
 
-def _common(solution: Solution, fixes: Fixes, time_offset_s: float) -> _Rows:
-    """The part of the reference that lies inside the solution, on its clock, with its missing rows put in."""
+def _common(samples: np.ndarray, fixes: Fixes, time_offset_s: float) -> _Rows:
+    """The part of the reference that lies inside the samples of a solution, on its clock, missing rows put in."""
     if fixes.time_s.size == 0:
         raise DataRefused("reference: it has no rows; expected at least 2 epochs inside the solution")
     instants = np.asarray(fixes.time_s, dtype=float) - time_offset_s
-    first, last = float(solution.time_s[0]), float(solution.time_s[-1])
+    first, last = float(samples[0]), float(samples[-1])
     inside = (instants >= first - _CLOCK_ROUNDING_S) & (instants <= last + _CLOCK_ROUNDING_S)
     spans = (
         f"it covers {instants[0]:.3f} to {instants[-1]:.3f} s on the clock of the IMU "
@@ -250,35 +276,30 @@ def _drawn_straight(rows: _Rows) -> _Rows:
     return rows
 
 
-def _differences(solution: Solution, rows: _Rows) -> Errors:
-    at_latitude, at_longitude, at_height = rows.columns[:, :3].T
-    latitude_rad, longitude_rad, height_m, velocity_n = _interpolated(solution, rows.time_s)
-    meridian_m, transverse_m = earth.radii(at_latitude)
-    longitude_error = np.remainder(longitude_rad - at_longitude + np.pi, 2.0 * np.pi) - np.pi
+def _differences(solution: Solution, epochs: _Epochs) -> Errors:
+    time_s, columns, valid = epochs.rows
+    latitude_rad, longitude_rad, height_m, velocity_n = _interpolated(solution, epochs)
+    longitude_error = np.remainder(longitude_rad - columns[:, 1] + np.pi, 2.0 * np.pi) - np.pi
     return Errors(
-        time_s=rows.time_s,
-        north_m=(meridian_m + at_height) * (latitude_rad - at_latitude),
-        east_m=(transverse_m + at_height) * np.cos(at_latitude) * longitude_error,
-        down_m=at_height - height_m,
-        velocity_n=velocity_n - rows.columns[:, 3:],
-        valid=rows.valid,
-        gaps=_gaps(rows.time_s, rows.valid),
+        time_s=time_s,
+        north_m=epochs.north_m * (latitude_rad - columns[:, 0]),
+        east_m=epochs.east_m * longitude_error,
+        down_m=columns[:, 2] - height_m,
+        velocity_n=velocity_n - columns[:, 3:],
+        valid=valid,
+        gaps=epochs.gaps,
     )
 
 
-def _interpolated(solution: Solution, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Latitude, longitude, height (m,) and velocity (m, 3) of the solution at `time_s`, from the samples around each.
+def _interpolated(solution: Solution, epochs: _Epochs) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Latitude, longitude, height (m,) and velocity (m, 3) of the solution at epochs, from the samples around each.
 
     Position: cubic Hermite with the solution's own velocity, error h^4 x''''/384 for a sample spacing h.
     Velocity: the polynomial through the nearest 6 samples, error below h^6 v^(6)/200.
     """
-    samples = solution.time_s
-    if samples.size < 2:
-        raise DataRefused(f"solution: {samples.size} sample(s), expected at least 2 to compare with a reference")
-    left, step, u, nodes, weights = _places(samples.tobytes(), np.asarray(time_s, dtype=float).tobytes())
-
     state = (solution.latitude_rad, solution.longitude_rad, solution.height_m, solution.velocity_n)
-    position, velocity_n = _between(left, step, u, nodes, weights, *(np.ascontiguousarray(one) for one in state))
+    places = (epochs.left, epochs.step, epochs.fraction, epochs.nodes, epochs.weights)
+    position, velocity_n = _between(*places, *(np.ascontiguousarray(one) for one in state))
     return *position, velocity_n
 
 
@@ -309,21 +330,28 @@ def _between(left, step, u, nodes, weights, latitude, longitude, height, velocit
     return position, velocity
 
 
-@lru_cache(maxsize=2)  # every compensation of a recording is compared at the same instants
-def _places(sample_bytes: bytes, time_bytes: bytes) -> tuple[np.ndarray, ...]:
-    """Where instants (m,) lie among samples (n,), both in s, as bytes.
-
-    The sample before each (m,), its distance to the next (m,), the fraction of it (m,), and the nearest nodes (m, k)
-    with their weights (m, k).
-    """
-    samples, time_s = np.frombuffer(sample_bytes), np.frombuffer(time_bytes)
+def _placed(samples: np.ndarray, rows: _Rows) -> _Epochs:
+    """The rows of a reference among the samples (n,) of a solution, in s."""
+    if samples.size < 2:
+        raise DataRefused(f"solution: {samples.size} sample(s), expected at least 2 to compare with a reference")
+    time_s, (latitude, _, height) = rows.time_s, rows.columns[:, :3].T
+    meridian_m, transverse_m = earth.radii(latitude)
     left = np.clip(np.searchsorted(samples, time_s, side="right") - 1, 0, samples.size - 2)
     step = samples[left + 1] - samples[left]
     count = min(_VELOCITY_NODES, samples.size)
     first = np.clip(left - count // 2 + 1, 0, samples.size - count)
     nodes = first[:, None] + np.arange(count)
-    weights = _lagrange_weights(samples[nodes] - time_s[:, None])
-    return left, step, (time_s - samples[left]) / step, nodes, weights
+    return _Epochs(
+        rows,
+        meridian_m + height,
+        (transverse_m + height) * np.cos(latitude),
+        _gaps(time_s, rows.valid),
+        left,
+        step,
+        (time_s - samples[left]) / step,
+        nodes,
+        _lagrange_weights(samples[nodes] - time_s[:, None]),
+    )
 
 
 def _lagrange_weights(offset_s: np.ndarray) -> np.ndarray:

@@ -124,13 +124,18 @@ def _motion(plan, t):
 
 
 @numba.njit(cache=True)
-def _position_rates(plan, t, latitude):
-    speed, _, heading, _, height, _, _, _, _, _, _ = _motion(plan, t)
+def _course(plan, t):
+    """Velocity north and east, and height: the part of `_motion` that moves a position."""
+    speed_table, height_table, turn_table, _, height0, heading0 = plan
+    speed, heading = _pulses(speed_table, t)[0], heading0 + _pulses(turn_table, t)[0]
+    return speed * np.cos(heading), speed * np.sin(heading), height0 + _pulses(height_table, t)[0]
+
+
+@numba.njit(cache=True)
+def _position_rates(course, latitude):
+    north, east, height = course
     meridian, transverse = radii(latitude)
-    return (
-        speed * np.cos(heading) / (meridian + height),
-        speed * np.sin(heading) / ((transverse + height) * np.cos(latitude)),
-    )
+    return north / (meridian + height), east / ((transverse + height) * np.cos(latitude))
 
 
 @numba.njit(cache=True)
@@ -138,15 +143,18 @@ def _positions(plan, start_s, step_s, count, latitude0, longitude0):
     """Classical Runge-Kutta quadrature of latitude and longitude, with their rates for interpolation: (count, 4)."""
     out = np.empty((count, 4))
     latitude, longitude = latitude0, longitude0
+    begin = _course(plan, start_s)
     for k in range(count):
         t = start_s + k * step_s
-        a1, b1 = _position_rates(plan, t, latitude)
+        middle, end = _course(plan, t + 0.5 * step_s), _course(plan, start_s + (k + 1) * step_s)
+        a1, b1 = _position_rates(begin, latitude)
         out[k] = latitude, longitude, a1, b1
-        a2, b2 = _position_rates(plan, t + 0.5 * step_s, latitude + 0.5 * step_s * a1)
-        a3, b3 = _position_rates(plan, t + 0.5 * step_s, latitude + 0.5 * step_s * a2)
-        a4, b4 = _position_rates(plan, t + step_s, latitude + step_s * a3)
+        a2, b2 = _position_rates(middle, latitude + 0.5 * step_s * a1)
+        a3, b3 = _position_rates(middle, latitude + 0.5 * step_s * a2)
+        a4, b4 = _position_rates(end, latitude + step_s * a3)
         latitude += step_s * (a1 + 2.0 * (a2 + a3) + a4) / 6.0
         longitude += step_s * (b1 + 2.0 * (b2 + b3) + b4) / 6.0
+        begin = end
     return out
 
 
@@ -274,16 +282,20 @@ class Trajectory:
         """Specific force (n, 3) in m/s^2, body axes, at `time_s` (n,), anywhere between `start_s` and `end_s`."""
         return _forces(self._plan, self._grid, self.start_s, np.ascontiguousarray(time_s, dtype=float))
 
-    def increments(self, rate_hz: float, from_s: float = -np.inf, until_s: float = np.inf) -> Increments:
-        """Exact increments at a rate from 1 to 400 Hz, (end_s - start_s) rate_hz samples, or those in a part of it.
-
-        Three-node Gauss-Legendre quadrature of the closed forms, error of order (w / rate)^6 at frequency w.
-        """
+    def samples_s(self, rate_hz: float) -> np.ndarray:
+        """Ends of all samples at a rate from 1 to 400 Hz, (end_s - start_s) rate_hz of them."""
         if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
             raise ValueError(f"rate_hz is {rate_hz:g}, expected {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
         count = int(round((self.end_s - self.start_s) * rate_hz))
+        return self.start_s + np.arange(1, count + 1) / rate_hz
+
+    def increments(self, rate_hz: float, from_s: float = -np.inf, until_s: float = np.inf) -> Increments:
+        """Exact increments over the samples of `samples_s`, or over those in a part of it.
+
+        Three-node Gauss-Legendre quadrature of the closed forms, error of order (w / rate)^6 at frequency w.
+        """
+        time_s = self.samples_s(rate_hz)
         nodes, weights = np.polynomial.legendre.leggauss(3)
-        time_s = self.start_s + np.arange(1, count + 1) / rate_hz
         half_s = 0.5 / rate_hz
         first, last = (int(row) for row in np.searchsorted(time_s, [from_s + half_s, until_s + half_s]))
         angle, velocity = _quadrature(

@@ -79,3 +79,14 @@ def of_ensemble(metrics: Mapping, name: str, measure: str) -> Mapping | None:
 def improvement(metrics: Mapping, pair: str, measure: str) -> Mapping | None:
     """Ratio and interval of a pair ``new/old`` in one measure, or None."""
     return pick(metrics, "ensemble", "improvement", pair, measure)
+
+
+def linearly(linear: Mapping) -> str:
+    """Whether the instruments were flown linearly, and how far that is from the flights in full."""
+    far = (
+        f"of {linear['size']} instruments flown both ways, horizontal velocity RMS and RMS radial error differ by at "
+        f"most {100.0 * linear['worst']:.2g} % in any, and ratios of compensations by {linear['of_ratio']:.1g}"
+    )
+    if linear["taken"]:
+        return f"Errors were propagated to first order along the true flight; {far}."
+    return f"All were flown in full, since first-order errors would not do; {far}."

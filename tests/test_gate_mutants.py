@@ -56,7 +56,7 @@ MUTANTS = {
         fails=("2, missions, hysteresis/simple, velocity RMS", "4, paper, hysteresis, velocity RMS"),
     ),
     "sign of the rate in oven and flight": Mutant(
-        ((COMPENSATED, "rates[axis % len(rates)],", "-rates[axis % len(rates)],"),),
+        ((COMPENSATED, "reading, rate)", "reading, -rate)"),),
         fails=("2, missions, hysteresis/simple, velocity RMS", "4, paper, hysteresis, velocity RMS"),
     ),
     "errors of simple 20 % larger": Mutant(

@@ -23,7 +23,9 @@ import pyins.strapdown
 import pyins.util
 
 from ins_eval import coning_sculling, ensemble, strapdown
+from ins_eval.analysis.both_ways import TOO_LARGE
 from ins_eval.analysis.flight import BUDGET_ARMS
+from ins_eval.analysis.missions import POPULATION
 from ins_eval.ensemble import Plan, World
 from ins_eval.profile import load
 from ins_eval.recording import Start
@@ -33,6 +35,7 @@ SOURCE = Path(__file__).parents[1] / "speed" / "mechanization.c"
 SAMPLES = 828_000  # 2.3 h at 100 Hz
 PYINS_SAMPLES = 40_000
 LANES = 8
+IMPORTED = "numpy, scipy.stats, numba, matplotlib.figure"
 TEN_MINUTES = """\
 name = "ten minutes"
 duration_s = 600.0
@@ -182,7 +185,7 @@ def rates() -> Group:
 
 
 def start_up() -> Group:
-    """Processes of their own, with nothing but the named work."""
+    """Processes of their own, with nothing but the named work; the first is what others' packages take to import."""
     folder = Path(tempfile.mkdtemp())
     (folder / "short.toml").write_text(TEN_MINUTES)
     recordings = {
@@ -193,7 +196,7 @@ def start_up() -> Group:
         subprocess.run([*_VERB, "simulate", *words, "-o", str(folder / name), "--quiet"], check=True)
     evaluate = [*_VERB, "evaluate", "--output", str(folder / "page"), "--quiet"]
     made = {
-        "python -c pass": [sys.executable, "-c", "pass"],
+        "import of numpy, scipy, numba, matplotlib": [sys.executable, "-c", f"import {IMPORTED}"],
         "import ins_eval": [sys.executable, "-c", "import ins_eval"],
         "import of navigate": [sys.executable, "-c", "from ins_eval import navigate"],
         "ins-eval --help": [*_VERB, "--help"],
@@ -214,7 +217,8 @@ def members() -> Group:
     in_full = Plan("climb-cruise-landing", "jb-kt8", seed=1)
     budget = replace(in_full, arms=BUDGET_ARMS, source="gyro")
     linear = replace(in_full, experiment="linear", arms=("simple", "hysteresis_refined"))
-    worlds = {plan: World(plan) for plan in (in_full, budget, linear)}
+    mission = replace(linear, missions=POPULATION, arms=tuple(arm for arm in in_full.arms if arm not in TOO_LARGE))
+    worlds = {plan: World(plan) for plan in (in_full, budget, linear, mission)}
     numbers = count()  # an instrument is drawn once, and what it shares with its twins is kept
 
     def fly(plan: Plan, member: Callable[[World, int], object]) -> Callable[[], object]:
@@ -225,6 +229,7 @@ def members() -> Group:
         f"member, {len(in_full.arms)} arms": fly(in_full, ensemble.flight.member),
         f"member, {len(budget.arms)} arms, gyros alone": fly(budget, ensemble.flight.member),
         f"{linear.together} instruments to first order, 2 arms": fly(linear, ensemble.linear.member),
+        f"mission of its own to first order, {len(mission.arms)} arms": fly(mission, ensemble.linear.member),
     }
     return Group("Members of an ensemble", "s", contenders, dict.fromkeys(contenders, 1.0))
 

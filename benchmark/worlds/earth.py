@@ -29,9 +29,7 @@ def gravity(latitude, height):
     """Normal gravity, m/s^2, positive down; rad, m."""
     s2 = math.sin(latitude) ** 2
     surface = G_EQUATOR * (1.0 + K_SOMIGLIANA * s2) / math.sqrt(1.0 - E2 * s2)
-    return surface * (
-        1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * height + 3.0 * height * height / (A * A)
-    )
+    return surface * (1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * height + 3.0 * height * height / (A * A))
 
 
 @numba.njit(cache=True)

@@ -28,8 +28,9 @@ def a_run(rng, time_s, ramp: float, low: float, high: float, up: bool, interval:
     return at, chamber, rate
 
 
-def a_chamber(rng, unit: Unit, axis: str, effects=(), ramps: tuple[float, ...] | None = None,
-              positions=POSITIONS, name="chamber") -> Made:
+def a_chamber(
+    rng, unit: Unit, axis: str, effects=(), ramps: tuple[float, ...] | None = None, positions=POSITIONS, name="chamber"
+) -> Made:
     """A chamber recording of accelerometer `axis`, in which `effects` act; memory starts anew with each run."""
     i, sheet, true = "xyz".index(axis), unit.sheet, unit.noise
     quiet = true["accel_bias"] == 0.0

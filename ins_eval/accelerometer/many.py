@@ -73,8 +73,8 @@ class ManyAccelerometers:
         )
         factor, level = PPM * self.gamma, self.gamma * (1.0 + PPM * constant["scale_ppm"])
         return SlowErrors(
-            _sum(of_scale, scale_sizes, factor, level, np.zeros((1, count))),
-            _sum(of_bias, bias_sizes, np.ones(count), constant["bias_ug"], wander_ug),
+            _scaled(of_scale @ scale_sizes, factor, level, np.zeros((1, count))),
+            _scaled(of_bias @ bias_sizes, np.ones(count), constant["bias_ug"], wander_ug),
         )
 
     def counts(
@@ -126,20 +126,13 @@ def draw(population: Population, streams: ManyStreams) -> tuple[ManyAcceleromete
 
 
 @numba.njit(cache=True, nogil=True)
-def _sum(courses, sizes, factor, constant, wander):
-    """courses (n, k) times sizes (k, m), times factor (m,), + constant (m,) + wander (n, m) or (1, m)."""
-    out = np.empty((courses.shape[0], factor.size))
-    for row in range(out.shape[0]):
+def _scaled(values, factor, constant, wander):
+    """Values (n, m) times factor (m,), + constant (m,) + wander (n, m) or (1, m): in place."""
+    for row in range(values.shape[0]):
         w = wander[row % wander.shape[0]]
-        for j in range(out.shape[1]):
-            out[row, j] = 0.0
-        for k in range(courses.shape[1]):
-            course = courses[row, k]
-            for j in range(out.shape[1]):
-                out[row, j] += course * sizes[k, j]
-        for j in range(out.shape[1]):
-            out[row, j] = out[row, j] * factor[j] + constant[j] + w[j]
-    return out
+        for j in range(values.shape[1]):
+            values[row, j] = values[row, j] * factor[j] + constant[j] + w[j]
+    return values
 
 
 @numba.njit(cache=True, nogil=True)

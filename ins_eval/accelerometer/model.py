@@ -64,6 +64,10 @@ class SlowErrors(NamedTuple):
     scale: np.ndarray
     bias_ug: np.ndarray
 
+    def at(self, run_s: np.ndarray, time_s: np.ndarray) -> SlowErrors:
+        """The same at the ends of samples, `time_s` (n,), where their temperatures are read."""
+        return SlowErrors(*(np.interp(time_s, run_s, value) for value in self))
+
 
 @dataclass(frozen=True)
 class Accelerometer:
@@ -106,11 +110,11 @@ class Accelerometer:
 
         `specific_force_g` (n, 3) or (3,) in g along the body axes; `scale` and `bias_ug` (n,) or constants.
         """
-        force = np.asarray(specific_force_g, dtype=float)[..., SENSOR_AXES[self.axis]]
+        force = np.moveaxis(np.asarray(specific_force_g, dtype=float), -1, 0)[list(SENSOR_AXES[self.axis])]
         error_ug = bias_ug
         for effect in self._acting("force_error_ug"):
-            error_ug = error_ug + effect.force_error_ug(self.units[effect.name], force)
-        return scale * (1e-6 * error_ug + force[..., 0])
+            error_ug = error_ug + effect.force_error_ug(self.units[effect.name], np.moveaxis(force, 0, -1))
+        return scale * (1e-6 * error_ug + force[0])
 
     def counts(
         self, interval_s: np.ndarray, specific_force_g: np.ndarray, slow: SlowErrors, streams: Streams
@@ -150,8 +154,7 @@ class Accelerometer:
             )
         interval_s = np.diff(time_s, prepend=start_time_s)
         force_g = velocity_increment_b / (STANDARD_GRAVITY * interval_s[:, None])
-        here = SlowErrors(*(np.interp(time_s, run.time_s, value) for value in slow))
-        return self.counts(interval_s, force_g, here, streams)
+        return self.counts(interval_s, force_g, slow.at(run.time_s, time_s), streams)
 
 
 @dataclass(frozen=True)

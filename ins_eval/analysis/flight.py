@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from ins_eval import ensemble, metrics
+from ins_eval.analysis import both_ways
 from ins_eval.ensemble import SOURCES, Plan, World
 from ins_eval.ensemble.attribution import attribution
 from ins_eval.ensemble.inference import exceedance
-from ins_eval.ensemble.linear import Agreement, joined, unfit
+from ins_eval.ensemble.linear import Agreement
 from ins_eval.imu import Mission
 from ins_eval.navigation import (
     Evaluation,
@@ -35,10 +37,6 @@ from ins_eval.tree import as_tree
 from ins_eval.units import ARCSEC, HOUR, NMI
 
 SHOWN_RATE_HZ = 100.0
-LINEAR = "linear"  # label of the ensemble that is flown linearly, where there is one
-IN_FULL = 200  # instruments; of more, `CHECKED` are flown in full and all linearly
-CHECKED = 40
-TOO_LARGE = ("none",)  # compensations whose errors, tens of kilometres, are not of first order
 BUDGET_SIZE = 40
 BESIDE_SIZE = 20  # of sources that are not in the flight: these show what they would do
 BUDGET_ARMS = ("simple", "simple_refined", "hysteresis", "hysteresis_refined")
@@ -80,14 +78,6 @@ def plans(plan: Plan, size: int) -> dict[str, tuple[Plan, int]]:
     }
 
 
-def linear_plans(plan: Plan, size: int) -> dict[str, tuple[Plan, int]]:
-    """More than `IN_FULL` instruments linearly, under `LINEAR`, and `CHECKED` in full; nothing where that cannot be."""
-    if size <= IN_FULL or unfit(plan) is not None:
-        return {}
-    arms = tuple(arm for arm in plan.arms if arm not in TOO_LARGE)
-    return {"all": (plan, CHECKED), LINEAR: (replace(plan, experiment="linear", arms=arms), size)}
-
-
 def numbers(
     plan: Plan,
     size: int,
@@ -95,13 +85,12 @@ def numbers(
     shown: Shown,
     names: Mapping[str, str],
     users: Sequence[str] = (),
-    agreed: Agreement | None = None,
+    agreed: Mapping[str, Agreement] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """The tree ``ins-eval-metrics/1`` from the finished `members` of `plans` and the flight that is shown.
 
     `names` are the names of the compensations by what the plan calls them; `users` those of the user's own, as the
-    chamber left it and with the oven run. `agreed`
-    says how far the linear ensemble is from the flights in full, where there was one.
+    chamber left it and with the oven run. `agreed` says how far linear ensembles are from flights in full, by label.
     """
     arms = by_arm(members, names, size)
     rng = Streams(plan.seed).at("bootstrap")
@@ -115,8 +104,7 @@ def numbers(
         "own_models": list(users),
         "definitions": _definitions(),
         "floor": _floor(shown.world),
-        "ensemble": ensemble_numbers(arms, size, rng, users)
-        | ({LINEAR: {"taken": LINEAR in members, **agreed.as_tree()}} if agreed else {}),
+        "ensemble": ensemble_numbers(arms, size, rng, users) | both_ways.as_tree(members, "all", agreed),
         "budget": {
             "size": min(size, BUDGET_SIZE),
             "size_beside": min(size, BESIDE_SIZE),
@@ -133,8 +121,7 @@ def by_arm(
     members: Mapping[str, list], names: Mapping[str, str], size: int | None = None
 ) -> dict[str, dict[str, np.ndarray]]:
     """Contributions of all instruments by the name of the compensation; of those flown linearly of the first `size`."""
-    flown = joined(members[LINEAR], size) if LINEAR in members else ensemble.stacked(members["all"])
-    return {names[spec]: data for spec, data in flown.items()}
+    return {names[spec]: data for spec, data in both_ways.flown(members, "all", size).items()}
 
 
 def fly_shown(world: World, specs: Sequence[str], names: Mapping[str, str]) -> Shown:

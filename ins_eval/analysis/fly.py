@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ins_eval import ensemble
-from ins_eval.analysis import ageing, flight, missions
+from ins_eval.analysis import ageing, both_ways, flight, missions
 from ins_eval.analysis.ageing import AgeingNumbers
 from ins_eval.analysis.flight import SHOWN_ARMS, Shown
 from ins_eval.compensation.check import require_sound
 from ins_eval.compensation.registry import load_model
 from ins_eval.ensemble import ARMS, Plan, World
 from ins_eval.ensemble.ageing import Aged, aged
-from ins_eval.ensemble.linear import AGREED, Agreement, agreement, joined
+from ins_eval.ensemble.linear import Agreement
 from ins_eval.metrics import DEFINITIONS, VelocityRms
 from ins_eval.tree import as_tree
 
@@ -32,8 +31,8 @@ class FlightStudy:
 
     `members` are the finished members of `plans`, those of the flight of all under "all"; `names` are the names of the
     compensations by what a plan calls them, `users` those that a user brought; `shown` is the first instrument in full;
-    `units` are the loops whose drifts age the instruments, None where nothing is said of ageing. `agreed` says how far
-    the instruments that were flown linearly are from the same flown in full, None where all were flown in full at once.
+    `units` are the loops whose drifts age the instruments, None where nothing is said of ageing. `agreed` says, of
+    ensembles that were flown linearly, how far the instruments are from the same flown in full.
     """
 
     plan: Plan
@@ -43,12 +42,12 @@ class FlightStudy:
     users: tuple[str, ...]
     shown: Shown
     units: Aged | None
-    agreed: Agreement | None = None
+    agreed: Mapping[str, Agreement]
 
     @property
     def size(self) -> int:
         """How many instruments flew the flight of all."""
-        return self.plans[flight.LINEAR if flight.LINEAR in self.plans else "all"][1]
+        return both_ways.size(self.plans, "all")
 
     @cached_property
     def arms(self) -> dict[str, dict[str, np.ndarray]]:
@@ -79,7 +78,7 @@ class FlightStudy:
         if self.ageing is not None:
             result["storage"] = as_tree(self.ageing)
         if missions.LABEL in self.plans:
-            result["missions"] = missions.numbers(self.plans, self.members, self.names, self.users)
+            result["missions"] = missions.numbers(self.plans, self.members, self.names, self.users, self.agreed)
         return result
 
 
@@ -94,8 +93,8 @@ def fly(
 ) -> FlightStudy:
     """Fly `size` instruments with every shipped compensation, and with a user's `model` beside them.
 
-    More than `flight.IN_FULL` are flown linearly, `flight.CHECKED` of them in full as well; where any of these differs
-    by more than 1 % all are flown in full.
+    Large ensembles are flown linearly, a part of them in full as well (`both_ways.LINEARLY`); where any of these
+    differs by more than 1 % all are flown in full.
 
     Parameters
     ----------
@@ -115,22 +114,14 @@ def fly(
     population, plan = plan.missions or missions.POPULATION, replace(plan, arms=ARMS + users, missions=None)
     world = World(plan)  # refuses what cannot be flown before anything is written
     units = aged(ageing_years, plan.seed)
-    plans = flight.plans(plan, size) | flight.linear_plans(plan, size)
+    plans = flight.plans(plan, size)
     if ageing_years:
         plans |= ageing.plans(plan, size, units)
     missions_flown = min(size, missions.SIZE) if missions_flown is None else missions_flown
     plans |= missions.plans(plan, missions_flown, flights, population)
     with ThreadPoolExecutor(1) as beside:  # the workers compute the members meanwhile
         first = beside.submit(flight.fly_shown, world, [*SHOWN_ARMS, *users], names)
-        members = run(plans)
-        agreed = None
-        if flight.LINEAR in plans:
-            linear, found = plans[flight.LINEAR], members[flight.LINEAR]
-            agreed = agreement(joined(found, linear[1]), ensemble.stacked(members["all"]))
-            if agreed.worst > AGREED:
-                del plans[flight.LINEAR]
-                plans["all"] = (plan, size)
-                members = run(plans)
+        flown, members, agreed = both_ways.run(plans, run)
         shown = first.result()
     named = tuple(names[user] for user in users)
-    return FlightStudy(plan, plans, members, names, named, shown, units if ageing_years else None, agreed)
+    return FlightStudy(plan, flown, members, names, named, shown, units if ageing_years else None, agreed)

@@ -7,15 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from ins_eval import ensemble, metrics
+from ins_eval.analysis import both_ways
 from ins_eval.analysis.flight import PAIRS as ALL_PAIRS
 from ins_eval.analysis.flight import SHOWN_ARMS, ensemble_numbers
 from ins_eval.ensemble import MISSION, Plan, World
 from ins_eval.ensemble.conditions import VELOCITY, by_condition
+from ins_eval.ensemble.linear import Agreement
 from ins_eval.errors import UsageError
 from ins_eval.missions import Missions
 from ins_eval.profile import load
@@ -55,8 +58,11 @@ def numbers(
     members: Mapping[str, list[dict[str, Any]]],
     names: Mapping[str, str],
     users: Sequence[str] = (),
+    agreed: Mapping[str, Agreement] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """What missions do, from the finished `members` of `plans`, those of the flight of all under "all".
+
+    `agreed` says how far linear ensembles are from flights in full, by label.
 
     population   its name and the sources of difference that are on
     ensemble     as that of the flight of all, see `flight_study`
@@ -65,14 +71,15 @@ def numbers(
     range        of the conditions: smallest, median and largest over the missions
     flights      ``[name]``: size, and improvement as in the ensemble, on the flight of all and on those named
     """
-    plan, size = plans[LABEL]
+    plan, size = plans[LABEL][0], both_ways.size(plans, LABEL)
     streams = Streams(plan.seed).at("missions")
     arms, flown = by_mission(members, names)
     missions = Missions.load(plan.missions).without(*plan.missions_off)
     flights = {label.partition("/")[2]: label for label in plans if label.startswith("flight/")}
     return {
         "population": {"name": missions.name, "sources": list(missions.sources)},
-        "ensemble": ensemble_numbers(arms, size, streams.at("bootstrap"), users, _pairs(arms)),
+        "ensemble": ensemble_numbers(arms, size, streams.at("bootstrap"), users, _pairs(arms))
+        | both_ways.as_tree(members, LABEL, agreed),
         "conditions": {
             f"{new}/{old}": by_condition(arms, flown, (new, old), streams.at("conditions", new, old))
             for new, old in PAIRS
@@ -89,7 +96,7 @@ def by_mission(
     members: Mapping[str, list[dict[str, Any]]], names: Mapping[str, str]
 ) -> tuple[dict[str, dict[str, np.ndarray]], dict[str, np.ndarray]]:
     """Contributions of all missions by the name of the compensation, and what each mission was like."""
-    groups = ensemble.stacked(members[LABEL])
+    groups = both_ways.flown(members, LABEL)
     flown = groups.pop(MISSION)
     return {names[spec]: data for spec, data in groups.items()}, flown
 

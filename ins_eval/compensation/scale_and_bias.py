@@ -59,4 +59,7 @@ class ScaleAndBias:
     def specific_force(self, samples: Samples) -> np.ndarray:
         """Specific force along the input axis, (n,) m/s^2."""
         scale, bias_ug = (evaluated(curve, samples) for curve in (self.scale_, self.bias_ug_))
-        return STANDARD_GRAVITY * samples.output / scale - UG * bias_ug
+        force = STANDARD_GRAVITY * samples.output
+        force /= scale  # in place: this is done for every sample of every flight
+        force -= UG * bias_ug
+        return force

@@ -29,9 +29,9 @@ def fly(world: World, index: int) -> dict[str, dict[str, np.ndarray]]:
     mission = world.mission(index)
     recording = mission.record(world.instrument(index), world.streams(index).at("flight"))
     seen, begin = tuple(samples(recording, SharedSamples)), beginning(mission, recording, world.alignment)
-    result = {}
+    interval_s, result = recording.interval_s, {}
     for arm, triad in world.triads(index).items():
-        velocity = compensate(seen, triad, recording.interval_s)
+        velocity = compensate(seen, triad, interval_s)
         flown = evaluate(recording, velocity, **begin)
         result[arm] = contributions(flown.errors)
     if world.missions is not None:

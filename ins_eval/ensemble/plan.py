@@ -36,7 +36,7 @@ OVEN_RATE_HZ = 1.0
 
 Experiment = Literal["flight", "oven", "chamber", "linear"]
 EXPERIMENTS: tuple[Experiment, ...] = get_args(Experiment)
-BLOCK = 80  # instruments of one member of a linear ensemble
+BLOCK = 80  # instruments of one member of a linear ensemble on the flight of all
 
 
 class ErrorSource(NamedTuple):
@@ -97,7 +97,7 @@ class Plan:
     @property
     def together(self) -> int:
         """How many instruments one member holds."""
-        return BLOCK if self.experiment == "linear" else 1
+        return BLOCK if self.experiment == "linear" and self.missions is None else 1
 
     def key(self) -> str:
         """Name of the results of this plan: changes with the plan, the profile, the models and the code."""

@@ -13,7 +13,6 @@ from ins_eval import parallel
 from ins_eval.ensemble.plan import Plan
 from ins_eval.ensemble.store import Store
 from ins_eval.ensemble.world import World
-from ins_eval.errors import StorageError
 from ins_eval.progress import progress
 
 
@@ -43,26 +42,20 @@ def run(
     """
     stores = {label: Store(folder / plan.key()).open() for label, (plan, _) in plans.items()}
     counts = {label: -(-size // plan.together) for label, (plan, size) in plans.items()}
+    found = {label: [stores[label].read(index) for index in range(count)] for label, count in counts.items()}
     missing: dict[int, list[str]] = {}
     for index in range(max(counts.values(), default=0)):
-        for label in plans:
-            if index < counts[label] and stores[label].read(index) is None:
-                missing.setdefault(index, []).append(label)
+        if labels := [label for label in plans if index < counts[label] and found[label][index] is None]:
+            missing[index] = labels
     jobs = {index: (index, [plans[label][0] for label in labels]) for index, labels in missing.items()}
     count = sum(map(len, missing.values()))
     with progress(count, "instruments", quiet or not missing) as bar:
         for index, members in parallel.results(_members, jobs, workers, scheduler):
             for label, member in zip(missing[index], members, strict=True):
                 stores[label].write(index, member)
+                found[label][index] = member
             bar.update(len(members))
-    return {label: [_present(stores[label], index) for index in range(count)] for label, count in counts.items()}
-
-
-def _present(store: Store, index: int) -> dict[str, dict[str, np.ndarray]]:
-    result = store.read(index)
-    if result is None:
-        raise StorageError(f"{store.path(index)}: was written and cannot be read back; check the disk and run again")
-    return result
+    return {label: [member for member in members if member is not None] for label, members in found.items()}
 
 
 def stacked(members: list[dict[str, dict[str, np.ndarray]]]) -> dict[str, dict[str, np.ndarray]]:

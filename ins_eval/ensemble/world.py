@@ -26,7 +26,7 @@ from ins_eval.streams import Streams
 
 @lru_cache(maxsize=8)
 def _flight(profile: Profile, rate_hz: float) -> Mission:
-    """A flight that all instruments fly: shared by plans that differ in their sensors only."""
+    """A flight: shared by all instruments that fly it, and by plans that differ in their sensors only."""
     return Mission(profile, rate_hz)
 
 
@@ -105,7 +105,7 @@ class World:
         """What the instrument with this number flies: the flight of all, or a mission of its own."""
         if self.missions is None:
             return self.flight
-        return Mission(self.missions.draw(self._first, self.streams(index).at("mission")), self.plan.rate_hz)
+        return _flight(self.missions.draw(self._first, self.streams(index).at("mission")), self.plan.rate_hz)
 
     @cached_property
     def _first(self) -> Profile:

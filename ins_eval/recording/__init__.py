@@ -63,7 +63,7 @@ class Imu:
         return Imu(**columns | {"further": {name: values[chosen] for name, values in self.further.items()}})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fixes:
     """Positions and velocities of a navigator: GPS, a better INS (then with attitude), or the INS itself.
 

@@ -28,6 +28,7 @@ from ins_eval.vocabulary import (
     VELOCITY,
     definition_name,
     improvement,
+    linearly,
     measure_name,
     of_ensemble,
     single_flight_name,
@@ -69,17 +70,6 @@ def flight_content(metrics: Mapping, ageing: AgeingNumbers | None = None) -> tup
     return answer(metrics), [section for section in sections if section.blocks]
 
 
-def _linearly(linear: Mapping) -> str:
-    """Whether the instruments were flown linearly, and how far that is from the flights in full."""
-    far = (
-        f"of {linear['size']} instruments flown both ways, horizontal velocity RMS and RMS radial error differ by at "
-        f"most {100.0 * linear['worst']:.2g} % in any, and ratios of compensations by {linear['of_ratio']:.1g}"
-    )
-    if linear["taken"]:
-        return f"Errors were propagated to first order along the true flight; {far}."
-    return f"All were flown in full, since first-order errors would not do; {far}."
-
-
 def _compensations(metrics: Mapping, branch: str) -> list[str]:
     """Compensations for which `branch` has results, in their fixed order."""
     tree = metrics.get(branch) or {}
@@ -103,7 +93,7 @@ def _comparison(metrics: Mapping) -> list[Block]:
     if (floor := pick(metrics, "floor", "ensemble", "horizontal_m")) is not None:
         note += f" Numeric floor of the ensemble: {small(floor, 'm')} in position."
     if linear := pick(metrics, "ensemble", "linear"):
-        note += f" {_linearly(linear)}"
+        note += f" {linearly(linear)}"
     if not rows:
         return []
     return [

@@ -15,6 +15,7 @@ from ins_eval.vocabulary import (
     SECOND,
     VELOCITY,
     improvement,
+    linearly,
     measure_name,
     of_ensemble,
 )
@@ -192,6 +193,8 @@ def _arms(missions: Mapping) -> list[Block]:
         "In brackets: 95 % interval; ratios are paired. It helps on a mission where the velocity RMS is smaller than "
         "with simple compensation."
     )
+    if linear := tree.get("linear"):
+        note += f" {linearly(linear)}"
     return table(f"Every compensation over {tree['size']} missions", head, rows, note)
 
 

@@ -10,12 +10,13 @@ import pytest
 
 from ins_eval import ensemble, gps
 from ins_eval.accelerometer import Population, ThermalRun, draw
-from ins_eval.analysis import ageing
+from ins_eval.analysis import ageing, both_ways
 from ins_eval.analysis import flight as analysis
 from ins_eval.analysis import fly as study
-from ins_eval.ensemble import Plan, World, fly
-from ins_eval.ensemble.linear import agreement, fly_linearly, joined, unfit
-from ins_eval.ensemble.linear.course import epochs_of
+from ins_eval.ensemble import MISSION, Plan, World, fly
+from ins_eval.ensemble.linear import agreement, fly_linearly, joined, member, unfit
+from ins_eval.ensemble.linear.course import Course, epochs_of
+from ins_eval.ensemble.linear.instruments import Instruments
 from ins_eval.gyro import GyroPopulation
 from ins_eval.imu import Mission
 from ins_eval.interface.fly import fly as fly_instruments
@@ -64,6 +65,28 @@ def test_many_accelerometers_are_those_drawn_one_by_one(population: Population) 
             assert found.scale[:, k] == pytest.approx(slow.scale, rel=SAME)
             assert found.bias_ug[:, k] == pytest.approx(slow.bias_ug, rel=SAME, abs=SAME)
             assert counts[:, k] == pytest.approx(one.counts(interval_s, force_g, slow, node.at("flight")), rel=SAME)
+
+
+@pytest.mark.parametrize("draws", [1, 10])
+def test_noise_of_a_step_is_as_large_however_it_is_drawn(draws: int) -> None:
+    """The mean over a second of noise of the density N has the standard deviation N."""
+    known = Population.load()
+    many = draw(known.only("noise"), MANY.at("accelerometers"))[0]
+    still = ThermalRun(np.arange(4e4), np.full(40_000, 22.0), "flight")
+    slow = many.slow(still, MANY.at("flight"))
+    counts = many.counts(np.ones(40_000), np.zeros(3), slow, MANY.at("flight"), draws)
+    assert 1e6 * (counts / many.gamma).std() == pytest.approx(known["noise"].density_ug_per_sqrt_hz, rel=0.01)
+    triads = GyroPopulation().perfect()
+    walk = replace(triads, angle_random_walk_deg_per_sqrt_h=0.06)  # 0.06 deg/sqrt(h): 1e-3 deg/s over a second
+    found = walk.rate_errors(1.0, draws, np.zeros((40_000, 3)), np.zeros((40_000, 3)), MANY, np.full(40_000, 22.0))
+    assert np.rad2deg(found.std()) == pytest.approx(1e-3, rel=0.01)
+
+
+def test_later_blocks_draw_their_noise_once_a_step(profile: Path) -> None:
+    world = World(Plan(str(profile), arms=("simple",), experiment="linear"))
+    course = Course(world.flight)
+    assert Instruments(world, range(80)).draws(course) == 10
+    assert Instruments(world, range(240, 320)).draws(course) == 1
 
 
 def test_an_effect_that_is_not_known_is_refused(population: Population) -> None:
@@ -131,6 +154,18 @@ def test_a_flight_is_that_in_full(aligned: Path) -> None:
     assert agreement(linear, full).worst < EACH
 
 
+def test_missions_of_their_own_are_those_in_full() -> None:
+    plan = Plan(arms=ARMS, missions="worldwide")
+    linear, full = (World(replace(plan, experiment=way)) for way in ("linear", "flight"))
+    found = joined([member(linear, index) for index in range(2)])
+    expected = ensemble.stacked([fly(full, index) for index in range(2)])
+    assert {key: list(value) for key, value in found.pop(MISSION).items()} == {
+        key: list(value) for key, value in expected.pop(MISSION).items()
+    }
+    assert found["simple"]["track_s"] == pytest.approx(expected["simple"]["track_s"])
+    assert agreement(found, expected).worst < EACH
+
+
 def test_with_the_attitude_given(profile: Path) -> None:
     world = World(Plan(str(profile), arms=("simple",), changes=(("alignment", "given"),)))
     linear, full = fly_linearly(world, [5])["simple"], fly(world, 5)["simple"]
@@ -176,7 +211,7 @@ def test_blocks_are_joined_in_order() -> None:
 
 def test_what_cannot_be_flown_linearly_is_said(profile: Path, tmp_path: Path) -> None:
     assert unfit(Plan(str(profile))) is None
-    assert "mission of its own" in str(unfit(Plan(str(profile), missions="worldwide")))
+    assert unfit(Plan(str(profile), arms=("simple", "my.py:MyModel"), missions="worldwide")) is None
     assert "not built in" in str(unfit(Plan(str(profile), arms=("simple", "my.py:MyModel"))))
     assert "temperatures of their own" in str(unfit(Plan(str(profile), changes=(("gradient", 0.02),))))
     odd = tmp_path / "odd.toml"
@@ -194,12 +229,12 @@ def test_all_are_flown_in_full_where_one_differs(apart: float, taken: bool, prof
         full = {"velocity_rms_horizontal": errors, "radial_rms_m": errors}
         linear = {**full, "radial_rms_m": errors * np.where(np.arange(300) == 7, 1.0 + apart, 1.0)}
         one_by_one = [{"simple": {key: values[k] for key, values in full.items()}} for k in range(40)]
-        return {"all": one_by_one, "linear": [{"simple": linear}]}
+        return {"all": one_by_one, "all/linear": [{"simple": linear}]}
 
     found = study.fly(Plan(str(profile)), 300, run, ageing_years=0.0, missions_flown=0)
-    assert found.agreed is not None and found.agreed.worst == pytest.approx(apart)
-    assert asked[0]["all"] == 40 and asked[0]["linear"] == 300
-    assert ("linear" in found.plans) == taken and len(asked) == (1 if taken else 2)
+    assert found.agreed["all"].worst == pytest.approx(apart)
+    assert asked[0]["all"] == 40 and asked[0]["all/linear"] == 300
+    assert ("all/linear" in found.plans) == taken and len(asked) == (1 if taken else 2)
     assert found.plans["all"][1] == asked[-1]["all"] == (40 if taken else 300)
     assert found.size == 300
 
@@ -208,22 +243,25 @@ def test_all_are_flown_in_full_where_one_differs(apart: float, taken: bool, prof
 def test_a_large_ensemble_is_flown_linearly_and_in_full_where_that_differs(
     aligned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(analysis, "IN_FULL", 3)
-    monkeypatch.setattr(analysis, "CHECKED", 2)
+    few = both_ways.Linearly(in_full=2, checked=2)
+    monkeypatch.setattr(both_ways, "LINEARLY", {"all": few, "missions": few})
     monkeypatch.setattr(analysis, "BUDGET_SIZE", 2)
     monkeypatch.setattr(analysis, "BESIDE_SIZE", 2)
     monkeypatch.setattr(ageing, "SIZE", 2)
 
     def flown() -> study.FlightStudy:
-        return fly_instruments(str(aligned), 4, missions=0, members=tmp_path, workers=1, quiet=True).found
+        return fly_instruments(str(aligned), 4, missions=4, members=tmp_path, workers=1, quiet=True).found
 
     found = flown()
-    linear = found.tree["ensemble"]["linear"]
-    assert linear["taken"] and linear["size"] == 2 and 0.0 < linear["worst"] < EACH
-    assert found.size == found.tree["ensemble"]["size"] == 4 and "none" not in found.arms
-    monkeypatch.setattr(study, "AGREED", 0.5 * linear["worst"])
+    ensembles = [found.tree["ensemble"], found.tree["missions"]["ensemble"]]
+    for of in ensembles:
+        assert of["linear"]["taken"] and of["linear"]["size"] == 2 and 0.0 < of["linear"]["worst"] < EACH
+        assert of["size"] == 4 and "none" not in of
+    assert found.size == 4 and "none" not in found.arms
+    monkeypatch.setattr(both_ways, "AGREED", 0.5 * min(of["linear"]["worst"] for of in ensembles))
     instead = flown()
-    assert not instead.tree["ensemble"]["linear"]["taken"]
+    for of in (instead.tree["ensemble"], instead.tree["missions"]["ensemble"]):
+        assert not of["linear"]["taken"] and "none" in of
     assert len(instead.arms["none"]["radial_rms_m"]) == 4
 
 

@@ -21,6 +21,7 @@ from ins_eval.reference import outages
 from ins_eval.thermal import filtered_rate
 from ins_eval.units import DEG, HOUR, STANDARD_GRAVITY
 
+MOTION_HZ = 4.0  # of the samples in which the true motion within a step is integrated: far above that of an aircraft
 STEP_S = 1.0  # that of the temperatures of a run (`imu.Mission`)
 BRIDGED_FROM_S = 60.0  # on either side of a gap, see `reference.bridge`
 
@@ -52,8 +53,10 @@ class Course:
     def __init__(self, mission: Mission):
         self.mission = mission
         self.every = round(mission.rate_hz * STEP_S)  # samples in a step
-        self.steps: Steps = steps_of(mission.trajectory, mission.increments, self.every)
-        rate = filtered_rate(mission.increments.time_s, mission.reading_c, NAVIGATION_GRADE.accelerometer.rate_filter_s)
+        self.steps: Steps = steps_of(
+            mission.trajectory, mission.trajectory.increments(MOTION_HZ), round(MOTION_HZ * STEP_S)
+        )
+        rate = filtered_rate(mission.time_s, mission.reading_c, NAVIGATION_GRADE.accelerometer.rate_filter_s)
         self.reading_c, self.rate_c_per_min = (self.mean(column) for column in (mission.reading_c, rate))
 
     def mean(self, samples: np.ndarray) -> np.ndarray:
@@ -61,13 +64,13 @@ class Course:
         count = self.steps.time_s.size
         return samples[: count * self.every].reshape(count, self.every).mean(axis=1)
 
-    def output(self, of: ManyAccelerometers, run: ThermalRun, streams: ManyStreams) -> np.ndarray:
-        """Mean outputs (n, m) of m accelerometers over the steps, pulse/s."""
+    def output(self, of: ManyAccelerometers, run: ThermalRun, streams: ManyStreams, draws: int) -> np.ndarray:
+        """Mean outputs (n, m) of m accelerometers over the steps, pulse/s; their noise is of `draws` numbers a step."""
         count = self.steps.time_s.size
         before = 0.5 * (self.every - 1.0) / self.every  # weight of the point of the run at which a step begins
         slow = SlowErrors(*(_between(values, before)[:count] for values in of.slow(run, streams)))
         interval_s = np.full(count, self.steps.step_s)
-        return of.counts(interval_s, self.steps.force_b / STANDARD_GRAVITY, slow, streams, self.every) / STEP_S
+        return of.counts(interval_s, self.steps.force_b / STANDARD_GRAVITY, slow, streams, draws) / STEP_S
 
 
 @numba.njit(cache=True, nogil=True)

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from ins_eval import gps, metrics
-from ins_eval.alignment import COARSE_S, UPDATE_S, filter_gains
+from ins_eval.alignment import COARSE_S, UPDATE_S, filter_weights
 from ins_eval.compensation import CompensationModel
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.ensemble.linear.course import STEP_S, Course, Epochs, epochs_of
@@ -21,7 +21,7 @@ from ins_eval.recording.belief import NAVIGATION_GRADE
 from ins_eval.strapdown import SAMPLES_PER_STEP
 from ins_eval.units import HOUR, NMI
 
-CHUNK = 500  # steps whose errors are worked out together, so that they stay in the cache
+CHUNK = 40_000  # steps times instruments whose errors are worked out together, so that they stay in the cache
 BARO_S = 10.0  # between the points of the wandering of the barometer, `imu.Mission`
 SQUARES, RADIUS_TIME, RATE_SQUARE, RADIUS_SQUARE, LAST = slice(0, 3), 3, 4, 5, slice(6, 8)
 SUMS = 8
@@ -48,12 +48,13 @@ class _Flight:
         self.course, self.triads, self.node, self.samples = course, triads, node, instruments.samples
         mission, steps = course.mission, course.steps
         self.output = [
-            course.output(unit, instruments.run(mission, axis), node)
+            instruments.output(course, unit, instruments.run(mission, axis), node)
             for axis, unit in enumerate(instruments.accelerometers)
         ]
+        draws = instruments.draws(course)
         imu_c = course.mean(mission.imu_c)
         self.rate_error = instruments.gyros.rate_errors(
-            steps.step_s, course.every, steps.rate_b, steps.turning_b, node.at("gyros"), imu_c
+            steps.step_s, draws, steps.rate_b, steps.turning_b, node.at("gyros"), imu_c
         )
         self.shape = (len(triads), len(node.words))
         stand_s = -mission.trajectory.start_s
@@ -68,7 +69,8 @@ class _Flight:
             seen = self.samples(self.course, self.output[axis][rows], rows)
             true = self.course.steps.force_b[rows, axis, None]
             for arm, triad in enumerate(self.triads):
-                np.subtract(triad[axis].specific_force(seen), true, out=out[arm, axis])
+                force = triad[axis].specific_force(seen).reshape(count, -1)
+                np.subtract(force, true, out=out[arm, axis])
         return out
 
     def aligned(self) -> np.ndarray:
@@ -93,13 +95,9 @@ class _Flight:
         of_steps = (steps.mat_nb, steps.transition, steps.drive, steps.step_s)
         _stand(x, force_error, rate_error, still, of_steps, every, velocity)
         noise = alignment_noise(NAVIGATION_GRADE)
-        transition, gains, _ = filter_gains(latitude, height, UPDATE_S, noise, self.updates)
-        estimate = np.zeros((8, *self.shape))
-        for gain, measured in zip(gains, velocity, strict=True):
-            estimate = np.tensordot(transition, estimate, 1)
-            estimate += np.tensordot(gain, measured - estimate[:2], 1)
+        weights, _ = filter_weights(latitude, height, UPDATE_S, noise, self.updates)
         begun = np.zeros_like(x)
-        begun[ATTITUDE] = x[ATTITUDE] + estimate[2:5]
+        begun[ATTITUDE] = x[ATTITUDE] + np.tensordot(weights, velocity, 2)
         return begun
 
     def navigated(self, x: np.ndarray) -> dict[str, np.ndarray]:
@@ -119,8 +117,9 @@ class _Flight:
         columns = (epochs.time_s, epochs.metres, epochs.valid, epochs.late, epochs.begin, epochs.track, epochs.weight)
         if of_step[self.begin] >= 0:
             _reduce(x, of_step[self.begin], columns, receiver, sums, track)
-        for first in range(self.begin, steps.time_s.size, CHUNK):
-            rows = slice(first, first + CHUNK)
+        chunk = max(1, CHUNK // self.shape[1])
+        for first in range(self.begin, steps.time_s.size, chunk):
+            rows = slice(first, first + chunk)
             of = steps[rows]
             _navigate(
                 x,
@@ -158,16 +157,14 @@ def _fed(u, k, force_error, rate_error, aid_error, mat_nb, step_s):
     """Fill the drives `u` (7, arms, m) of step k."""
     for row in range(3):
         a, b, c = step_s * mat_nb[k, row, 0], step_s * mat_nb[k, row, 1], step_s * mat_nb[k, row, 2]
-        x, y, z = rate_error[0, k], rate_error[1, k], rate_error[2, k]
-        for i in range(x.size):
-            u[3 + row, 0, i] = a * x[i] + b * y[i] + c * z[i]
         for arm in range(u.shape[1]):
-            u[3 + row, arm] = u[3 + row, 0]
-            x, y, z = force_error[arm, 0, k], force_error[arm, 1, k], force_error[arm, 2, k]
-            for i in range(x.size):
-                u[row, arm, i] = a * x[i] + b * y[i] + c * z[i]
+            for i in range(u.shape[2]):
+                force = a * force_error[arm, 0, k, i] + b * force_error[arm, 1, k, i] + c * force_error[arm, 2, k, i]
+                u[row, arm, i] = force
+                u[3 + row, arm, i] = a * rate_error[0, k, i] + b * rate_error[1, k, i] + c * rate_error[2, k, i]
     for arm in range(u.shape[1]):
-        u[6, arm] = aid_error[k]
+        for i in range(u.shape[2]):
+            u[6, arm, i] = aid_error[k, i]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -201,14 +198,12 @@ def _reduce(x, e, columns, receiver, sums, track):
     position, velocity = receiver
     time_h = time_s[e] / 3600.0
     per_square_hour = 1.0 / (time_h * time_h) if late[e] else 0.0
-    north, east = np.empty(x.shape[2]), np.empty(x.shape[2])
     for arm in range(x.shape[1]):
-        for i in range(x.shape[2]):
-            north[i] = metres[e, 0] * x[0, arm, i] - position[e, 0, i]
-            east[i] = metres[e, 1] * x[1, arm, i] - position[e, 1, i]
         for q in range(begin[e], begin[e + 1]):
-            track[track_of[q], 0, arm] += weight[q] * north
-            track[track_of[q], 1, arm] += weight[q] * east
+            for axis in range(2):
+                for i in range(x.shape[2]):
+                    error = metres[e, axis] * x[axis, arm, i] - position[e, axis, i]
+                    track[track_of[q], axis, arm, i] += weight[q] * error
         if not valid[e]:
             continue
         for axis in range(3):
@@ -216,11 +211,13 @@ def _reduce(x, e, columns, receiver, sums, track):
                 sums[axis, arm, i] += (x[3 + axis, arm, i] - velocity[e, axis, i]) ** 2
         if time_h > 0.0:
             for i in range(x.shape[2]):
-                square = (north[i] * north[i] + east[i] * east[i]) * SQUARE_NMI
+                north = metres[e, 0] * x[0, arm, i] - position[e, 0, i]
+                east = metres[e, 1] * x[1, arm, i] - position[e, 1, i]
+                square = (north * north + east * east) * SQUARE_NMI
                 sums[3, arm, i] += np.sqrt(square) * time_h
                 sums[4, arm, i] += square * per_square_hour
                 sums[5, arm, i] += square
-            sums[6, arm], sums[7, arm] = north, east
+                sums[6, arm, i], sums[7, arm, i] = north, east
 
 
 def _contributions(sums: np.ndarray, track: np.ndarray, epochs: Epochs) -> dict[str, np.ndarray]:

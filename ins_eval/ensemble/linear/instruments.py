@@ -6,25 +6,31 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ins_eval.accelerometer import ThermalRun, draw
-from ins_eval.compensation import CompensationModel, Samples
+from ins_eval.accelerometer import ManyAccelerometers, ThermalRun, draw
+from ins_eval.compensation import CompensationModel, Samples, SharedSamples
 from ins_eval.compensation.refined import OvenRun, Refined
 from ins_eval.compensation.registry import REFINED, load_model
 from ins_eval.earth import gravity
 from ins_eval.ensemble.linear.course import Course
+from ins_eval.ensemble.plan import BLOCK
 from ins_eval.ensemble.world import World
 from ins_eval.imu import Mission
 from ins_eval.many_streams import ManyStreams
+
+SAMPLED = 3 * BLOCK  # as many as anyone flies in full as well
 
 
 class Instruments:
     """The instruments of a world with the numbers `indexes`, (m,).
 
-    Where they differ by the spread of their temperatures (`imu.Instrument.gradient`) it is one instrument only.
+    One alone may have models of its own and accelerometers unequally warm (`imu.Instrument.gradient`). Noise of the
+    first `SAMPLED` is drawn sample by sample, as in full, so that each is the very one that is flown in full as well
+    (`sampled`); of all others once a step, the sum of normal numbers being one.
     """
 
     def __init__(self, world: World, indexes: Sequence[int]):
-        self.world = world
+        self.world, self.indexes, self.alone = world, indexes, len(indexes) == 1
+        self.sampled = indexes[0] < SAMPLED
         self.streams = ManyStreams.of([world.streams(index) for index in indexes])
         self.gyros = world.population.gyros
         self.accelerometers = draw(world.population.accelerometers, self.streams.at("accelerometers"))
@@ -36,6 +42,8 @@ class Instruments:
 
     def triads(self, oven: Course) -> dict[str, list[CompensationModel]]:
         """The models of each compensation, calibrated and refined as `World.triads` has them, one for each axis."""
+        if self.alone:
+            return self.world.triads(self.indexes[0])
         measured = [self.world.chamber.measure(unit, self.streams) for unit in self.accelerometers]
         arms = self.world.plan.arms
         of_axes: list[dict[str, CompensationModel]] = []
@@ -54,11 +62,19 @@ class Instruments:
         known = (0.0, 0.0, -gravity(start.latitude_rad, start.height_m))[axis]
         run = self.run(oven.mission, axis)
         return [
-            (self.samples(oven, oven.output(self.accelerometers[axis], run, self.streams.at("oven", k))), known)
+            (self.samples(oven, self.output(oven, self.accelerometers[axis], run, self.streams.at("oven", k))), known)
             for k in range(self.world.plan.oven_runs)
         ]
 
-    @staticmethod
-    def samples(course: Course, output: np.ndarray, rows: slice = slice(None)) -> Samples:
-        """What a model sees of outputs (n, m) over some steps of a course."""
-        return Samples(course.steps.time_s[rows], output, course.reading_c[rows], course.rate_c_per_min[rows])
+    def draws(self, course: Course) -> int:
+        """How many numbers are drawn for the noise of a step."""
+        return course.every if self.sampled else 1
+
+    def output(self, course: Course, unit: ManyAccelerometers, run: ThermalRun, streams: ManyStreams) -> np.ndarray:
+        """Mean outputs (n, m) of accelerometers over the steps of a course, pulse/s."""
+        return course.output(unit, run, streams, self.draws(course))
+
+    def samples(self, course: Course, output: np.ndarray, rows: slice = slice(None)) -> Samples:
+        """What the models see of outputs (n, m) over some steps of a course; of one instrument alone (n,)."""
+        output = output[:, 0] if self.alone else output
+        return SharedSamples(course.steps.time_s[rows], output, course.reading_c[rows], course.rate_c_per_min[rows])
