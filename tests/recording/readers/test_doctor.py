@@ -202,6 +202,7 @@ REAL = {
     "psins-mat": "fog_mems_vehicle/transfer_align_fog_mems.mat",
     "psins-text": "rlg_static_vehicle/lasergyro.imu",
 }
+TRUE = {"apm-mat": ["gps.settling"]}  # its receiver moves by metres a second for 8 s while the aeroplane stands
 
 
 @pytest.mark.parametrize("name", REAL)
@@ -210,7 +211,7 @@ def test_nothing_contradicts_itself_in_a_real_recording(real, name, attitude):
     recording = read(name, real(REAL[name]), {})
     if not attitude and recording.reference is not None:
         recording = replace(recording, reference=replace(recording.reference, attitude_rad=None))
-    assert not [found.seen for found in consistency.findings(recording) if found.decided]
+    assert [found.key for found in consistency.findings(recording) if found.decided] == TRUE.get(name, [])
 
 
 @pytest.mark.parametrize(
@@ -225,5 +226,5 @@ def test_two_exchanged_axes_of_a_real_recording_are_named(real, name, columns, s
     recording = read(name, real(REAL[name]), {})
     imu = recording.imu
     spoilt = with_imu(recording, gyro=imu.gyro[:, columns], accelerometer=imu.accelerometer[:, columns])
-    (found,) = [one for one in consistency.findings(spoilt) if one.decided]
+    (found,) = [one for one in consistency.findings(spoilt) if one.decided and one.key not in TRUE.get(name, [])]
     assert "x=y,y=x,z=z" in found.seen and said in found.seen and found.log_odds > BEYOND_DOUBT
