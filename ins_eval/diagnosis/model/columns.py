@@ -126,7 +126,8 @@ def assemble(
 
     Columns that were `taken` off what was navigated, with their coefficients, are put back into the residual.
     """
-    names = ["1", *(name for name in slow.epochs if name != "1")]
+    terms = (term for column in (*columns, *(one for one, _ in taken)) for term in column.terms)
+    names = list(dict.fromkeys(["1", *(term.slow for term in terms if isinstance(term, Drive | Measured))]))
     place = {name: k for k, name in enumerate(names)}
     epochs, nodes = model.interval_s.size, model.nodes_s.size
     start = np.zeros((len(columns) + 1, STATES))
