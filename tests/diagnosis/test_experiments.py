@@ -307,7 +307,7 @@ def test_the_mechanization_follows_every_plan(made, earth):
         end_s = float(solution[-1].time_s[-1])
         measured = sources(planned, end_s)
         model = build(planned, solution, nodes(planned, measured, end_s))
-        seen = observe(planned, model, measured)
+        seen = observe(planned, model.states, model.arc, measured)
         # the vertical is damped by the planned height
         left = np.abs(seen.residual[:, [0, 1, 3, 4]] / seen.sigma[:, [0, 1, 3, 4]])
         assert np.nanmax(left) < (LEFT_OF_BANKS_SIGMA if made is flight else LEFT_SIGMA), experiment.name
