@@ -32,6 +32,7 @@ from ins_eval.parallel import results
 
 RUNS = "runs.json"
 TIMEOUT = 124  # exit code of a case that was ended
+AGAIN_S = 1.0  # of the processor, after which a limit is told again: what is raised in a callback is lost
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # the number of threads decides the last bits of a result
 
 
@@ -67,7 +68,7 @@ def diagnose(folders: list[str], answer: str, limit_s: float = 0.0, *options: st
     here = threading.current_thread() is threading.main_thread()  # else, on a cluster, nothing can end a case
     if here:
         before = signal.signal(signal.SIGPROF, _over)
-        signal.setitimer(signal.ITIMER_PROF, limit_s)
+        signal.setitimer(signal.ITIMER_PROF, limit_s, AGAIN_S)
     with contextlib.redirect_stderr(said):
         try:
             code = main(["diagnose", *folders, "--json", answer, "--quiet", *options])

@@ -332,6 +332,8 @@ def test_a_set_is_made_scored_and_reported_and_goes_on(tmp_path: Path, monkeypat
     assert "Effects concealed in real recordings" in (tmp_path / "report" / "index.html").read_text()
 
 
+# the first signal may come within a callback, where it is lost; the next one ends the case
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_case_that_takes_too_long_is_ended(tmp_path: Path, still) -> None:
     still.save(tmp_path / "case")
     assert run.run({"case-1": [tmp_path / "case"]}, tmp_path / "answers", limit_s=0.05) == ["case-1"]
