@@ -27,7 +27,7 @@ from ins_eval.units import DEG, DEG_PER_H
 LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing
 BIAS_SIGMAS = 5.0  # of the believed gyro bias
 LARGEST_BIAS_RADPS = 20.0 * DEG  # of any gyro in use: the tolerance of the coarsest data sheet (MPU-6050)
-LARGEST_BIAS_G = 0.25  # of any accelerometer in use: likewise (ADXL345)
+LARGEST_BIAS_G = 0.25  # of any accelerometer in use: likewise (z of ADXL350)
 LARGEST_TILT_DEG = 45.0  # between gravity as measured and as the start has it
 LARGEST_RATE_RADPS = BY_UNIT["radps"][1]
 LARGEST_SPECIFIC_FORCE_MPS2 = BY_UNIT["mps2"][1]

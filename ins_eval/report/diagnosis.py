@@ -23,7 +23,8 @@ def _answer(tree: Mapping) -> str:
     found = tree["diagnosis"]
     names = joined([one["name"] for one in tree["recordings"]])
     lines = [f"{names}: {_headline(found)}", *_what(found), *_seen(tree), *_how_sure(tree), *_else(tree), *_gain(tree)]
-    return "\n".join([*lines, *_remainder(found), *_withdrawn(found)])
+    warnings = [sentence(words) for words in tree.get("warnings", ())]
+    return "\n".join([*lines, *_remainder(found), *_withdrawn(found), *warnings])
 
 
 def _headline(found: Mapping) -> str:

@@ -42,7 +42,6 @@ def sections_of(tree: Mapping) -> list[Section]:
     """Every section that has something to say."""
     sections = [
         belief_section(tree.get("belief", ())),
-        Section("What contradicts itself in the recordings", paragraphs(*map(sentence, tree.get("warnings", ())))),
         Section("What was left out", _left_out(tree)),
         Section("What else it could be", _rivals(tree)),
         Section("The belief that was written", _written(tree)),

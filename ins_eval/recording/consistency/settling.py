@@ -22,6 +22,7 @@ from ins_eval.recording.consistency.limits import WARNED
 from ins_eval.recording.consistency.rest import PARKED
 from ins_eval.units import STANDARD_GRAVITY
 
+# by reasoning, held against the receivers of an aeroplane that settles and of a quadcopter and others that had settled
 LAG_S = 1.0  # over which a receiver that settles leaps and one that has settled does not
 LATE_S = 1.0  # by which fixes may be late
 BIN_S = 0.2  # over which vibration averages out
@@ -87,6 +88,8 @@ def _at(time_s: np.ndarray, of_s: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 def _felt(recording: Recording, at_s: np.ndarray) -> np.ndarray:
     """By how much (m,) in m/s^2 specific force may have changed in n around each instant."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # imported here, for it takes long and few need it
+
     imu, start_s = recording.imu, recording.start.time_s
     ends_s = np.concatenate([[start_s], imu.time_s])
     edges_s = np.arange(start_s, imu.time_s[-1], BIN_S)
@@ -94,11 +97,9 @@ def _felt(recording: Recording, at_s: np.ndarray) -> np.ndarray:
         np.column_stack([np.interp(edges_s, ends_s, np.append(0.0, np.cumsum(column))) for column in one.T])
         for one in (imu.accelerometer, imu.gyro)
     )
-    force = np.diff(force, axis=0) / BIN_S
-    reach = LAG_S + LATE_S
-    first = np.clip(np.searchsorted(edges_s, at_s - reach), 0, len(force) - 1)
-    last = np.clip(np.searchsorted(edges_s, at_s + reach), first + 1, len(force))
-    return np.array([
-        np.linalg.norm(np.ptp(force[a:b], axis=0)) + STANDARD_GRAVITY * np.linalg.norm(np.ptp(angle[a : b + 1], axis=0))
-        for a, b in zip(first, last, strict=True)
-    ])  # fmt: skip
+    bins = 2 * round((LAG_S + LATE_S) / BIN_S) + 1
+    ranges = (maximum_filter1d(x, bins, axis=0) - minimum_filter1d(x, bins, axis=0)
+              for x in (np.diff(force, axis=0) / BIN_S, angle[1:]))  # fmt: skip
+    of_force, of_angle = (np.linalg.norm(one, axis=1) for one in ranges)
+    here = np.clip(((at_s - start_s) / BIN_S).astype(int), 0, len(of_force) - 1)
+    return (of_force + STANDARD_GRAVITY * of_angle)[here]
