@@ -7,11 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.diagnosis.estimate import noise
-from ins_eval.diagnosis.model import error_model, null, observations
+from ins_eval.diagnosis.estimate.study import fit_noise
+from ins_eval.diagnosis.model import drives, error_model, null, observations
 from ins_eval.recording import Fixes, Recording
+from ins_eval.units import UG
 
 SWAY_MPS = 0.003
+EDGE_S, STEADY_UG, BIAS_UG = 3.0, 1e-3, 3.0
 LEVEL = 0.15  # relative, of a level from some thousand measurements
 
 
@@ -54,6 +58,32 @@ def test_the_white_noise_of_a_standstill_is_read_off_where_it_is_disturbed(ideal
     assert np.median(level[1:, 3]) == pytest.approx(SWAY_MPS, rel=LEVEL)
     assert np.median(level[1:900, 4]) == pytest.approx(1e-4, rel=LEVEL)
     assert np.median(level[disturbed, 4]) == pytest.approx(0.02, rel=2.0 * LEVEL)
+
+
+def test_drives_of_a_stand_hold_no_noise_and_many_hours_take_no_more_epochs(recording_at_rest, monkeypatch) -> None:
+    """At rest the specific force is constant; what single samples add to it is in the residual and is no drive."""
+    recording = recording_at_rest(3600.0, seed=1, error_ug=lambda time_s: 100.0 + 0.0 * time_s)
+    case = cases.prepare(recording)
+    inside = (case.model.middle_s > EDGE_S) & (case.model.middle_s < 3600.0 - EDGE_S)
+    for axis, felt in enumerate((0.0, 0.0, -9.8)):
+        drive = [case.model.integrals[inside, drives.source("accelerometer", axis, of)] for of in ("f", "1")]
+        force = drives.strength(*drive)
+        assert np.ptp(force) < STEADY_UG * UG
+        assert force.mean() == pytest.approx(felt, abs=0.05)
+    assert case.model.interval_s == pytest.approx(1.0)
+    assert not any(one.name.startswith(("gps.", "recording.clock")) for one in case.candidates)  # no receiver is asked
+    monkeypatch.setattr(observations, "MOST_EPOCHS", 600)
+    shorter = cases.prepare(recording)
+    assert shorter.model.interval_s[10:-10] == pytest.approx(6.0)
+    for one in (case, shorter):
+        (fitted,) = fit_noise([one], [], [None])
+        (bias,) = (k for k in one.candidates if (k.name, k.axis) == ("accelerometer.bias", "z"))
+        whitened = one.whitened([bias.column], fitted.noise_point)
+        mean = np.linalg.solve(np.eye(whitened.normal.shape[0]) + whitened.normal, whitened.projection)
+        turn_on = next(k for k, c in enumerate(one.nuisances) if c.name == "turn-on bias of accelerometer z")
+        prior_ug = recording.belief.accelerometer.bias_sigma_ug
+        found = mean[-1] * bias.nominal + mean[turn_on] * prior_ug
+        assert found == pytest.approx(100.0, abs=BIAS_UG)
 
 
 def test_white_noise_is_told_apart_from_a_random_walk() -> None:

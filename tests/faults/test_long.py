@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -62,3 +63,5 @@ def test_a_day_at_200_hz(day: Path, tmp_path: Path, record_property, verb: str) 
     record_property("peak_gb", 1024e-9 * int(peak_kib))
     assert code == "0", ended.stderr
     assert 1024e-9 * int(peak_kib) < LARGEST_GB
+    if verb == "diagnose":
+        assert json.loads((tmp_path / "answer.json").read_text())["verdict"] == "no mismatch"

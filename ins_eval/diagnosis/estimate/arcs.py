@@ -90,13 +90,18 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
         believed, found, path = null.begin_afresh(recording, folder)
         begins = _begins(believed, _largest_gyro_bias(believed, found))
         states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
-        bias = {"force_bias": found.accelerometer_bias_mps2, "gyro_bias": found.gyro_bias_radps}
-        here = Settled(believed.start, replace(believed, **bias), found.walks, found.fix_scale)
+        navigated = replace(
+            believed,
+            force_bias=found.accelerometer_bias_mps2,
+            gyro_bias=found.gyro_bias_radps,
+            stands=observations.stands(believed),
+        )
+        here = Settled(believed.start, navigated, found.walks, found.fix_scale)
     else:
         known = before.navigated
         believed = null.begun_at(recording, known.start, folder)
         states = [known.start, *_on_steps(known.arcs, believed.time_s)]
-        believed = replace(believed, force_bias=known.force_bias, gyro_bias=known.gyro_bias)
+        believed = replace(believed, force_bias=known.force_bias, gyro_bias=known.gyro_bias, stands=known.stands)
         here = replace(before, stated=believed.start, navigated=believed)
     here = _begun(here, states)
     for _ in range(ROUNDS if before is None else ROUNDS_AGAIN):
@@ -119,7 +124,8 @@ def planned(recording: Recording, folder: str | Path = ".") -> Settled:
     (path,) = null.solve(believed)
     begins = _begins(believed, recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H)
     states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
-    return _begun(Settled(believed.start, believed, walks=(0.0, 0.0), fix_scale=(1.0, 1.0)), states)
+    navigated = replace(believed, stands=observations.stands(believed))
+    return _begun(Settled(believed.start, navigated, walks=(0.0, 0.0), fix_scale=(1.0, 1.0)), states)
 
 
 def _largest_gyro_bias(believed: Believed, found: Initialization) -> float:

@@ -14,7 +14,7 @@ from ins_eval.diagnosis.estimate import arcs, noise
 from ins_eval.diagnosis.estimate.coarse import block_of, coarse, coarse_noise, few_blocks
 from ins_eval.diagnosis.estimate.noise_fit import Ready, fit
 from ins_eval.diagnosis.estimate.whitening import Whitened, whiten
-from ins_eval.diagnosis.model import null, observations
+from ins_eval.diagnosis.model import null
 from ins_eval.diagnosis.model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
 from ins_eval.diagnosis.model.geometry import apart
 from ins_eval.diagnosis.model.library import Candidate, Parameters, candidates, composed_candidates, member
@@ -232,7 +232,7 @@ def places(navigated: Believed, model: ErrorModel, slow: SlowFactor) -> list[Col
     """Where and how a unit in arcs stands each time, which nobody measured; each column carries one sigma."""
     sigmas = [*[PLACE_SIGMA_M] * 3, TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD]
     out = []
-    for count, stand in enumerate(observations.stands(navigated), start=1):
+    for count, stand in enumerate(navigated.stands if navigated.arcs else (), start=1):
         window = slow.add_window(stand.start_s - 0.5, stand.end_s + 0.5, model)
         for k, sigma in enumerate(sigmas):
             what, channel = ("position", k) if k < 3 else ("attitude", k + 3)

@@ -210,7 +210,8 @@ def agitation(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
     out = np.zeros((nodes_s.size - 1, 2))
     for k, increments in enumerate((navigated.velocity, navigated.gyro)):
         changes = sum(np.square(column - uniform_filter1d(column, rows)) for column in increments.T) / 3.0
-        np.add.at(out[:, k], epoch, np.maximum(uniform_filter1d(changes, rows), 0.0))  # running sums round below 0
+        changes = np.maximum(uniform_filter1d(changes, rows), 0.0)  # running sums round below 0
+        out[:, k] = np.bincount(epoch, changes, nodes_s.size - 1)
     return out
 
 

@@ -12,14 +12,13 @@ reach log Bayes factors of thousands.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
 
-from ins_eval.navigation import PARKED
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
 FORCE_MULTIPLIERS = ("1", "f", "f_pendulous", "f_output", "f^2", "f^3", "f f_pendulous", "f f_output", "|f|")
 # of body rate w about the own axis and the two others in turn, in rad/s, and of specific force along them
 RATE_MULTIPLIERS = ("1", "w", "w_next", "w_last", "f", "f_next", "f_last", "|w|")  # as many rows as of force: one spare
-CALM_S = 60.0
 BLOCK = 1 << 20  # samples, whole steps of them
 _AXES = np.array([SENSOR_AXES[axis] for axis in "xyz"])
 _PER_AXIS = len(FORCE_MULTIPLIERS)
@@ -49,14 +47,14 @@ def strength(drive: np.ndarray, constant: np.ndarray) -> np.ndarray:
     return np.einsum("kj,kj->k", drive, constant) / np.einsum("kj,kj->k", constant, constant)
 
 
-def integrate(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray, calm: bool = True) -> np.ndarray:
+def integrate(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray, noise: bool = False) -> np.ndarray:
     """Integrals (nodes - 1, SOURCES, 3) over the epochs between `nodes_s`, in n; a sample across a node is split.
 
-    `calm`: what a recording at rest adds to its drives is taken for noise and averaged away.
+    `noise`: with that of the sensors where nothing moves.
     """
     time_s, out = believed.time_s, np.zeros((nodes_s.size - 1, SOURCES, 3))
     begins = np.concatenate([*(arc.quaternion_nb[:-1] for arc in arcs), arcs[-1].quaternion_nb[-1:]])
-    felt = partial(_calm, believed) if calm and believed.recording.kind in PARKED else believed.increments
+    felt = believed.increments if noise else partial(_at_rest, believed)
     for first in range(0, time_s.size, BLOCK):
         last = min(first + BLOCK, time_s.size)
         start_s = time_s[first - 1] if first else believed.start.time_s
@@ -66,17 +64,24 @@ def integrate(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray,
     return out
 
 
-def _calm(believed: Believed, first: int, last: int) -> Iterator[np.ndarray]:
-    """Means of increments over `CALM_S`: at rest what a sample adds to them is noise, which is no drive.
+def _at_rest(believed: Believed, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+    """Increments of the samples from `first` to `last`, those of a stand at its mean rate and specific force.
 
-    With it a column is made of the very noise that the residual holds, and a scale factor of per cents "explains" it.
+    There what a sample adds to them is noise, which is no drive: with it a column is made of the very noise that the
+    residual holds, and a scale factor of per cents "explains" it. Means of a minute hold enough of it in a day.
     """
-    from scipy.ndimage import uniform_filter1d  # imported here, for it takes long and few need it
-
-    rows = max(1, int(CALM_S / float(np.median(np.diff(believed.time_s)))))
-    begin = max(0, first - rows)
-    for increments in believed.increments(begin, last + rows):
-        yield uniform_filter1d(increments, rows, axis=0, mode="nearest")[first - begin : last - begin]
+    gyro, velocity = (one.copy() for one in believed.increments(first, last))
+    edges_s = np.concatenate([[believed.start.time_s], believed.time_s])
+    for stand in believed.stands:
+        begin, end = np.searchsorted(believed.time_s, [stand.start_s, stand.end_s])
+        here = slice(max(begin, first), max(begin, first, min(end, last)))
+        if begin == end or here.start == here.stop:
+            continue
+        interval_s = np.diff(edges_s[here.start : here.stop + 1])[:, None]
+        lasted_s, inside = edges_s[end] - edges_s[begin], slice(here.start - first, here.stop - first)
+        gyro[inside] = interval_s * (believed.gyro[begin:end].sum(axis=0) / lasted_s - believed.gyro_bias)
+        velocity[inside] = interval_s * (believed.velocity[begin:end].sum(axis=0) / lasted_s - believed.force_bias)
+    return gyro, velocity
 
 
 @numba.njit(cache=True, nogil=True)

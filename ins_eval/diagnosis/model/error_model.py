@@ -74,7 +74,7 @@ def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> 
     dt = np.diff(nodes_s)[:, None]
     felt = integrals
     if believed.recording.kind in PARKED:  # an attitude error turns whatever was felt, noise included
-        felt = drives.integrate(believed, arcs, nodes_s, calm=False)
+        felt = drives.integrate(believed, arcs, nodes_s, noise=True)
     force_n = sum(felt[:, drives.source("accelerometer", axis, "f")] for axis in range(3)) / dt
     matrices, missing = dynamics(believed.recording.belief.earth, states, force_n)
     full, half = matrices * dt[:, None], matrices * (0.5 * dt[:, None])

@@ -15,7 +15,7 @@ import numpy as np
 
 from ins_eval.diagnosis.model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
 from ins_eval.diagnosis.model.error_model import STATES, ErrorModel
-from ins_eval.diagnosis.model.observations import CHANNELS
+from ins_eval.diagnosis.model.observations import CHANNELS, stands_in_arcs
 from ins_eval.effects import composed
 from ins_eval.effects.description import FAMILY
 from ins_eval.effects.effect import AXES, Effect
@@ -245,9 +245,9 @@ def _of_description(
 def _elsewhere(effect: Effect, believed: Believed) -> bool:
     """Whether a recording could show an effect that is not of a sensor; of the Earth, where its flag is false."""
     recording = believed.recording
-    reference = recording.reference
+    gps, reference = (None, None) if stands_in_arcs(believed) else (recording.gps, recording.reference)
     if effect.name.startswith("recording.clock"):
-        return recording.gps is not None or reference is not None
+        return gps is not None or reference is not None
     if effect.enters == FAMILY:  # the others are tried on the recording itself, see `consistency`
         return (
             effect.name == "recording.reference_frame" and reference is not None and reference.attitude_rad is not None
@@ -257,7 +257,7 @@ def _elsewhere(effect: Effect, believed: Believed) -> bool:
     if effect.name == "reference.misalignment":
         return reference is not None and reference.attitude_rad is not None
     if effect.name == "gps.time_offset":  # stamps of the source that has the last word
-        return recording.gps is not None and reference is None
+        return gps is not None and reference is None
     if effect.enters in ("gps", "reference"):
-        return getattr(recording, effect.enters) is not None
+        return {"gps": gps, "reference": reference}[effect.enters] is not None
     return effect.enters == "start"

@@ -24,6 +24,7 @@ from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
 if TYPE_CHECKING:
     from ins_eval.compensation import CompensationModel
     from ins_eval.recording import Recording
+    from ins_eval.recording.stillness import Stretch
 
 UNSTATED_LEVEL_SIGMA_RAD = 0.5 * DEG
 UNSTATED_HEADING_SIGMA_RAD = 2.0 * DEG
@@ -39,6 +40,7 @@ class Believed:
     `gyro` and `velocity` (n, 3) in rad and m/s over the samples that end at `time_s` (n,); `attitude_sigma_n` (3,) rad
     is one sigma of the start's attitude about north, east and down; `aid_m` (n,) the height that damps the solution.
     `arcs` are the states at which it begins afresh (`arcs`), at the ends of steps; none where errors stay small.
+    `stands` are the stretches of a parked recording between which somebody moves the unit.
     `gyro_bias` in rad/s and `force_bias` in m/s^2 (3,) are taken off as it is navigated: a day at 200 Hz has no room
     for the same increments twice.
     """
@@ -52,6 +54,7 @@ class Believed:
     attitude_sigma_n: np.ndarray
     folder: str | Path = "."
     arcs: tuple[Start, ...] = ()
+    stands: tuple[Stretch, ...] = ()
     gyro_bias: np.ndarray = field(default_factory=lambda: np.zeros(3))
     force_bias: np.ndarray = field(default_factory=lambda: np.zeros(3))
 

@@ -31,8 +31,8 @@ CHANNELS = 9
 STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS = 0.01, 0.002
 REFERENCE_POSITION_M, REFERENCE_VELOCITY_MPS, REFERENCE_ATTITUDE_RAD = 1.0, 0.01, 0.01 * DEG  # where not stated
 STAND_S, STAND_EDGE_S = 10.0, 2.0  # shortest stand between two moves; what is left out at its ends
-LONGEST_EPOCH_S = 1.0
-MOST_EPOCHS = 12_000
+EPOCH_S = 1.0
+MOST_EPOCHS = 12_000  # of what measures; more tell no more of errors that are slow
 _CLOCK_S = 1e-6
 
 
@@ -77,7 +77,7 @@ def sources(believed: Believed, end_s: float) -> tuple[MeasurementSource, ...]:
         ("reference", recording.reference, recording.belief.reference),
         ("gps", recording.gps, recording.belief.gps),
     ):
-        if fixes is None or (believed.arcs and recording.kind in PARKED):
+        if fixes is None or stands_in_arcs(believed):
             continue
         instants = fixes.time_s - belief.time_offset_s
         inside = (instants >= believed.start.time_s - _CLOCK_S) & (instants <= end_s + _CLOCK_S)
@@ -109,16 +109,23 @@ def _not_too_many(inside: np.ndarray) -> np.ndarray:
 
 
 def nodes(believed: Believed, measured: tuple[MeasurementSource, ...], end_s: float) -> np.ndarray:
-    """The start, every instant of a measurement, every begin of an arc, and no epoch longer than a second."""
+    """The start, every instant of a measurement, every begin of an arc, and no epoch longer than `longest_epoch_s`."""
     begins = [one.time_s for one in believed.arcs]
     instants = np.unique(np.round(np.concatenate([begins, *(source.instants_s for source in measured)]), 6))
     instants = instants[instants > believed.start.time_s + _CLOCK_S]
     edges = np.concatenate([[believed.start.time_s], instants[instants <= end_s]])
-    pieces = np.maximum(1, np.ceil(np.diff(edges) / LONGEST_EPOCH_S - 1e-3)).astype(int)
+    pieces = np.maximum(1, np.ceil(np.diff(edges) / longest_epoch_s(believed, end_s) - 1e-3)).astype(int)
     first = np.repeat(edges[:-1], pieces)
     step = np.repeat(np.diff(edges) / pieces, pieces)
     place = np.arange(first.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     return np.append(first + place * step, edges[-1])
+
+
+def longest_epoch_s(believed: Believed, end_s: float) -> float:
+    """A second; where nothing moves for many hours, as long as `MOST_EPOCHS` make it."""
+    if believed.recording.kind not in PARKED:
+        return EPOCH_S
+    return EPOCH_S * max(1.0, np.ceil((end_s - believed.start.time_s) / (EPOCH_S * MOST_EPOCHS)))
 
 
 def observe(
@@ -223,23 +230,28 @@ def _sigma(source: MeasurementSource) -> np.ndarray:
     return out
 
 
-def stands(believed: Believed) -> list[Stretch]:
-    """The stretches of a parked recording in arcs between which somebody moves the unit; none where it is one arc."""
-    if not believed.arcs or believed.recording.kind not in PARKED:
-        return []
-    return [
+def stands(believed: Believed) -> tuple[Stretch, ...]:
+    """The stretches of a recording in which nobody moves a parked unit; none of one that is not parked."""
+    if believed.recording.kind not in PARKED:
+        return ()
+    return tuple(
         Stretch(one.start_s + STAND_EDGE_S, one.end_s - STAND_EDGE_S)
         for one in still_stretches(believed.recording.imu, STAND_S + 2.0 * STAND_EDGE_S, MOVED_FACTOR)
-    ]
+    )
+
+
+def stands_in_arcs(believed: Believed) -> bool:
+    """Whether a recording is measured against its standstill alone, whatever else measured it."""
+    return bool(believed.arcs) and believed.recording.kind in PARKED
 
 
 def _standstill(believed: Believed, end_s: float) -> MeasurementSource:
-    """Place and rest each second; in arcs, attitude as well, both of the arc with which a stand begins."""
-    start = believed.start
-    time_s = np.arange(start.time_s + 1.0, end_s + _CLOCK_S, 1.0)
+    """Place and rest each epoch; in arcs, attitude as well, both of the arc with which a stand begins."""
+    start, every_s = believed.start, longest_epoch_s(believed, end_s)
+    time_s = np.arange(start.time_s + every_s, end_s + _CLOCK_S, every_s)
     states, state = [start], np.zeros(time_s.size, dtype=int)
     known = np.full(time_s.size, not believed.arcs)
-    for stand in stands(believed):
+    for stand in believed.stands if believed.arcs else ():
         inside = (time_s >= stand.start_s) & (time_s <= stand.end_s)
         known |= inside
         state[inside] = len(states)
