@@ -75,13 +75,18 @@ def union(cases: Sequence[Case]) -> list[Hypothesis]:
 
 
 def space(hypotheses: Sequence[Hypothesis], policy: Policy) -> Space:
-    """Families by key; what is composed of a recorded column pays a handicap."""
+    """Families by key; what is composed of a recorded column, or repeats an offset, pays a handicap."""
     numbers: dict[tuple, int] = {}
     families = np.array([numbers.setdefault(one.key, len(numbers)) for one in hypotheses])
     return Space(
         families=families,
         centre=np.array([one.candidate.centre for one in hypotheses]),
-        handicap=np.array([policy.handicap * (one.candidate.name == COMPOSED) for one in hypotheses]),
+        handicap=np.array(
+            [
+                policy.handicap * (one.candidate.name == COMPOSED) + policy.repeats * one.candidate.repeats
+                for one in hypotheses
+            ]
+        ),
         exact=np.array([one.candidate.name.startswith(EXACT) for one in hypotheses]),
         odds=policy.odds,
         largest=np.array([one.candidate.largest for one in hypotheses]),

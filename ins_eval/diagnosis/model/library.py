@@ -63,6 +63,7 @@ class Candidate:
     column: Column
     parameters: dict[str, float | str] = field(default_factory=dict)
     centre: float = 0.0  # other than 0: what physics fixes the coefficient to, in nominal sizes
+    repeats: bool = False  # in proportion to what does not change in this recording: an offset would show alike
 
     @property
     def largest(self) -> float:
@@ -101,7 +102,7 @@ def candidates(
     """Every effect that this recording could show."""
     given = conditions(believed.recording, believed.folder, seen)
     return [
-        _member(model, slow, given, effect, axis, one)
+        _member(believed, model, slow, given, effect, axis, one)
         for effect in VOCABULARY.values()
         if possible(effect, given) or _elsewhere(effect, believed)
         for axis in effect.axes
@@ -123,7 +124,7 @@ def member(
     And with what says which effect it is: `other_axis`, or `driver` and `form`. `slow` is added to.
     """
     given = conditions(believed.recording, believed.folder, seen)
-    return _member(model, slow, given, VOCABULARY[name], axis, parameters)
+    return _member(believed, model, slow, given, VOCABULARY[name], axis, parameters)
 
 
 def composed_candidates(
@@ -142,8 +143,9 @@ def composed_candidates(
                 for target in composed.TARGETS:
                     form = composed.form(target, shape, driver, None if argument is None else scale * argument)
                     found += [
-                        _member(model, slow, given, VOCABULARY[composed.NAME], axis, {"driver": driver, "form": form})
+                        _member(believed, model, slow, given, VOCABULARY[composed.NAME], axis, which)
                         for axis in AXES
+                        for which in ({"driver": driver, "form": form},)
                     ]
     return found
 
@@ -188,7 +190,13 @@ def sized(
 
 
 def _member(
-    model: ErrorModel, slow: SlowFactor, given: Conditions, effect: Effect, axis: str | None, parameters: Parameters
+    believed: Believed,
+    model: ErrorModel,
+    slow: SlowFactor,
+    given: Conditions,
+    effect: Effect,
+    axis: str | None,
+    parameters: Parameters,
 ) -> Candidate:
     of_parts: list[EffectPart] = []
     if effect.enters in (*SENSORS, "temperature", "any"):
@@ -205,7 +213,8 @@ def _member(
         column = _of_description(effect, nominal, parameters, (model, slow, given))
     else:
         column = _not_of_a_sensor(effect, axis, nominal * effect.si)
-    return Candidate(effect.name, axis, unit, nominal, column, dict(parameters), centre)
+    repeats = len(believed.stands) == 1 and any(part.multiplier != "1" for part in of_parts)
+    return Candidate(effect.name, axis, unit, nominal, column, dict(parameters), centre, repeats)
 
 
 def _slow(part: EffectPart, effect: Effect, parameters: Parameters, slow: SlowFactor, model: ErrorModel) -> str:
