@@ -20,6 +20,7 @@ import numpy as np
 
 from ins_eval.diagnosis.answer.decision import explains, is_heard
 from ins_eval.diagnosis.answer.verdict import channel_of
+from ins_eval.diagnosis.estimate.instants import innovations
 from ins_eval.diagnosis.estimate.linearisation import Linearisation, linearise
 from ins_eval.diagnosis.estimate.refine import Impossible, RefinedFit, refine
 from ins_eval.diagnosis.estimate.search import one_more
@@ -118,7 +119,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     findings = Findings(
         cases=cases,
         null=null,
-        innovations=tuple(_innovations(case, one.noise_point) for case, one in zip(cases, null, strict=True)),
+        innovations=tuple(innovations(case, one.noise_point) for case, one in zip(cases, null, strict=True)),
         alone=alone,
         linearisation=linearisation,
         gain=_gain(cases, known, linearisation, policy),
@@ -387,10 +388,3 @@ def _jump(case: Case, interval: locate.Interval, noise_point: np.ndarray) -> loc
     found = [locate.refined(case, one, noise_point) for one in tried]
     window_s = np.diff(locate.edges(case.model))[0]
     return max((one for one in found if one.end_s > last_s - window_s), key=lambda one: one.t2, default=None)
-
-
-def _innovations(case: Case, noise_point: np.ndarray) -> np.ndarray:
-    """Whitened residual (nodes, 9) of the null, the nuisances at their posterior mean."""
-    whitened = case.whitened([], noise_point, keep=len(case.nuisances) + 1)
-    best = np.linalg.solve(np.eye(len(case.nuisances)) + whitened.normal, whitened.projection)
-    return whitened.kept[..., 0] - whitened.kept[..., 1:] @ best

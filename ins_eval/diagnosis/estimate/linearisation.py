@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.diagnosis.estimate.held_out import held_out
+from ins_eval.diagnosis.estimate.instants import innovations, remarkable
 from ins_eval.diagnosis.estimate.placing import again
 from ins_eval.diagnosis.estimate.scatter import scattered
 from ins_eval.diagnosis.estimate.search import (
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.policy import Policy
 
 CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
+AT = "at_s"
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,6 +173,7 @@ def linearise(
     taken = {_identity(one) for one in model}
     others = [one for one in union(cases) if _identity(one) not in taken]
     others += _placed_alike(cases, model, others)
+    others += _jumped(cases, model, others, fitted)
     hypotheses = (*model, *others)
     of_space = space(hypotheses, policy)
     whole = np.append(point, np.zeros(len(others)))
@@ -193,6 +196,21 @@ def _placed_alike(cases: Sequence[Case], model: Sequence[Hypothesis], others: Se
         made += [again(other, cases, {**other.candidate.parameters, **placed}) for other in alike]
     known = {_identity(one) for one in (*model, *others)}
     return [one for one in {_identity(one): one for one in made}.values() if _identity(one) not in known]
+
+
+def _jumped(
+    cases: Sequence[Case], model: Sequence[Hypothesis], others: Sequence[Hypothesis], fitted: Sequence[Fitted]
+) -> list[Hypothesis]:
+    """Of every family of what jumps a member at each instant that the innovations beside `model` show."""
+    made = []
+    for r, (case, noise) in enumerate(zip(cases, fitted, strict=True)):
+        jumping = {one.key: one for one in others if AT in one.candidate.parameters and one.columns[r] is not None}
+        if not jumping:
+            continue
+        columns = [one.columns[r] for one in model if one.columns[r] is not None]
+        at_s = remarkable(innovations(case, noise.noise_point, columns), case.model.nodes_s)
+        made += [again(one, cases, {**one.candidate.parameters, AT: t}) for one in jumping.values() for t in at_s]
+    return made
 
 
 def _numbers(one: Hypothesis) -> dict[str, float | str]:
