@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.model.columns import Column
 
 WIDTHS = (1, 2, 4, 8, 16, 32)  # nodes
-REMARKABLE = 5.0  # sigmas: what the largest of some ten thousand sums of white noise hardly reaches
+REMARKABLE = 5.5  # sigmas, which the largest of a hundred thousand sums of white noise hardly reaches
 MOST = 4  # instants of a recording
 
 
