@@ -11,7 +11,7 @@ from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.diagnosis.estimate.coarse import coarse, coarse_noise
 from ins_eval.diagnosis.estimate.evidence import Gained, log_evidence, mixture, sensitivity
 from ins_eval.diagnosis.estimate.slope import Slopes, slopes
-from ins_eval.diagnosis.estimate.whitening import NoiseLevels, _advance, whiten
+from ins_eval.diagnosis.estimate.whitening import NoiseLevels, _filter, _respond, whiten
 from ins_eval.diagnosis.model.columns import Assembled
 
 NODES, EPOCHS = 16, 15
@@ -19,7 +19,7 @@ ROUNDING = 1e-7
 STEP, QUOTIENT = 1e-4, 1e-5  # of a central difference
 COLUMNS = 3  # beside the residual
 LONG = 3000  # epochs
-MANY = 66  # columns that two threads share
+MANY = 300  # columns that two threads share
 
 
 @pytest.fixture
@@ -38,6 +38,7 @@ def problem() -> tuple[Assembled, NoiseLevels]:
     observed[:, 0] = np.nan_to_num(residual)
     assembled = Assembled(
         count=COLUMNS + 1,
+        begin=np.zeros(COLUMNS + 1, dtype=int),
         start=start,
         transition=np.eye(9) + matrices,
         half=np.eye(9) + 0.5 * matrices,
@@ -194,7 +195,8 @@ def test_the_kernel_is_compiled_once(problem) -> None:
     """Another layout of one array costs a new user a second compilation, as long as the diagnosis of a flight."""
     assembled, levels = problem
     whiten(coarse(assembled, 5), levels)
-    wide = replace(assembled, count=MANY, start=np.resize(assembled.start, (MANY, 9)))
+    wide = replace(assembled, count=MANY, begin=np.zeros(MANY, dtype=int), start=np.resize(assembled.start, (MANY, 9)))
     few, many = whiten(assembled, levels), whiten(wide, levels)
     np.testing.assert_allclose(many.normal[:COLUMNS, :COLUMNS], few.normal, rtol=ROUNDING)
-    assert len(_advance.signatures) == 1
+    slopes(assembled, levels, sensitivity)
+    assert len(_filter.signatures) == len(_respond.signatures) == 1

@@ -54,16 +54,17 @@ def coarse(fine: Assembled, block: int) -> Assembled:
     observed = np.empty((blocks + 1, m, 9))
     rows, share = _shares(fine.residual, block)
     weights = np.concatenate([np.ones((1, 9)), share.reshape(-1, 9)])
-    _compose(block, weights, motion(fine, 0, m), shown(fine, 0, m), transition, coupling, sources, observed)
+    each = np.arange(m)
+    _compose(block, weights, motion(fine, each), shown(fine, each), transition, coupling, sources, observed)
     mean = (share * np.nan_to_num(fine.residual[rows])).sum(axis=1)
     residual = np.concatenate([fine.residual[:1], np.where(share.any(axis=1), mean, np.nan)])
     design = (fine.design[rows] * share[..., None]).sum(axis=1)
     time_s = np.concatenate([[0.0], np.cumsum(fine.interval_s)])
     middle = rows[:, block // 2]
-    each = np.arange(m)
     drive_terms = [(c, target, 3 * c + k, 0) for c in each for k, target in enumerate(_TARGETS)]
     return replace(
         fine,
+        begin=np.where(fine.begin > 0, (fine.begin - 1) // block + 1, 0),
         transition=transition,
         half=np.tile(np.eye(9), (blocks, 1, 1)),
         coupling=coupling,

@@ -95,9 +95,13 @@ class SlowFactor:
 
 @dataclass(frozen=True, eq=False)
 class Assembled:
-    """Columns as the filter takes them, the residual first; terms as rows of indices."""
+    """Columns as the filter takes them, the residual first; terms as rows of indices.
+
+    `begin` (count,) is the node before which a column is 0.
+    """
 
     count: int
+    begin: np.ndarray
     start: np.ndarray
     transition: np.ndarray
     half: np.ndarray
@@ -162,24 +166,38 @@ def assemble(
     if model.states is not None:
         observed[:, _MOUNT:_CHANNEL, 6:] = np.swapaxes(model.states.mat_nb, 1, 2)  # boxes that are not parallel
     observed[:, _CHANNEL:] = np.eye(CHANNELS)
+    drive_terms = np.array(driven, dtype=np.int64).reshape(-1, 4)
+    observation_terms = np.array(shown, dtype=np.int64).reshape(-1, 3)
+    slow_epochs = np.array([np.ones(epochs), *(slow.epochs[name] for name in names[1:])])
+    slow_nodes = np.array([np.ones(nodes), *(slow.nodes[name] for name in names[1:])])
+    begin = np.where(start.any(axis=1), 0, nodes)
+    np.minimum.at(begin, drive_terms[:, 0], 1 + _first(slow_epochs)[drive_terms[:, 3]])
+    np.minimum.at(begin, observation_terms[:, 0], _first(slow_nodes)[observation_terms[:, 2]])
     return Assembled(
         count=len(columns) + 1,
+        begin=begin,
         start=start,
         transition=model.transition,
         half=model.half,
         coupling=coupling(model),
         interval_s=model.interval_s,
         sources=np.ascontiguousarray(sources),
-        slow_epochs=np.array([np.ones(epochs), *(slow.epochs[name] for name in names[1:])]),
-        drive_terms=np.array(driven, dtype=np.int64).reshape(-1, 4),
+        slow_epochs=slow_epochs,
+        drive_terms=drive_terms,
         drive_weights=np.array(driven_weights, dtype=float),
         residual=seen.residual,
         design=seen.design,
         observed=observed,
-        slow_nodes=np.array([np.ones(nodes), *(slow.nodes[name] for name in names[1:])]),
-        observation_terms=np.array(shown, dtype=np.int64).reshape(-1, 3),
+        slow_nodes=slow_nodes,
+        observation_terms=observation_terms,
         observation_weights=np.array(shown_weights, dtype=float),
     )
+
+
+def _first(values: np.ndarray) -> np.ndarray:
+    """Where each row (n, k) is first other than 0, k where nowhere."""
+    there = values != 0.0
+    return np.where(there.any(axis=1), there.argmax(axis=1), values.shape[1])
 
 
 def coupling(model: ErrorModel) -> np.ndarray:
