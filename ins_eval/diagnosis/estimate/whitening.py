@@ -196,7 +196,8 @@ def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1) -> Whitened:
     They are taken in the order in which they begin: what is yet to begin costs nothing.
     """
     count, nodes = columns.count, columns.residual.shape[0]
-    order = np.argsort(columns.begin, kind="stable")
+    begin = columns.acting[:, 0]
+    order = np.argsort(begin, kind="stable")
     place = np.argsort(order)
     bounds = np.linspace(0, count, -(-count // _TOGETHER) + 1).astype(int)
     parts = [Responses(columns, noise, order[lo:hi], lo) for lo, hi in zip(bounds[:-1], bounds[1:], strict=True)]
@@ -213,7 +214,7 @@ def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1) -> Whitened:
             recorded = tape(int(measured.sum()))
             out = whole[: recorded.variance.size]
             log_determinant += covariance.advance(first, last, recorded)
-            begun = int(np.searchsorted(columns.begin[order], last))
+            begun = int(np.searchsorted(begin[order], last))
             chosen = [one for one in parts if one.column < begun]
             for _ in pool.map(partial(Responses.advance, first=first, last=last, recorded=recorded, out=out), chosen):
                 pass
