@@ -116,14 +116,14 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
             for i in range(24):
                 push[i] = gain_adjoint[i] / s - 2.0 * spread_gain[i] + by_s * h[i]
             for i in range(24):  # few channels see more than two states
-                if h[i] != 0.0:
-                    x = 0.5 * h[i]
+                x = h[i]
+                if x != 0.0:
                     for j in range(24):
-                        spread[i, j] += x * push[j]
+                        spread[i, j] += 0.5 * x * push[j]
                     for j in range(24):
-                        spread[j, i] += x * push[j]
+                        spread[j, i] += 0.5 * x * push[j]
                     for c in range(m):
-                        adjoint[i, c] += h[i] * z_adjoint[c]
+                        adjoint[i, c] += x * z_adjoint[c]
         if k == 0:
             break
         e = k - 1

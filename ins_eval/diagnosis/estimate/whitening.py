@@ -208,6 +208,7 @@ def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1) -> Whitened:
     log_determinant = 0.0
     rows = 0
     with ThreadPoolExecutor(min(_THREADS, len(parts))) as pool:
+        each = pool.map if len(parts) > 1 else map
         for first in range(0, nodes, _CHUNK):
             last = min(nodes, first + _CHUNK)
             measured = np.isfinite(columns.residual[first:last])
@@ -216,7 +217,7 @@ def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1) -> Whitened:
             log_determinant += covariance.advance(first, last, recorded)
             begun = int(np.searchsorted(begin[order], last))
             chosen = [one for one in parts if one.column < begun]
-            for _ in pool.map(partial(Responses.advance, first=first, last=last, recorded=recorded, out=out), chosen):
+            for _ in each(partial(Responses.advance, first=first, last=last, recorded=recorded, out=out), chosen):
                 pass
             total[:begun, :begun] += out[:, :begun].T @ out[:, :begun]
             kept[first:last][measured] = out[:, place[:keep]]
@@ -311,8 +312,9 @@ def _filter(first, last, motion, measured, noise, p, tape):
                     p[i, 9 + j] = x
                     p[9 + j, i] = x
             for i in range(15):
+                x = decay[i]
                 for j in range(15):
-                    p[9 + i, 9 + j] *= decay[i] * decay[j]
+                    p[9 + i, 9 + j] *= x * decay[j]
                 sigma = noise.slow_sigma[i] if i < 9 else noise.wander_sigma[i - 9]
                 p[9 + i, 9 + i] += sigma**2 * (1.0 - decay[i] ** 2)
             for i in range(3):
@@ -331,17 +333,19 @@ def _filter(first, last, motion, measured, noise, p, tape):
             s = noise.white[k, channel] ** 2
             ph[:] = 0.0
             for j in range(24):
-                if h[j] != 0.0:
+                x = h[j]
+                if x != 0.0:
                     for i in range(24):
-                        ph[i] += p[j, i] * h[j]
+                        ph[i] += x * p[j, i]
             for i in range(24):
                 s += h[i] * ph[i]
             gain = tape.gain[row]
             for i in range(24):
                 gain[i] = ph[i] / s
             for i in range(24):
+                x = gain[i]
                 for j in range(24):
-                    p[i, j] -= gain[i] * ph[j]
+                    p[i, j] -= x * ph[j]
             tape.variance[row] = s
             logs += np.log(s)
             row += 1
