@@ -22,7 +22,7 @@ T = TypeVar("T", bound=BaseModel)
 class Strict(BaseModel):
     """A table that refuses what it does not know, a number beyond the limits of its unit, and endless texts."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
     @field_validator("*")
     @classmethod

@@ -35,7 +35,7 @@ def clauses(source: str | None) -> dict[str, str]:
 class FormTable(BaseModel):
     """A table of the form: extra keys are allowed and kept, numbers lie within `limits`, texts are not endless."""
 
-    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False, defer_build=True)
 
     @field_validator("*")
     @classmethod

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from matplotlib.figure import Figure
 
-from ins_eval.analysis.predict import Prediction
-from ins_eval.analysis.results import RunComparison
 from ins_eval.analysis.several import Row, SeveralEvaluations
 from ins_eval.figures import side_by_side
 from ins_eval.figures.side_by_side import Value
 from ins_eval.figures.style import colour, label
 from ins_eval.report.prediction import ROWS
 from ins_eval.vocabulary import measure_name
+
+if TYPE_CHECKING:  # `evaluate` needs neither, and both import much
+    from ins_eval.analysis.predict import Prediction
+    from ins_eval.analysis.results import RunComparison
 
 MOST_PERCENT = 900.0  # of a change that is drawn; a larger one would leave the others flat
 

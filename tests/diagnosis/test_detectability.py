@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from ins_eval.diagnosis.answer.detectability import detectability, expected, shows_from
 from ins_eval.diagnosis.estimate.case import prepare
-from ins_eval.diagnosis.estimate.evidence import SCALES
+from ins_eval.diagnosis.estimate.evidence import SCALES, expected_log_evidence
 from ins_eval.diagnosis.estimate.study import sums, union
 
 DRAWS = 4000
@@ -49,6 +49,12 @@ def test_a_size_that_physics_fixes_is_exact() -> None:
     told = norm.logpdf(draws, a * centre, np.sqrt(a + a**2)) - norm.logpdf(draws, 0.0, np.sqrt(a))
     error = STANDARD_ERRORS * told.std() / np.sqrt(DRAWS)
     assert expected(a, centre, centre) == pytest.approx(told.mean(), abs=error)
+
+
+@pytest.mark.parametrize("centre", [0.0, 4.0])
+def test_one_column_is_a_set_of_one(centre: float) -> None:
+    several = expected_log_evidence(np.array([[2.0]]), {0: 3.0}, [0], np.array([centre]))
+    assert expected(2.0, 3.0, centre) == pytest.approx(several, rel=1e-12)
 
 
 def test_the_size_that_shows_is_expected_to_bring_enough() -> None:

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.estimate import case as cases
+from ins_eval.diagnosis.estimate import whitening
 from ins_eval.diagnosis.estimate.coarse import coarse, coarse_noise
 from ins_eval.diagnosis.estimate.evidence import Gained, log_evidence, mixture, sensitivity
 from ins_eval.diagnosis.estimate.slope import Slopes, slopes
-from ins_eval.diagnosis.estimate.whitening import NoiseLevels, _advance, whiten
+from ins_eval.diagnosis.estimate.whitening import NoiseLevels, _filter, _respond, whiten
 from ins_eval.diagnosis.model.columns import Assembled
 
 NODES, EPOCHS = 16, 15
@@ -19,7 +20,8 @@ ROUNDING = 1e-7
 STEP, QUOTIENT = 1e-4, 1e-5  # of a central difference
 COLUMNS = 3  # beside the residual
 LONG = 3000  # epochs
-MANY = 66  # columns that two threads share
+LATE = 9  # node at which a column begins
+MANY = 300  # columns that two threads share
 
 
 @pytest.fixture
@@ -38,6 +40,7 @@ def problem() -> tuple[Assembled, NoiseLevels]:
     observed[:, 0] = np.nan_to_num(residual)
     assembled = Assembled(
         count=COLUMNS + 1,
+        acting=np.tile([0, NODES], (COLUMNS + 1, 1)),
         start=start,
         transition=np.eye(9) + matrices,
         half=np.eye(9) + 0.5 * matrices,
@@ -128,6 +131,25 @@ def test_whitened_sums_are_those_of_the_dense_covariance(problem) -> None:
     assert sums.rows == covariance.shape[0]
 
 
+def test_columns_that_begin_late_are_those_of_the_dense_covariance(problem, monkeypatch) -> None:
+    monkeypatch.setattr(whitening, "_CHUNK", 4)
+    assembled, levels = problem
+    late = assembled.drive_terms[:, 0] == 1
+    start, slow_epochs, slow_nodes = (x.copy() for x in (assembled.start, assembled.slow_epochs, assembled.slow_nodes))
+    start[1], slow_epochs[1, : LATE - 1], slow_nodes[1, :LATE] = 0.0, 0.0, 0.0
+    terms, acting = assembled.drive_terms.copy(), assembled.acting.copy()
+    terms[late, 3], acting[1, 0] = 1, LATE
+    changed = {"start": start, "slow_epochs": slow_epochs, "slow_nodes": slow_nodes, "acting": acting}
+    assembled = replace(assembled, drive_terms=terms, **changed)
+    columns, covariance = dense(assembled, levels)
+    expected = columns.T @ np.linalg.solve(covariance, columns)
+    sums = whiten(assembled, levels, keep=2)
+    np.testing.assert_allclose(sums.normal, expected[1:, 1:], rtol=ROUNDING, atol=ROUNDING)
+    np.testing.assert_allclose(sums.projection, expected[1:, 0], rtol=ROUNDING, atol=ROUNDING)
+    kept = sums.kept[np.isfinite(assembled.residual)]
+    np.testing.assert_allclose(kept.T @ kept, expected[:2, :2], rtol=ROUNDING, atol=ROUNDING)
+
+
 def _sum_of(problem: tuple[Assembled, NoiseLevels]) -> float:
     """The log evidence of the last column with a mixture, the others with a standard normal prior, written densely."""
     columns, covariance = dense(*problem)
@@ -194,7 +216,9 @@ def test_the_kernel_is_compiled_once(problem) -> None:
     """Another layout of one array costs a new user a second compilation, as long as the diagnosis of a flight."""
     assembled, levels = problem
     whiten(coarse(assembled, 5), levels)
-    wide = replace(assembled, count=MANY, start=np.resize(assembled.start, (MANY, 9)))
+    acting, start = np.resize(assembled.acting, (MANY, 2)), np.resize(assembled.start, (MANY, 9))
+    wide = replace(assembled, count=MANY, acting=acting, start=start)
     few, many = whiten(assembled, levels), whiten(wide, levels)
     np.testing.assert_allclose(many.normal[:COLUMNS, :COLUMNS], few.normal, rtol=ROUNDING)
-    assert len(_advance.signatures) == 1
+    slopes(assembled, levels, sensitivity)
+    assert len(_filter.signatures) == len(_respond.signatures) == 1

@@ -5,8 +5,9 @@ b ~ N(a v, a), so that with a prior of scale s
 
     E log B(s) = ((a v)^2 + a) / (a + s^-2) / 2 - log(1 + s^2 a) / 2
 
-and B is the mean over the scales of the prior (`evidence.expected_log_evidence`, for a column alone). An effect of
-usual size that stays near 0 is invisible: that none is found says nothing about it.
+and B is the mean over the scales of the prior; a prior around a size c that physics fixes adds (c v - c^2 / 2) a and
+leaves v - c to find. `evidence.expected_log_evidence` is the same for several columns. An effect of usual size that
+stays near 0 is invisible: that none is found says nothing about it.
 
 Source: Lindley, Ann. Math. Stat. 27 (1956) 986.
 """
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from ins_eval.diagnosis.estimate.evidence import expected_log_evidence
+from ins_eval.diagnosis.estimate.evidence import SCALES
 from ins_eval.effects.vocabulary import VOCABULARY
 
 if TYPE_CHECKING:
@@ -48,7 +49,10 @@ class Detectability:
 
 def expected(a: float, size: float, centre: float = 0.0) -> float:
     """Expected log Bayes factor (nats) of an effect of `size` nominal sizes whose column has the reduced sum `a`."""
-    return expected_log_evidence(np.array([[a]]), {0: size}, [0], np.array([centre]))
+    variance = np.square(SCALES if centre == 0.0 else (1.0,))
+    square = (a * (size - centre)) ** 2 + a
+    each = 0.5 * variance * square / (1.0 + variance * a) - 0.5 * np.log1p(variance * a)
+    return float((centre * size - 0.5 * centre**2) * a + np.logaddexp.reduce(each) - np.log(each.size))
 
 
 def shows_from(a: float, enough: float) -> float | None:

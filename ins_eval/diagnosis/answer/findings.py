@@ -68,6 +68,7 @@ class Findings:
     shown : where each effect of the set shows; empty likewise
     suspects : disturbances without a name, None where the effects explain and none was looked for
     places : where each suspect is
+    around_belief : every effect as it looks before any is tried further, noise that of the null within its grade
     """
 
     cases: tuple[Case, ...]
@@ -81,6 +82,7 @@ class Findings:
     shown: tuple[Mismatch, ...] = ()
     suspects: tuple[Suspect, ...] | None = None
     places: tuple[Mismatch, ...] = ()
+    around_belief: Linearisation | None = None
 
     @property
     def statistics(self) -> dict[str, float | str]:
@@ -109,7 +111,8 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
         for case, one in zip(cases, null, strict=True)
     ]
     progress("effects")
-    begin = _begun(cases, known, policy)
+    around_belief = linearise(cases, (), np.zeros(0), known, policy)
+    begin = _begun(around_belief, known, policy)
     alone = () if _of_earth(begin) else _alone(cases, null, policy)
     linearisation = _searched(cases, begin, policy)
     quiet = _quiet(cases, linearisation, alone)
@@ -123,6 +126,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
         alone=alone,
         linearisation=linearisation,
         gain=_gain(cases, known, linearisation, policy),
+        around_belief=around_belief,
     )
     suspects = None
     if not is_heard(findings, policy):
@@ -237,14 +241,14 @@ def _place(findings: Findings, suspect: Suspect) -> Mismatch:
     return located(case, suspect.recording, exact, suspect.sigma, follows)
 
 
-def _begun(cases: tuple[Case, ...], null: Sequence[Fitted], policy: Policy) -> Linearisation:
+def _begun(around_belief: Linearisation, null: Sequence[Fitted], policy: Policy) -> Linearisation:
     """The linearisation from which the search begins: around the belief, or around one effect alone.
 
     An error that alone does most of what a whole set does may be so large that nothing linear around a solution with it
     can be trusted, and the others of the set mend what the first left. So does a term of the Earth that the belief
     leaves out. Each such effect is tried by navigating with it alone, and the most probable is where the search begins.
     """
-    best = around_belief = linearise(cases, (), np.zeros(0), null, policy)
+    best, cases = around_belief, around_belief.cases
     gain = around_belief.best.log_bayes_factor
     if gain < policy.earth:
         return around_belief

@@ -144,6 +144,7 @@ def _said(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:
         after=(),
         linearisation=linearisation,
         policy=policy,
+        around_belief=findings.around_belief,
     )
 
 

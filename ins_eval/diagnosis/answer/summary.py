@@ -54,6 +54,11 @@ def basis(found: Diagnosis) -> Basis:
             linearisation.here,
             linearisation.best.members if found.effects else (),
         )
+    around = found.around_belief
+    if around is not None and all(
+        np.array_equal(a.noise_point, b.noise_point) for a, b in zip(around.fitted, found.null, strict=True)
+    ):
+        return Basis(around.hypotheses, around.space, around.here, ())
     hypotheses = tuple(union(found.cases))
     here = sums(found.cases, [one.noise_point for one in found.null], hypotheses)
     return Basis(hypotheses, space(hypotheses, found.policy), here, ())

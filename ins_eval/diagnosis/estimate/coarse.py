@@ -48,22 +48,29 @@ def coarse(fine: Assembled, block: int) -> Assembled:
         return fine
     blocks = (fine.residual.shape[0] - 1) // block
     m = fine.count
-    transition = np.empty((blocks, 9, 9))
-    coupling = np.empty((blocks, 9, 6))
-    sources = np.zeros((blocks, 3 * m, 3))
-    observed = np.empty((blocks + 1, m, 9))
     rows, share = _shares(fine.residual, block)
     weights = np.concatenate([np.ones((1, 9)), share.reshape(-1, 9)])
-    _compose(block, weights, motion(fine, 0, m), shown(fine, 0, m), transition, coupling, sources, observed)
+    transition, coupling = _composed(block, fine.transition, fine.coupling)
+    sources = np.zeros((blocks, 3 * m, 3))
+    observed = np.zeros((blocks + 1, m, 9))
+    each = np.arange(m)
+    first, last = fine.acting[:, 0], fine.acting[:, 1] - 1
+    block_of_first, block_of_last = (np.where(node > 0, (node - 1) // block + 1, 0) for node in (first, last))
+    # what acts after the middle of a block is felt at that of the next
+    acting = np.column_stack([block_of_first, block_of_last + 2]).clip(max=blocks + 1)
+    spans, span = np.unique(acting, axis=0, return_inverse=True)
+    for k, (begin, end) in enumerate(spans):
+        which = np.flatnonzero(span == k)
+        _average(block, begin, end, weights, motion(fine, which), shown(fine, which), which, sources, observed)
     mean = (share * np.nan_to_num(fine.residual[rows])).sum(axis=1)
     residual = np.concatenate([fine.residual[:1], np.where(share.any(axis=1), mean, np.nan)])
     design = (fine.design[rows] * share[..., None]).sum(axis=1)
     time_s = np.concatenate([[0.0], np.cumsum(fine.interval_s)])
     middle = rows[:, block // 2]
-    each = np.arange(m)
     drive_terms = [(c, target, 3 * c + k, 0) for c in each for k, target in enumerate(_TARGETS)]
     return replace(
         fine,
+        acting=acting,
         transition=transition,
         half=np.tile(np.eye(9), (blocks, 1, 1)),
         coupling=coupling,
@@ -118,32 +125,45 @@ _TARGETS = (TO_POSITION, TO_VELOCITY, TO_ATTITUDE)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
-def _compose(block, weights, motion, shown, out_transition, out_coupling, out_sources, out_observed):
-    m = out_sources.shape[1] // 3
+def _composed(block, transition, coupling):
+    """Transition and coupling from the middle of each block to that of the next."""
+    blocks = transition.shape[0] // block
+    out_transition, out_coupling = np.empty((blocks, 9, 9)), np.empty((blocks, 9, 6))
+    phi, g = np.eye(9), np.zeros((9, 6))
+    for b in range(blocks):
+        first = b * block
+        for e in range(first, first + block):
+            phi = transition[e] @ phi
+            g = transition[e] @ g + coupling[e]
+            if e == first + block // 2:
+                out_transition[b] = phi
+                out_coupling[b] = g
+                phi, g = np.eye(9), np.zeros((9, 6))
+    return out_transition, out_coupling
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+def _average(block, begin, end, weights, motion, shown, which, sources, observed):
+    """Drives and responses of the columns `which` at the coarse nodes from `begin` to `end`, 0 before."""
+    m = which.size
     state = np.zeros((9, m))
     work = np.zeros((9, m))
     pushed = np.zeros((9, m))
-    phi, g = np.eye(9), np.zeros((9, 6))
     seen = np.zeros((9, m))
-    show(shown, 0, weights[0], seen)
-    out_observed[0] = seen.T
-    for b in range(out_transition.shape[0]):
-        first = 1 + b * block
-        middle = first + block // 2
+    for b in range(begin, end):
         seen[:] = 0.0
-        for k in range(first, first + block):
-            e = k - 1
-            propagate(motion, e, state, pushed, work)
-            state[:] = work
-            phi = motion.transition[e] @ phi
-            g = motion.transition[e] @ g + motion.coupling[e]
+        first = 1 + (b - 1) * block
+        for k in range(max(first, 0), first + block):
             show(shown, k, weights[k], seen)
-            if k == middle:
-                out_transition[b] = phi
-                out_coupling[b] = g
-                for c in range(m):
+            if k == 0:
+                continue
+            propagate(motion, k - 1, state, pushed, work)
+            state[:] = work
+            if k == first + block // 2:
+                for n in range(m):
                     for i in range(9):
-                        out_sources[b, 3 * c + i // 3, i % 3] = state[i, c]
+                        sources[b - 1, 3 * which[n] + i // 3, i % 3] = state[i, n]
                 state[:] = 0.0
-                phi, g = np.eye(9), np.zeros((9, 6))
-        out_observed[b + 1] = seen.T
+        for n in range(m):
+            for i in range(9):
+                observed[b, which[n], i] = seen[i, n]

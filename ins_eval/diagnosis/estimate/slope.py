@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numba
 import numpy as np
 
-from ins_eval.diagnosis.estimate.whitening import FASTMATH, State, Whitened, tape
+from ins_eval.diagnosis.estimate.whitening import FASTMATH, Covariance, Responses, Whitened, tape
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,16 +51,17 @@ def slopes(
     """
     measured = np.isfinite(columns.residual)
     nodes, rows = measured.shape[0], int(measured.sum())
-    out, recorded = np.empty((rows, columns.count)), tape(nodes, rows, columns.count)
-    state = State(columns, noise, 0, columns.count)
-    log_determinant = state.advance(0, nodes, out, recorded)
+    out, recorded = np.empty((rows, columns.count)), tape(rows, nodes, columns.count)
+    responses = Responses(columns, noise, np.arange(columns.count))
+    log_determinant = Covariance(columns, noise).advance(0, nodes, recorded)
+    responses.advance(0, nodes, recorded, out)
     total = out.T @ out
     kept = np.full((nodes, 9, 1), np.nan)
     kept[measured] = out[:, :1]
     whitened = Whitened(total[1:, 1:], total[1:, 0], float(total[0, 0]), log_determinant, rows, kept)
     height, by_sums = sensitivity(whitened)
     found = Slopes(*(np.zeros(n) for n in ((nodes, 9), nodes - 1, nodes - 1, 9, 9, 6, 6)))
-    _back(state.motion, measured, columns.design, noise, recorded, out, 2.0 * out @ by_sums, found)
+    _back(responses.motion, measured, columns.design, noise, recorded, out, 2.0 * out @ by_sums, found)
     return height, found
 
 
@@ -115,14 +116,14 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
             for i in range(24):
                 push[i] = gain_adjoint[i] / s - 2.0 * spread_gain[i] + by_s * h[i]
             for i in range(24):  # few channels see more than two states
-                if h[i] != 0.0:
-                    x = 0.5 * h[i]
+                x = h[i]
+                if x != 0.0:
                     for j in range(24):
-                        spread[i, j] += x * push[j]
+                        spread[i, j] += 0.5 * x * push[j]
                     for j in range(24):
-                        spread[j, i] += x * push[j]
+                        spread[j, i] += 0.5 * x * push[j]
                     for c in range(m):
-                        adjoint[i, c] += h[i] * z_adjoint[c]
+                        adjoint[i, c] += x * z_adjoint[c]
         if k == 0:
             break
         e = k - 1

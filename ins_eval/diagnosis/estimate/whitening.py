@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numba
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 ALL_STATES = 24
 FASTMATH = {"contract", "reassoc", "nsz"}
 _CHUNK = 512  # nodes whose whitened rows are kept at a time
+_TOGETHER = 256  # columns at most whose states move together: as many as a core keeps at hand
 _THREADS = 2
 
 
@@ -57,10 +59,11 @@ class Shown(NamedTuple):
 
 
 class Tape(NamedTuple):
-    """What the adjoint of a pass needs (`slope`); without rows nothing is recorded.
+    """What the filter makes of the noise, for the columns, and what the adjoint of a pass needs besides (`slope`).
 
-    `gain` (rows, 24) and `variance` (rows,) of each measurement, `covariance` (nodes, 24, 24) before the measurements
-    of a node, `slow` (nodes, 15, m) the states of the columns that decay, before they do.
+    `gain` (rows, 24) and `variance` (rows,) of each measurement. For the adjoint, else without nodes: `covariance`
+    (nodes, 24, 24) before the measurements of a node, `slow` (nodes, 15, m) the states of the columns that decay,
+    before they do.
     """
 
     gain: np.ndarray
@@ -76,9 +79,8 @@ class Measured(NamedTuple):
     design: np.ndarray
 
 
-def motion(columns: Assembled, first: int, last: int) -> Motion:
-    """How the columns from `first` to `last` move."""
-    chosen = (columns.drive_terms[:, 0] >= first) & (columns.drive_terms[:, 0] < last)
+def motion(columns: Assembled, which: np.ndarray) -> Motion:
+    """How the columns `which` (m,) move."""
     return Motion(
         columns.transition,
         columns.half,
@@ -86,20 +88,27 @@ def motion(columns: Assembled, first: int, last: int) -> Motion:
         columns.interval_s,
         columns.sources,
         columns.slow_epochs,
-        columns.drive_terms[chosen] - np.array([first, 0, 0, 0]),
-        columns.drive_weights[chosen],
+        *_terms_of(columns.drive_terms, columns.drive_weights, which, columns.count),
     )
 
 
-def shown(columns: Assembled, first: int, last: int) -> Shown:
-    """What the columns from `first` to `last` put into the measurements."""
-    chosen = (columns.observation_terms[:, 0] >= first) & (columns.observation_terms[:, 0] < last)
+def shown(columns: Assembled, which: np.ndarray) -> Shown:
+    """What the columns `which` (m,) put into the measurements."""
     return Shown(
         columns.observed,
         columns.slow_nodes,
-        columns.observation_terms[chosen] - np.array([first, 0, 0]),
-        columns.observation_weights[chosen],
+        *_terms_of(columns.observation_terms, columns.observation_weights, which, columns.count),
     )
+
+
+def _terms_of(terms: np.ndarray, weights: np.ndarray, which: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The terms of the columns `which` of `count`, in whose order they are numbered, and their weights."""
+    place = np.full(count, -1)
+    place[which] = np.arange(which.size)
+    chosen = place[terms[:, 0]] >= 0
+    terms = terms[chosen]
+    terms[:, 0] = place[terms[:, 0]]
+    return terms, weights[chosen]
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
@@ -171,8 +180,8 @@ class Whitened:
     kept: np.ndarray
 
 
-def tape(nodes: int, rows: int, count: int) -> Tape:
-    """An empty tape for `rows` measurements at `nodes` and `count` columns."""
+def tape(rows: int, nodes: int = 0, count: int = 0) -> Tape:
+    """An empty tape for `rows` measurements, and for the adjoint at `nodes` of `count` columns."""
     return Tape(
         np.empty((rows, ALL_STATES)),
         np.empty(rows),
@@ -181,70 +190,83 @@ def tape(nodes: int, rows: int, count: int) -> Tape:
     )
 
 
-NO_TAPE = tape(0, 0, 0)
-
-
 def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1) -> Whitened:
-    """Whiten the residual and all columns; the residual is the first of `columns`, and `keep` of them are kept."""
+    """Whiten the residual and all columns; the residual is the first of `columns`, and `keep` of them are kept.
+
+    They are taken in the order in which they begin: what is yet to begin costs nothing.
+    """
     count, nodes = columns.count, columns.residual.shape[0]
-    threads = _THREADS if count > 64 else 1
-    bounds = np.linspace(0, count, threads + 1).astype(int)
-    parts = [State(columns, noise, lo, hi) for lo, hi in zip(bounds[:-1], bounds[1:], strict=True)]
+    begin = columns.acting[:, 0]
+    order = np.argsort(begin, kind="stable")
+    place = np.argsort(order)
+    bounds = np.linspace(0, count, -(-count // _TOGETHER) + 1).astype(int)
+    parts = [Responses(columns, noise, order[lo:hi], lo) for lo, hi in zip(bounds[:-1], bounds[1:], strict=True)]
+    covariance = Covariance(columns, noise)
     total = np.zeros((count, count))
     kept = np.full((nodes, 9, keep), np.nan)
+    whole = np.zeros((9 * min(nodes, _CHUNK), count))
     log_determinant = 0.0
     rows = 0
-    with ThreadPoolExecutor(threads) as pool:
+    with ThreadPoolExecutor(min(_THREADS, len(parts))) as pool:
+        each = pool.map if len(parts) > 1 else map
         for first in range(0, nodes, _CHUNK):
             last = min(nodes, first + _CHUNK)
             measured = np.isfinite(columns.residual[first:last])
-            out = np.empty((int(measured.sum()), count))
-            if threads == 1:
-                logs = [parts[0].advance(first, last, out)]
-            else:
-                logs = list(pool.map(State.advance, parts, [first] * threads, [last] * threads, [out] * threads))
-            total += out.T @ out
-            kept[first:last][measured] = out[:, :keep]
-            log_determinant += logs[0]
+            recorded = tape(int(measured.sum()))
+            out = whole[: recorded.variance.size]
+            log_determinant += covariance.advance(first, last, recorded)
+            begun = int(np.searchsorted(begin[order], last))
+            chosen = [one for one in parts if one.column < begun]
+            for _ in each(partial(Responses.advance, first=first, last=last, recorded=recorded, out=out), chosen):
+                pass
+            total[:begun, :begun] += out[:, :begun].T @ out[:, :begun]
+            kept[first:last][measured] = out[:, place[:keep]]
             rows += out.shape[0]
+    total = total[np.ix_(place, place)]
     return Whitened(total[1:, 1:], total[1:, 0], float(total[0, 0]), log_determinant, rows, kept)
 
 
-class State:
-    """The filter on its way along the nodes, for the columns from `first` to `last`."""
+class Covariance:
+    """The covariance of the filter on its way along the nodes."""
 
-    def __init__(self, columns: Assembled, noise: NoiseLevels, first: int, last: int):
-        self.columns, self.noise, self.first, self.last = columns, noise, first, last
-        self.xi = np.zeros((ALL_STATES, last - first))
-        self.xi[:9] = columns.start[first:last].T
-        self.covariance = np.zeros((ALL_STATES, ALL_STATES))
-        self.covariance[range(9, 18), range(9, 18)] = noise.slow_sigma**2
-        self.motion, self.shown = motion(columns, first, last), shown(columns, first, last)
+    def __init__(self, columns: Assembled, noise: NoiseLevels):
+        self.noise = noise
+        self.motion = motion(columns, np.zeros(0, dtype=int))
+        self.measured = Measured(columns.residual, columns.design)
+        self.now = np.zeros((ALL_STATES, ALL_STATES))
+        self.now[range(9, 18), range(9, 18)] = noise.slow_sigma**2
 
-    def advance(self, first: int, last: int, out: np.ndarray, tape: Tape = NO_TAPE) -> float:
-        """Whiten the nodes from `first` to `last` into the rows of `out`; returns log|S| of them."""
-        measured = Measured(self.columns.residual, self.columns.design)
-        columns = (self.first, out)  # a slice of `out` has another layout, which compiles the kernel a second time
-        state = (self.covariance, self.xi)
-        return _advance(first, last, self.motion, self.shown, measured, self.noise, *state, *columns, tape)
+    def advance(self, first: int, last: int, recorded: Tape) -> float:
+        """Record the gains at the nodes from `first` to `last`; returns log|S| of them."""
+        return _filter(first, last, self.motion, self.measured, self.noise, self.now, recorded)
+
+
+class Responses:
+    """The columns `which` (m,) on their way along the nodes; they stand from `column` on in what is whitened."""
+
+    def __init__(self, columns: Assembled, noise: NoiseLevels, which: np.ndarray, column: int = 0):
+        self.noise, self.column = noise, column
+        self.motion, self.shown = motion(columns, which), shown(columns, which)
+        self.measured = Measured(columns.residual, columns.design)
+        self.xi = np.zeros((ALL_STATES, which.size))
+        self.xi[:9] = columns.start[which].T
+
+    def advance(self, first: int, last: int, recorded: Tape, out: np.ndarray) -> None:
+        """Whiten the nodes from `first` to `last` with the gains recorded there, into the rows of `out`."""
+        given = self.motion, self.shown, self.measured, self.noise, recorded
+        # a slice of `out` has another layout, which compiles the kernel a second time
+        _respond(first, last, *given, self.xi, self.column, out)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
-def _advance(first, last, motion, shown, measured, noise, p, xi, column, out, tape):
+def _filter(first, last, motion, measured, noise, p, tape):
     residual, design = measured.residual, measured.design
-    taping = tape.variance.size > 0
-    m = xi.shape[1]
-    work = np.empty((9, m))
-    pushed = np.zeros((9, m))
-    z = np.empty(m)
-    z_base = np.zeros((9, m))
-    whole = np.ones(9)
+    taping = tape.covariance.size > 0
     t = np.empty((9, 24))
     line = np.empty(9)
     f_turned, g_turned = np.empty((9, 9)), np.empty((6, 9))
     h = np.zeros(24)
     ph = np.empty(24)
-    gain = np.empty(24)
     decay = np.empty(15)
     row = 0
     logs = 0.0
@@ -252,23 +274,9 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out, ta
         if k > 0:
             e = k - 1
             f, g, dt = motion.transition[e], motion.coupling[e], motion.interval_s[e]
-            # columns
-            propagate(motion, e, xi, pushed, work)
-            for i in range(9):
-                for j in range(6):
-                    x = g[i, j]
-                    for c in range(m):
-                        work[i, c] += x * xi[18 + j, c]
-            for i in range(9):
-                for c in range(m):
-                    xi[i, c] = work[i, c]
             for i in range(15):
                 decay[i] = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
-                for c in range(m):
-                    if taping:
-                        tape.slow[k, i, c] = xi[9 + i, c]
-                    xi[9 + i, c] *= decay[i]
-            # covariance: inner loops run along rows, so that they are vector code
+            # inner loops run along rows, so that they are vector code
             for i in range(9):
                 for j in range(9):
                     f_turned[j, i] = f[i, j]
@@ -304,8 +312,9 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out, ta
                     p[i, 9 + j] = x
                     p[9 + j, i] = x
             for i in range(15):
+                x = decay[i]
                 for j in range(15):
-                    p[9 + i, 9 + j] *= decay[i] * decay[j]
+                    p[9 + i, 9 + j] *= x * decay[j]
                 sigma = noise.slow_sigma[i] if i < 9 else noise.wander_sigma[i - 9]
                 p[9 + i, 9 + i] += sigma**2 * (1.0 - decay[i] ** 2)
             for i in range(3):
@@ -314,9 +323,6 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out, ta
                 p[6 + i, 6 + i] += noise.rate[e]
         if taping:
             tape.covariance[k] = p
-        # what columns put into the measurements
-        z_base[:] = 0.0
-        show(shown, k, whole, z_base)
         for channel in range(9):
             if not np.isfinite(residual[k, channel]):
                 continue
@@ -327,34 +333,74 @@ def _advance(first, last, motion, shown, measured, noise, p, xi, column, out, ta
             s = noise.white[k, channel] ** 2
             ph[:] = 0.0
             for j in range(24):
-                if h[j] != 0.0:
+                x = h[j]
+                if x != 0.0:
                     for i in range(24):
-                        ph[i] += p[j, i] * h[j]
+                        ph[i] += x * p[j, i]
             for i in range(24):
                 s += h[i] * ph[i]
+            gain = tape.gain[row]
             for i in range(24):
                 gain[i] = ph[i] / s
             for i in range(24):
+                x = gain[i]
                 for j in range(24):
-                    p[i, j] -= gain[i] * ph[j]
+                    p[i, j] -= x * ph[j]
+            tape.variance[row] = s
+            logs += np.log(s)
+            row += 1
+    return logs
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+def _respond(first, last, motion, shown, measured, noise, tape, xi, column, out):
+    residual, design = measured.residual, measured.design
+    taping = tape.slow.size > 0
+    m = xi.shape[1]
+    work = np.empty((9, m))
+    pushed = np.empty((9, m))
+    z_base = np.empty((9, m))
+    z = np.empty(m)
+    whole = np.ones(9)
+    row = 0
+    for k in range(first, last):
+        if k > 0:
+            e = k - 1
+            g, dt = motion.coupling[e], motion.interval_s[e]
+            propagate(motion, e, xi, pushed, work)
+            for i in range(9):
+                for j in range(6):
+                    x = g[i, j]
+                    for c in range(m):
+                        work[i, c] += x * xi[18 + j, c]
+            for i in range(9):
+                for c in range(m):
+                    xi[i, c] = work[i, c]
+            for i in range(15):
+                decay = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
+                for c in range(m):
+                    if taping:
+                        tape.slow[k, i, c] = xi[9 + i, c]
+                    xi[9 + i, c] *= decay
+        # what columns put into the measurements
+        z_base[:] = 0.0
+        show(shown, k, whole, z_base)
+        for channel in range(9):
+            if not np.isfinite(residual[k, channel]):
+                continue
+            gain = tape.gain[row]
             for c in range(m):
-                z[c] = z_base[channel, c]
-            for i in range(24):
-                x = h[i]
+                z[c] = z_base[channel, c] + xi[9 + channel, c]
+            for i in range(9):
+                x = design[k, channel, i]
                 if x != 0.0:
                     for c in range(m):
                         z[c] += x * xi[i, c]
-            root = 1.0 / np.sqrt(s)
+            root = 1.0 / np.sqrt(tape.variance[row])
             for c in range(m):
                 out[row, column + c] = root * z[c]
             for i in range(24):
                 x = gain[i]
-                if x != 0.0:
-                    for c in range(m):
-                        xi[i, c] -= x * z[c]
-            if taping:
-                tape.gain[row] = gain
-                tape.variance[row] = s
-            logs += np.log(s)
+                for c in range(m):
+                    xi[i, c] -= x * z[c]
             row += 1
-    return logs

@@ -95,9 +95,14 @@ class SlowFactor:
 
 @dataclass(frozen=True, eq=False)
 class Assembled:
-    """Columns as the filter takes them, the residual first; terms as rows of indices."""
+    """Columns as the filter takes them, the residual first; terms as rows of indices.
+
+    `acting` (count, 2) are the first node and the one behind the last at which something acts on a column: it is 0
+    before the first, and after the last nothing but the equations moves it.
+    """
 
     count: int
+    acting: np.ndarray
     start: np.ndarray
     transition: np.ndarray
     half: np.ndarray
@@ -162,24 +167,41 @@ def assemble(
     if model.states is not None:
         observed[:, _MOUNT:_CHANNEL, 6:] = np.swapaxes(model.states.mat_nb, 1, 2)  # boxes that are not parallel
     observed[:, _CHANNEL:] = np.eye(CHANNELS)
+    drive_terms = np.array(driven, dtype=np.int64).reshape(-1, 4)
+    observation_terms = np.array(shown, dtype=np.int64).reshape(-1, 3)
+    slow_epochs = np.array([np.ones(epochs), *(slow.epochs[name] for name in names[1:])])
+    slow_nodes = np.array([np.ones(nodes), *(slow.nodes[name] for name in names[1:])])
+    acting = np.column_stack([np.where(start.any(axis=1), 0, nodes), np.zeros(len(start), dtype=int)])
+    drives_at, shows_at = 1 + _other_than_0(slow_epochs)[drive_terms[:, 3]], _other_than_0(slow_nodes)
+    for column, at in ((drive_terms[:, 0], drives_at), (observation_terms[:, 0], shows_at[observation_terms[:, 2]])):
+        np.minimum.at(acting[:, 0], column, at[:, 0])
+        np.maximum.at(acting[:, 1], column, at[:, 1])
     return Assembled(
         count=len(columns) + 1,
+        acting=acting,
         start=start,
         transition=model.transition,
         half=model.half,
         coupling=coupling(model),
         interval_s=model.interval_s,
         sources=np.ascontiguousarray(sources),
-        slow_epochs=np.array([np.ones(epochs), *(slow.epochs[name] for name in names[1:])]),
-        drive_terms=np.array(driven, dtype=np.int64).reshape(-1, 4),
+        slow_epochs=slow_epochs,
+        drive_terms=drive_terms,
         drive_weights=np.array(driven_weights, dtype=float),
         residual=seen.residual,
         design=seen.design,
         observed=observed,
-        slow_nodes=np.array([np.ones(nodes), *(slow.nodes[name] for name in names[1:])]),
-        observation_terms=np.array(shown, dtype=np.int64).reshape(-1, 3),
+        slow_nodes=slow_nodes,
+        observation_terms=observation_terms,
         observation_weights=np.array(shown_weights, dtype=float),
     )
+
+
+def _other_than_0(values: np.ndarray) -> np.ndarray:
+    """Where each row (n, k) is first other than 0 and behind where it is last, (n, 2); k and 0 where nowhere."""
+    there, k = values != 0.0, values.shape[1]
+    first, last = there.argmax(axis=1), k - there[:, ::-1].argmax(axis=1)
+    return np.where(there.any(axis=1)[:, None], np.column_stack([first, last]), (k, 0))
 
 
 def coupling(model: ErrorModel) -> np.ndarray:

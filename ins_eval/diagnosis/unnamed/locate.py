@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, ndtri
 
 from ins_eval.diagnosis.estimate.evidence import Reduced, reduce
 from ins_eval.diagnosis.model.columns import Column, Drive, Measured, SlowFactor
@@ -92,14 +92,14 @@ class Significance:
 
     def probability(self, t2: float) -> float:
         """Probability that noise alone gives so large a ratio anywhere in the scan."""
-        one = chi2.sf(t2, 1)
+        one = chdtrc(1, t2)
         return float(-np.expm1(self.trials * np.log1p(-min(one, 1.0 - 1e-16))))
 
     def sigma(self, t2: float) -> float:
         """That probability as the one-sided deviate of a normal distribution; 0 for one above a half."""
         p = self.probability(t2)
         if p > 1e-12:
-            return max(0.0, float(norm.isf(p)))
+            return max(0.0, -float(ndtri(p)))
         return float(np.sqrt(t2 - 2.0 * np.log(self.trials)))  # far in the tail of both
 
 
@@ -156,7 +156,7 @@ def significance(reduced: Reduced, count: int, rng: np.random.Generator) -> Sign
     for part in range(0, reduced.normal.shape[0], count):
         a = np.ascontiguousarray(reduced.normal[part : part + count, part : part + count])
         largest = np.maximum(largest, _largest(a, np.ascontiguousarray(draws[:, part : part + count])))
-    return Significance(float(np.log(QUANTILE) / np.log1p(-chi2.sf(np.quantile(largest, QUANTILE), 1))))
+    return Significance(float(np.log(QUANTILE) / np.log1p(-chdtrc(1, np.quantile(largest, QUANTILE)))))
 
 
 @numba.njit(cache=True)
