@@ -138,9 +138,10 @@ def filter_weights(
     """What the filter makes of `count` velocities north and east, one every step: psi = sum_k W_k v_k.
 
     Returns W (3, count, 2) and the covariance of [dv_N dv_E psi_N psi_E psi_D eps_N eps_E eps_D] after the last of
-    them: no measurement enters either. Process noise over a step by Van Loan, IEEE Trans. Autom. Control 23 (1978) 395.
+    them: no measurement enters either.
     """
-    from scipy.linalg import expm  # imported here, for it takes long and few need it
+    from filterpy.common import van_loan_discretization  # imported here, for both take long
+    from filterpy.kalman import KalmanFilter
 
     g = gravity(latitude_rad, height_m)
     meridian, transverse = (r + height_m for r in radii(latitude_rad))
@@ -157,18 +158,16 @@ def filter_weights(
         + [0.0] * 3
     )
 
-    over = expm(step_s * np.block([[-f, drive @ drive.T], [np.zeros((8, 8)), f.T]]))
-    transition = over[8:, 8:].T
-    process = transition @ over[:8, 8:]
-    h, r = np.eye(2, 8), np.eye(2) * noise.velocity_mps**2
+    kf = KalmanFilter(dim_x=8, dim_z=2)
+    kf.F, kf.Q = van_loan_discretization(f, drive, step_s)
+    kf.H = np.eye(2, 8)
+    kf.R = np.eye(2) * noise.velocity_mps**2
     bias = DEG_PER_H * noise.gyro_bias_deg_per_h
-    p = np.diag([1e-4, 1e-4, 2e-3, 2e-3, 5.0 * DEG, bias, bias, bias]) ** 2
+    kf.P = np.diag([1e-4, 1e-4, 2e-3, 2e-3, 5.0 * DEG, bias, bias, bias]) ** 2
     estimate = np.zeros((8, count, 2))  # of each velocity what it has become in the estimate
     for k in range(count):
-        p = transition @ p @ transition.T + process
-        gain = np.linalg.solve(h @ p @ h.T + r, h @ p).T
-        kept = np.eye(8) - gain @ h
-        p = kept @ p @ kept.T + gain @ r @ gain.T
-        estimate[:, :k] = np.tensordot(kept @ transition, estimate[:, :k], 1)
-        estimate[:, k] = gain
-    return estimate[2:5], p
+        kf.predict()
+        kf.update(np.zeros(2))
+        estimate = np.tensordot(kf.F - kf.K @ kf.H @ kf.F, estimate, 1)
+        estimate[:, k] = kf.K
+    return estimate[2:5], kf.P

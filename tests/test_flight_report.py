@@ -144,7 +144,7 @@ def test_metrics_hold_no_clock_host_or_path(small_report: Path, numbers: dict[st
 def test_manifest_says_versions_seed_and_inputs(manifest: dict[str, Any], repository: Path) -> None:
     assert manifest["plan"]["seed"] == 1
     assert manifest["sizes"]["all"] == 4
-    assert {"python", "ins-eval", "numpy", "scipy", "numba", "pyarrow"} <= set(manifest["versions"])
+    assert {"python", "ins-eval", "numpy", "scipy", "numba", "filterpy"} <= set(manifest["versions"])
     assert manifest["versions"]["numpy"] == np.__version__
     profile = repository / "trajectories" / "climb-cruise-landing.toml"
     assert manifest["inputs"][profile.name] == hashlib.sha256(profile.read_bytes()).hexdigest()
