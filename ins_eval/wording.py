@@ -25,7 +25,10 @@ SYMBOLS = {
     r"(?<= )>=(?= )": "≥",
     r"(?<=[\w)])\^2\b": "²",
     r"(?<=[\w)])\^3\b": "³",
+    r"(?<![\w.,=([−/-])(?<![,=] )-(?=\d)": "−",  # not where a user may copy it
 }
+POWER = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+−-]?)0*(\d{1,3})\b")  # 4.4e-16
+SUPERSCRIPTS = str.maketrans("0123456789-−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁻", "+")
 SHORT_VERDICT: dict[Verdict, str] = {
     "better": "better",
     "worse": "worse",
@@ -143,12 +146,22 @@ def in_symbols(text: str) -> str:
     """
     for plain, sign in SYMBOLS.items():
         text = re.sub(plain, sign, text)
-    return text
+    return POWER.sub(_power, text)
+
+
+def _power(found: re.Match[str]) -> str:
+    """``4.4 × 10⁻¹⁶`` of ``4.4e-16``, ``10⁶`` of ``1e6``."""
+    number, sign, exponent = found.groups()
+    power = f"10{(sign + exponent).translate(SUPERSCRIPTS)}"
+    return power if number == "1" else f"{number} × {power}"
 
 
 def unbroken(text: str) -> str:
     """With no-break spaces between a number and its unit, so that no line ends between them; ``Table 7`` too."""
     text = re.sub(r"\b(Paper|Table|Fig\.) (?=[\dA])", "\\1\u00a0", text)
+    text = re.sub(
+        r"(?<=,) (?=[−+]?[\d.]+\])|(?<=\d) (?=× 10)|(?<=\d ×) (?=10)|(?<=\bnot) (?=established\b)", "\u00a0", text
+    )  # [0.5, 0.7]
     units = r"%|m/s²?|nmi/h|nmi|Hz|min|°/[sh]|µ?g|ppm|nats?|σ|[mkµn]?[ms]"
     return re.sub(rf"(?<=\d) (?=(?:{units})(?![\w/]))", "\u00a0", text)
 
