@@ -18,7 +18,7 @@ CHANNELS = (
 LOCATED, LOCATED_TINT = "#d95f02", "#fdeee1"
 FOUND = "#12508f"
 BAND = 2.0  # sigmas
-LABEL_WIDTH = 14  # letters along the height of a panel
+LABEL_WIDTH, QUANTITY_WIDTH = 14, 26  # letters along the height of a low and of a high panel
 LEAST_GAIN = 0.05  # of that of the channel that changes most, for a channel to be drawn
 
 
@@ -137,7 +137,7 @@ def effect_against_drive(
             else " The noise of the instrument is at most what is believed of it: what is wrong has inflated it."
         )
     )
-    both = drive is not None
+    both, beside = drive is not None, fill(quantity, QUANTITY_WIDTH)
     figure, panels = sheet(5.9 if both else 3.4, title, note, rows=1 + both, squeeze=False)
     top = panels[0, 0]
     shade(top, located, "located", color=LOCATED_TINT)
@@ -147,7 +147,7 @@ def effect_against_drive(
     if explained:
         top.plot(time_s, effect, color=LOCATED, linewidth=1.6, label="the effect")
     top.set_xlabel("time in the recording [s]")
-    top.set_ylabel(quantity)
+    top.set_ylabel(beside)
     if both:
         ax = panels[1, 0]
         ax.plot(drive, mean, color="#b9cbd9", linewidth=0.7, label="in the order of time")
@@ -160,7 +160,7 @@ def effect_against_drive(
             order = np.argsort(drive)
             ax.plot(drive[order], effect[order], color=LOCATED, linewidth=1.6, label="the effect")
         ax.set_xlabel(drive_name)
-        ax.set_ylabel(quantity)
+        ax.set_ylabel(beside)
     legend_below(figure, *panels[:, 0])
     return figure
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from ins_eval.figures.style import ACCENT, INK, QUIET, decimate, legend_below, sheet, styled
 
@@ -133,6 +134,7 @@ def shift_distribution(*, shift_ppm: Mapping[str, np.ndarray], printed_ppm: Mapp
         ax.axvline(0.0, color=QUIET, linewidth=0.8)
         ax.set(xlabel="found − injected [ppm]", title=words)
     panels[0].set_ylabel("units")
+    panels[0].yaxis.set_major_locator(MaxNLocator(integer=True))
     legend_below(figure, *panels)
     return figure
 
