@@ -19,7 +19,7 @@ from benchmark.runners.real_studies import OTHERS, STUDIES, Other, Said, Study
 from benchmark.worlds.real import SOURCES, Source
 from benchmark.worlds.recorded import Recorded
 from ins_eval.files import write_whole
-from ins_eval.report.content import Block, Paragraph, Picture, Section, Table, paragraphs, table
+from ins_eval.report.content import Block, Number, Paragraph, Picture, Section, Table, at_a_glance, paragraphs, table
 from ins_eval.report.diagnosis_words import alike, effect_words
 from ins_eval.report.json_file import as_json
 from ins_eval.report.results import write_results
@@ -216,6 +216,18 @@ def answer_of(studies: list[dict], absent: list[str]) -> str:
     return "\n".join(lines)
 
 
+def glance(studies: list[dict]) -> Section:
+    """How many of the values that others know are named, and how many controls hold."""
+    said = [one["agrees"] for study in studies for one in study["sources"]]
+    held = [not one["alarm"] for one in studies if one["control"] and one["answer"] is not None]
+    numbers = [
+        Number("values of others that are named and agree", f"{said.count(True)} of {len(said)}"),
+        Number("named apart from them", f"{said.count(False)} of {len(said)}"),
+        Number("controls that hold", f"{sum(held)} of {len(held)}"),
+    ]
+    return at_a_glance(numbers, None, "Read below, for each recording, what is named and who else knows it.")
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m benchmark.runners.real_report", description=__doc__.splitlines()[0]
@@ -243,7 +255,9 @@ def main(arguments: list[str] | None = None) -> int:
     words = answer_of(studies, absent)
     metrics = {"studies": studies, "others": rest}
     write_whole(chosen.output / "manifest.json", as_json({"package_sha256": run.package_hash()}))
-    write_results(chosen.output, TITLE, words, [*sections, _others(rest)], metrics, drawn, chosen.quiet)
+    write_results(
+        chosen.output, TITLE, words, [glance(studies), *sections, _others(rest)], metrics, drawn, chosen.quiet
+    )
     return 0
 
 
