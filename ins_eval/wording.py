@@ -25,10 +25,12 @@ SYMBOLS = {
     r"(?<= )>=(?= )": "≥",
     r"(?<=[\w)])\^2\b": "²",
     r"(?<=[\w)])\^3\b": "³",
-    r"(?<![\w.,=([−/-])(?<![,=] )-(?=\d)": "−",  # not where a user may copy it
+    r"(?<![\w.,=([−/-])(?<![,=] )-(?=\d)": "−",
 }
-POWER = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+−-]?)0*(\d{1,3})\b")  # 4.4e-16
+COPIED = re.compile(r"(--assume \S+)")  # what a user may type as it stands
+POWER = re.compile(r"(?<![\w.=])(?<!= )(\d(?:\.\d+)?)e([+−-]?)0*(\d{1,3})\b")  # 4.4e-16
 SUPERSCRIPTS = str.maketrans("0123456789-−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁻", "+")
+MOST_DECIMALS = 3  # of a change in per cent
 SHORT_VERDICT: dict[Verdict, str] = {
     "better": "better",
     "worse": "worse",
@@ -144,9 +146,12 @@ def in_symbols(text: str) -> str:
 
     Every page, text and figure passes its words through here.
     """
-    for plain, sign in SYMBOLS.items():
-        text = re.sub(plain, sign, text)
-    return POWER.sub(_power, text)
+    parts = COPIED.split(text)
+    for k, part in enumerate(parts[::2]):
+        for plain, sign in SYMBOLS.items():
+            part = re.sub(plain, sign, part)
+        parts[2 * k] = POWER.sub(_power, part)
+    return "".join(parts)
 
 
 def _power(found: re.Match[str]) -> str:
@@ -174,6 +179,8 @@ def _three(ratio: Ratio) -> tuple[float, float, float]:
 def _alike(values: Sequence[float], signed: bool = False) -> list[str]:
     """The values with the fewest common decimals at which none that is not 0 prints as 0."""
     digits = 0
-    while digits < 3 and any(v != 0.0 and round(v, digits) == 0.0 for v in values):
+    while digits < MOST_DECIMALS and any(v != 0.0 and round(v, digits) == 0.0 for v in values):
         digits += 1
+    if all(round(v, digits) == 0.0 for v in values):
+        digits = 0
     return [("+" if signed and round(v, digits) > 0 else "") + fixed(v, digits) for v in values]
