@@ -294,6 +294,38 @@ def drawn(title: str, x: list[float], unit: str, **axes: str) -> Figure:
     return figure
 
 
+SORTS = """<script>
+const body = document.querySelector("table").tBodies[0], [name, value] = document.querySelectorAll("th button");
+const said = [name, value, value].map((button) => {
+  button.click();
+  return [...body.rows].map((row) => row.textContent.trim()).join(",");
+});
+said.push(value.parentNode.ariaSort, name.parentNode.ariaSort);
+document.body.dataset.said = said.join(";");
+</script>"""
+
+
+@needs_browser
+def test_a_long_table_is_sorted_by_size_and_its_remarks_go_along(tmp_path: Path) -> None:
+    values = ["–", "−2.5", "10 [9, 11]", "3.1", *map(str, range(20, 28))]
+    rows = [(chr(ord("m") - k), value) for k, value in enumerate(values)]
+    remarks = [Paragraph(f"of {name}") for name, _ in rows]
+    sections = [Section("All", [Table("", ("name", "value"), rows, remarks=remarks)])]
+    page = write_report(tmp_path, title="t", answer="a", sections=sections, figures={}, metrics={})
+    document = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", page.read_text(), count=1)
+    page.write_text(document.replace("</body>", f"{SORTS}</body>"))
+    visit = open_page(page, tmp_path)
+    (said,) = re.findall(r'data-said="([^"]*)"', visit.document)
+    by_name, up, down, of_value, of_name = unescape(said).replace("\u00a0", " ").split(";")
+    shown = {name: f"{name}{value},of {name}" for name, value in rows}
+    assert by_name == ",".join(shown[name] for name in sorted(shown))
+    ordered = ["l", "j", "k", *(name for name, _ in rows[4:]), "m"]  # -2.5, 3.1, 10, 20 and on, what has no number
+    assert up == ",".join(shown[name] for name in ordered)
+    assert down == ",".join(shown[name] for name in reversed(ordered))
+    assert (of_value, of_name) == ("descending", "")
+    assert (visit.requests, visit.console) == ([], [])
+
+
 @needs_browser
 def test_figures_over_the_same_time_zoom_together_and_tell_their_values(tmp_path: Path) -> None:
     """The second begins later; the third is over logarithms and zooms alone."""
@@ -358,7 +390,7 @@ def test_axe_finds_nothing_serious_in_each_kind_of_block(tmp_path: Path, flags: 
     remarks = [Paragraph("ins-eval evaluate DIR", "Said.") for _ in rows]
     blocks = [
         Paragraph("Words.", "Lead."), Picture("one", "A curve."),
-        *(Table("Numbers", ("name", "value"), rows, "A note.", sortable=sortable) for sortable in (False, True)),
+        Table("Numbers", ("name", "value"), rows, "A note."),
         *(Table("Tones", ("name", "value"), rows[:1], remarks=remarks[:1], tones=[tone])
           for tone in ("good", "weak", "bad", "odd", "quiet")),
     ]  # fmt: skip

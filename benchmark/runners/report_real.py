@@ -211,8 +211,7 @@ def _every(hidden: Sequence[dict]) -> list[Table]:
         return []
     rows = [(*_case(one), outcome(one)) for one in hidden]
     tones = [{NAME: "good", LISTED: "good", SEEN: "weak", WRONG: "bad"}.get(outcome(one), "quiet") for one in hidden]
-    return [Table("Every concealed effect", (*CASE, "outcome"), rows, align=CASE_ALIGN + "l", tones=tones,
-                  sortable=True)]  # fmt: skip
+    return [Table("Every concealed effect", (*CASE, "outcome"), rows, align=CASE_ALIGN + "l", tones=tones)]  # fmt: skip
 
 
 def _how() -> list[Block]:
