@@ -129,8 +129,8 @@ def effect_against_drive(
     """
     explained = bool(np.isfinite(effect).any())
     note = (
-        "Dots: what a slow disturbance of this channel, of any form, makes of the recording in each window, with its "
-        "95 % band; everything else is at its best value."
+        "Dots: error of this channel estimated in each window without a model, as a slow disturbance of any form, with "
+        "its 95 % band; everything else is at its best value."
         + (
             " Line: the effect as it was found. Where it is right, the dots lie along it."
             if explained
@@ -142,7 +142,7 @@ def effect_against_drive(
     top = panels[0, 0]
     shade(top, located, "located", color=LOCATED_TINT)
     top.fill_between(time_s, mean - BAND * sigma, mean + BAND * sigma, color="#dce6ee", linewidth=0, label="95 %")
-    top.plot(time_s, mean, "o", color=FOUND, markersize=3.2, label="found without a form")
+    top.plot(time_s, mean, "o", color=FOUND, markersize=3.2, label="estimated without a model")
     top.axhline(0.0, color=QUIET, linewidth=0.5)
     if explained:
         top.plot(time_s, effect, color=LOCATED, linewidth=1.6, label="the effect")
@@ -153,7 +153,7 @@ def effect_against_drive(
         ax.plot(drive, mean, color="#b9cbd9", linewidth=0.7, label="in the order of time")
         ax.errorbar(
             drive, mean, BAND * sigma, fmt="o", color=FOUND, ecolor="#b9cbd9", elinewidth=0.9, markersize=3.2,
-            label="found without a form",
+            label="estimated without a model",
         )  # fmt: skip
         ax.axhline(0.0, color=QUIET, linewidth=0.5)
         if explained:

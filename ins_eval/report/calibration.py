@@ -204,7 +204,7 @@ def _new_run(unit: AccelerometerNumbers, chosen: str) -> list[Block]:
         "95 % interval of compensated less true specific force in µg, in a run that is still to come: what the model "
         "leaves in the mean of all runs, how runs differ, and the scatter within one."
     )
-    header = ("temperature [°C]", "and it is", *(f"{position.replace('+0', '0')} g" for position in POSITIONS))
+    header = ("temperature [°C]", "direction", *(f"{position.replace('+0', '0')} g" for position in POSITIONS))
     title = f"Compensation: {label(chosen)}"
     return table(title, [cell.replace("-", "−") for cell in header], rows, note, align="rlrrr")
 

@@ -47,6 +47,8 @@ FORBIDDEN = {
     "sets them apart": "separates them",
     "would tell": "would separate, or would show",
     "told from": "separated from",
+    "in the liveliest": "with the most motion",
+    "found without a form": "estimated without a model",
     "motion does not tell": "the motion does not show, or determine",
     "cannot tell": "does not determine",
     "cannot be told": "is unknown, or not determined",

@@ -257,7 +257,7 @@ def loop_in_flight(*, stretches: Mapping[str, Mapping[str, np.ndarray]]) -> Figu
         "noise, in samples of 10 ms: what the transfer function says, and the steps of the converters."
     )
     figure, panels = sheet(
-        4.8, "The sampled loop beside its steady state, in the liveliest stretch of a flight", note, rows=2, columns=2
+        4.8, "The sampled loop beside its steady state, where a flight has the most motion", note, rows=2, columns=2
     )
     panels = np.reshape(panels, (2, 2))
     for (upper, lower), (name, one) in zip(panels.T, stretches.items(), strict=True):
