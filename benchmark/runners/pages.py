@@ -205,7 +205,7 @@ def _alike(result: dict) -> list[Block]:
     )
     return [
         *targets.table(result, "not identifiable", "experiments"),
-        *_rates("Cases that cannot be told apart", result["not identifiable"]),
+        *_rates("Cases that cannot be separated", result["not identifiable"]),
         *table("The recommended experiment", ("experiment", "cases", "made", "separated"), rows, note),
     ]
 
