@@ -102,8 +102,8 @@ lint: env ## import directions, style and types
 docs: env ## these pages as a site; writes reports/docs/
 	@$(VENV)/bin/python -m sphinx -q -W --keep-going -b html docs reports/docs
 
-wheel: env ## build the wheel into dist/
-	@$(PIP) wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
+wheel: env ## build wheel and sdist into dist/
+	@$(VENV)/bin/python -m hatchling build --directory dist
 
 lock: ## remake requirements.lock (maintainers; needs uv)
 	uv pip compile pyproject.toml --extra formats --extra docs --group dev --universal --python-version 3.11 --generate-hashes --no-header -o requirements.lock

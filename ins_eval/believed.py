@@ -35,6 +35,7 @@ from ins_eval.units import DEG_PER_H, UG
 QFA_BIAS_SIGMA_UG = 50.0  # Paper A, Table 5: an accelerometer of which only its own readings are known
 FILLED = ("gyro", "accelerometer", "gps")
 STATED = "stated"
+NOT_STATED = "Believed, not stated"  # what a note of it begins with
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,7 @@ def believed(recording: Recording) -> Recording:
     }
     notes = [] if grade is None else [grade.words]
     for table, filled in found.items():
-        notes += [
-            f"Believed, not stated: [{table}] {key} = {_shown(one.value)}, {one.source}." for key, one in filled.items()
-        ]
+        notes += [f"{NOT_STATED}: [{table}] {key} = {_shown(one.value)}, {one.source}." for key, one in filled.items()]
         if filled:
             belief = belief.model_copy(update={table: _with(getattr(belief, table), filled)})
     notes += [note for note in recording.notes if note not in notes]

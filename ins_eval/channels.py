@@ -122,7 +122,7 @@ def in_windows(recorded: Increments, implied: Increments, start_s: float, length
     if np.count_nonzero(keep) < FEWEST_WINDOWS:
         raise DataRefused(
             f"reference: it covers {np.count_nonzero(keep)} windows of {length_s:g} s of the recording, "
-            f"expected at least {FEWEST_WINDOWS} to tell a difference from noise; check its clock and its gaps"
+            f"expected at least {FEWEST_WINDOWS} to separate a difference from noise; check its clock and its gaps"
         )
     return Windows(bounds_s[1:][keep], length_s, means[keep, :6], means[keep, 6:])
 

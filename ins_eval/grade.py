@@ -138,7 +138,7 @@ class Grade:
     def words(self) -> str:
         """One sentence: the grade, and from what it was told."""
         if self.grade is None:
-            return f"The grade cannot be told, since no noise is seen. {self._unrest}."
+            return f"The grade is unknown, since no noise is seen. {self._unrest}."
         seen = self.white or self.bounds
         units = {
             ANGLE_RANDOM_WALK: "deg/sqrt(h) of the gyros",

@@ -25,7 +25,12 @@ SYMBOLS = {
     r"(?<= )>=(?= )": "≥",
     r"(?<=[\w)])\^2\b": "²",
     r"(?<=[\w)])\^3\b": "³",
+    r"(?<![\w.,=([−/-])(?<![,=] )-(?=\d)": "−",
 }
+COPIED = re.compile(r"(--assume \S+)")  # what a user may type as it stands
+POWER = re.compile(r"(?<![\w.=])(?<!= )(\d(?:\.\d+)?)e([+−-]?)0*(\d{1,3})\b")  # 4.4e-16
+SUPERSCRIPTS = str.maketrans("0123456789-−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁻", "+")
+MOST_DECIMALS = 3  # of a change in per cent
 SHORT_VERDICT: dict[Verdict, str] = {
     "better": "better",
     "worse": "worse",
@@ -141,14 +146,27 @@ def in_symbols(text: str) -> str:
 
     Every page, text and figure passes its words through here.
     """
-    for plain, sign in SYMBOLS.items():
-        text = re.sub(plain, sign, text)
-    return text
+    parts = COPIED.split(text)
+    for k, part in enumerate(parts[::2]):
+        for plain, sign in SYMBOLS.items():
+            part = re.sub(plain, sign, part)
+        parts[2 * k] = POWER.sub(_power, part)
+    return "".join(parts)
+
+
+def _power(found: re.Match[str]) -> str:
+    """``4.4 × 10⁻¹⁶`` of ``4.4e-16``, ``10⁶`` of ``1e6``."""
+    number, sign, exponent = found.groups()
+    power = f"10{(sign + exponent).translate(SUPERSCRIPTS)}"
+    return power if number == "1" else f"{number} × {power}"
 
 
 def unbroken(text: str) -> str:
     """With no-break spaces between a number and its unit, so that no line ends between them; ``Table 7`` too."""
     text = re.sub(r"\b(Paper|Table|Fig\.) (?=[\dA])", "\\1\u00a0", text)
+    text = re.sub(
+        r"(?<=,) (?=[−+]?[\d.]+\])|(?<=\d) (?=× 10)|(?<=\d ×) (?=10)|(?<=\bnot) (?=established\b)", "\u00a0", text
+    )  # [0.5, 0.7]
     units = r"%|m/s²?|nmi/h|nmi|Hz|min|°/[sh]|µ?g|ppm|nats?|σ|[mkµn]?[ms]"
     return re.sub(rf"(?<=\d) (?=(?:{units})(?![\w/]))", "\u00a0", text)
 
@@ -161,6 +179,8 @@ def _three(ratio: Ratio) -> tuple[float, float, float]:
 def _alike(values: Sequence[float], signed: bool = False) -> list[str]:
     """The values with the fewest common decimals at which none that is not 0 prints as 0."""
     digits = 0
-    while digits < 3 and any(v != 0.0 and round(v, digits) == 0.0 for v in values):
+    while digits < MOST_DECIMALS and any(v != 0.0 and round(v, digits) == 0.0 for v in values):
         digits += 1
+    if all(round(v, digits) == 0.0 for v in values):
+        digits = 0
     return [("+" if signed and round(v, digits) > 0 else "") + fixed(v, digits) for v in values]

@@ -68,7 +68,7 @@ def test_the_wheel_holds_the_package_and_its_data_and_nothing_else(repository: P
 def test_the_installed_wheel_runs_outside_the_checkout(installed: Path, tmp_path: Path) -> None:
     where = run_installed(installed, tmp_path, "-c", "import ins_eval; print(ins_eval.__file__)")
     assert Path(where.strip()).is_relative_to(installed)
-    assert "flight-report" in run_installed(installed, tmp_path, "-m", "ins_eval.cli", "--help")
+    assert "flight-report" in run_installed(installed, tmp_path, "-m", "ins_eval", "--help")
 
 
 NOTEBOOK = """

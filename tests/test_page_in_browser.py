@@ -7,7 +7,10 @@ import re
 import shutil
 import subprocess
 from dataclasses import dataclass
+from html import unescape
 from html.parser import HTMLParser
+from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -16,6 +19,7 @@ from matplotlib.figure import Figure
 
 from ins_eval.figures import style
 from ins_eval.figures.side_by_side import Value, side_by_side
+from ins_eval.report.content import Number, Paragraph, Picture, Section, Table, at_a_glance
 from ins_eval.report.page import write_page as write_report
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -57,11 +61,11 @@ def page_requests(netlog: dict) -> list[str]:
     return [job["url"] for job in jobs if "url" in job and job["initiator"] != "not an origin"]
 
 
-def open_page(page: Path, scratch: Path) -> Visit:
+def open_page(page: Path, scratch: Path, *flags: str) -> Visit:
     """Open a file in the browser and wait until its timers of the first seconds have run."""
     log = scratch / "netlog.json"
     places = [f"--user-data-dir={scratch / 'profile'}", f"--log-net-log={log}"]
-    command = [BROWSER, *FLAGS, *places, page.as_uri()]
+    command = [BROWSER, *FLAGS, *flags, *places, page.as_uri()]
     result = subprocess.run(command, capture_output=True, text=True, check=True, timeout=BROWSER_LIMIT_S)
     console = re.findall(r":CONSOLE[:(]\d+\)?\] (.*)", result.stderr)
     return Visit(result.stdout, page_requests(json.loads(log.read_text())), console)
@@ -198,17 +202,28 @@ press("0");
 const back = box();
 const { right: clientX, bottom: clientY } = svg.getBoundingClientRect();
 svg.dispatchEvent(new MouseEvent("dblclick", { clientX, clientY, bubbles: true }));
-document.body.dataset.boxes = [whole, unmoved, near, right, back, box()].join(";");
+const corner = box(), [nearer, , all] = frame.previousElementSibling.querySelectorAll("button");
+all.click();
+const shown = box();
+nearer.click();
+document.body.dataset.boxes = [whole, unmoved, near, right, back, corner, shown, box()].join(";");
 document.title = [rows.length, rows.filter((row) => !row.hidden).length,
   count("details") - count("details[open]")].join(" ");
 </script>"""
 
 
 def check_zoom(document: str) -> None:
-    """Two steps of + are 2.25 times nearer about the middle, an arrow moves, 0 shows all, a double-click goes there."""
+    """Two steps of + are 2.25 times nearer about the middle, an arrow moves, 0 shows all, a double-click goes there.
+
+    Buttons do as + and 0 do.
+    """
     (boxes,) = re.findall(r'data-boxes="([^"]*)"', document)
-    whole, unmoved, near, right, back, corner = ([float(x) for x in box.split()] for box in boxes.split(";"))
+    whole, unmoved, near, right, back, corner, shown, nearer = (
+        [float(x) for x in box.split()] for box in boxes.split(";")
+    )
     assert whole == unmoved == pytest.approx(back)
+    assert whole == pytest.approx(shown)
+    assert nearer[2] == pytest.approx(whole[2] / 1.5)
     x, y, width, height = whole
     middle = [x + width * (1 - 1 / 2.25) / 2, y + height * (1 - 1 / 2.25) / 2, width / 2.25, height / 2.25]
     assert near == pytest.approx(middle)
@@ -262,6 +277,11 @@ press(frames[0], "ArrowRight", true);
 press(frames[3], "ArrowDown", true);
 said.push(frames[0].querySelector("output").textContent, frames[2].querySelector("svg").getAttribute("viewBox"));
 said.push(frames[3].querySelector("output").textContent);
+for (const kind of ["pointerdown", "pointerleave"]) {
+  const { x: clientX, y: clientY } = at(frames[0], 0.5), svg = frames[0].querySelector("svg");
+  svg.dispatchEvent(new PointerEvent(kind, { clientX, clientY, pointerType: "touch" }));
+}
+said.push(frames[0].querySelector("output").textContent);
 document.body.dataset.said = said.join(";");
 </script>"""
 
@@ -272,6 +292,38 @@ def drawn(title: str, x: list[float], unit: str, **axes: str) -> Figure:
     ax.plot(x, [2.0 * one for one in x], label="line")
     ax.set(xlim=(x[0], x[-1]), ylim=(2.0 * x[0], 2.0 * x[-1]), ylabel=f"error [{unit}]", **axes)
     return figure
+
+
+SORTS = """<script>
+const body = document.querySelector("table").tBodies[0], [name, value] = document.querySelectorAll("th button");
+const said = [name, value, value].map((button) => {
+  button.click();
+  return [...body.rows].map((row) => row.textContent.trim()).join(",");
+});
+said.push(value.parentNode.ariaSort, name.parentNode.ariaSort);
+document.body.dataset.said = said.join(";");
+</script>"""
+
+
+@needs_browser
+def test_a_long_table_is_sorted_by_size_and_its_remarks_go_along(tmp_path: Path) -> None:
+    values = ["–", "−2.5", "10 [9, 11]", "3.1", *map(str, range(20, 28))]
+    rows = [(chr(ord("m") - k), value) for k, value in enumerate(values)]
+    remarks = [Paragraph(f"of {name}") for name, _ in rows]
+    sections = [Section("All", [Table("", ("name", "value"), rows, remarks=remarks)])]
+    page = write_report(tmp_path, title="t", answer="a", sections=sections, figures={}, metrics={})
+    document = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", page.read_text(), count=1)
+    page.write_text(document.replace("</body>", f"{SORTS}</body>"))
+    visit = open_page(page, tmp_path)
+    (said,) = re.findall(r'data-said="([^"]*)"', visit.document)
+    by_name, up, down, of_value, of_name = unescape(said).replace("\u00a0", " ").split(";")
+    shown = {name: f"{name}{value},of {name}" for name, value in rows}
+    assert by_name == ",".join(shown[name] for name in sorted(shown))
+    ordered = ["l", "j", "k", *(name for name, _ in rows[4:]), "m"]  # -2.5, 3.1, 10, 20 and on, what has no number
+    assert up == ",".join(shown[name] for name in ordered)
+    assert down == ",".join(shown[name] for name in reversed(ordered))
+    assert (of_value, of_name) == ("descending", "")
+    assert (visit.requests, visit.console) == ([], [])
 
 
 @needs_browser
@@ -297,8 +349,63 @@ def test_figures_over_the_same_time_zoom_together_and_tell_their_values(tmp_path
         *("line: 60 s, 119 m", "line: 50 s, 100 m"),  # the first moved with the second, and came back
         *("line: 0 s, 0 m", "line: 40 s, 80 m", "0 0 576 216"),
         "one: 2.00 m/s",  # rows have names, not numbers
+        "line: 50 s, 100 m",  # stays when the finger is lifted
     ]
     assert (visit.requests, visit.console) == ([], [])
+
+
+def serious(page: Path, scratch: Path, *flags: str) -> list[str]:
+    """What axe-core finds serious or critical in a page whose sections are open: rule and first element."""
+    script = (files("axe_core_python") / "axe.min.js").read_text(encoding="utf-8")
+    document = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", page.read_text(), count=1)
+    examined = scratch / "examined.html"
+    examined.write_text(
+        document.replace("<details>", "<details open>").replace("</body>", f"<script>{script}</script>{EXAMINE}</body>")
+    )
+    (found,) = re.findall(r'data-found="([^"]*)"', open_page(examined, scratch, *flags).document)
+    return [one for one in unescape(found).split("\n") if one]
+
+
+EXAMINE = """<script>axe.run().then(({ violations }) => {
+  document.body.dataset.found = violations.filter(({ impact }) => impact === "serious" || impact === "critical")
+    .map(({ id, nodes }) => `${id}: ${nodes[0].html.slice(0, 200)}`).join("\\n");
+});</script>"""
+DARK = "--blink-settings=preferredColorScheme=0"
+needs_axe = pytest.mark.skipif(find_spec("axe_core_python") is None, reason="no axe-core here: make env")
+
+
+@needs_browser
+@needs_axe
+@pytest.mark.slow
+@pytest.mark.parametrize("flags", [(), (DARK,)], ids=["light", "dark"])
+def test_axe_finds_nothing_serious_in_a_report(small_report: Path, tmp_path: Path, flags: tuple[str, ...]) -> None:
+    assert serious(small_report / "index.html", tmp_path, *flags) == []
+
+
+@needs_browser
+@needs_axe
+@pytest.mark.parametrize("flags", [(), (DARK,)], ids=["light", "dark"])
+def test_axe_finds_nothing_serious_in_each_kind_of_block(tmp_path: Path, flags: tuple[str, ...]) -> None:
+    rows = [(f"row {k}", f"{k}.0 ug") for k in range(12)]
+    remarks = [Paragraph("ins-eval evaluate DIR", "Said.") for _ in rows]
+    blocks = [
+        Paragraph("Words.", "Lead."), Picture("one", "A curve."),
+        Table("Numbers", ("name", "value"), rows, "A note."),
+        *(Table("Tones", ("name", "value"), rows[:1], remarks=remarks[:1], tones=[tone])
+          for tone in ("good", "weak", "bad", "odd", "quiet")),
+    ]  # fmt: skip
+    first = at_a_glance([Number("what", "1.0 m/s", "95 %: 0.9 to 1.1 m/s")], Picture("two", "Another."), "A step.")
+    figures = {name: drawn(name, [0.0, 1.0, 2.0], "m", xlabel="time [s]") for name in ("one", "two")}
+    page = write_report(
+        tmp_path, title="t", answer="a\nb", sections=[first, Section("All", blocks)], figures=figures, metrics={}
+    )
+    assert serious(page, tmp_path, *flags) == []
+
+
+@needs_browser
+@needs_axe
+def test_axe_finds_an_image_without_words(tmp_path: Path) -> None:
+    assert [one[:9] for one in serious(write_page(tmp_path, '<img src="data:,">'), tmp_path)].count("image-alt") == 1
 
 
 @needs_browser

@@ -190,8 +190,3 @@ def test_few_flights_have_no_cep(folders):
 def test_two_of_one_name_are_refused(folders, tmp_path, capsys):
     assert main(["evaluate", str(folders[0]), str(folders[0]), "--output", str(tmp_path)]) == 2
     assert "rename a folder" in capsys.readouterr().err
-
-
-def test_the_table_can_be_sorted_without_a_script(together):
-    page = (together[1] / "index.html").read_text()
-    assert page.count("<script") == 1 and page.count('type="radio"') == 8  # which sorts nothing

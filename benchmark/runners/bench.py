@@ -24,7 +24,8 @@ import numpy as np
 from benchmark.runners import bench_order
 from benchmark.runners.bench_rows import GROUPS, SAMPLES, Group
 from ins_eval.files import write_whole
-from ins_eval.report.content import Block, Paragraph, Picture, Section, Table
+from ins_eval.report.content import Block, Number, Paragraph, Picture, Section, Table, at_a_glance
+from ins_eval.report.diagnosis_words import figures
 from ins_eval.report.json_file import as_json
 from ins_eval.report.page import write_page
 
@@ -103,10 +104,21 @@ def worsened(found: dict, committed: dict) -> list[str]:
 
 def sections(result: dict) -> list[Section]:
     """The page of a result."""
-    made = [Section("Machine", [Table("Versions", ("what", ""), [*result["machine"].items()], align="ll")])]
+    kernel = result["groups"]["kernel"]["rows"]
+    numbers = [
+        Number(name, f"{figures(kernel[name]['ratio'])} times", f"as fast as {next(iter(kernel))}")
+        for name in ("kernel", "public call", "python-ins")
+        if name in kernel
+    ]
+    step = "make bench-check fails where a ratio is worse by more than 25 % than the committed one."
+    order = Picture("order", bench_order.CAPTION)
+    made = [
+        at_a_glance(numbers, order, step),
+        Section("Machine", [Table("Versions", ("what", ""), [*result["machine"].items()], align="ll")]),
+    ]
     for group in result["groups"].values():
         rows = [
-            (name, f"{one['cost'] / (1e9 if group['unit'] == 's' else 1.0):.3g}", f"{one['ratio']:.3g}")
+            (name, figures(one["cost"] / (1e9 if group["unit"] == "s" else 1.0)), figures(one["ratio"]))
             for name, one in group["rows"].items()
         ]
         blocks: list[Block] = [
@@ -116,7 +128,6 @@ def sections(result: dict) -> list[Section]:
         made.append(Section(group["title"], blocks))
     memory = [(name, f"{mb:.0f}") for name, mb in result["peak_memory_mb"].items()]
     made.append(Section("Memory", [Table("Largest resident memory of a process", ("navigated", "MB"), memory)]))
-    made.append(Section("Order of convergence", [Picture("order", bench_order.CAPTION)]))
     return made
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pymap3d
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from scipy.spatial.transform import Rotation
 
 from benchmark.runners.bench_rows import flight
@@ -75,9 +76,12 @@ def figure(found: dict[str, dict[str, float]]) -> Figure:
         rates = np.sort([float(rate) for rate in rows])[:4]
         top = max(rows.values())
         axes.loglog(rates, top * (rates[0] / rates) ** order, ":", color="0.5", label=f"order {order}")
-        axes.set_xlabel("samples a second")
-    left.set_ylabel("error, m")
-    right.set_ylabel("error, rad")
+        axes.set_xlabel("rate [Hz]")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    left.set_ylabel("error [m]")
+    right.set_ylabel("error [rad]")
     left.legend()
     right.legend()
     return drawn

@@ -11,6 +11,7 @@ from benchmark.runners.figures import short
 from benchmark.runners.targets import MET, MISSED, OPEN, TARGETS, spoken, verdict
 from benchmark.scores.score import BANDS, SEEN
 from ins_eval.report.content import Block, Number, Picture, Section, Table, at_a_glance, paragraphs, table
+from ins_eval.report.diagnosis_words import nats
 from ins_eval.wording import MISSING, fixed
 
 RATE = ("cases", "found", "95 % interval")
@@ -25,7 +26,7 @@ def content(result: dict, log: Sequence[dict]) -> tuple[str, list[Section]]:
         Section("What was named", _confusion(result)),
         Section("Detection", _detection(result)),
         Section("Naming", _naming(result)),
-        Section("What one recording cannot tell", _alike(result)),
+        Section("What one recording cannot separate", _alike(result)),
         Section("Two effects at once", _rates("Pairs", result["pairs"])),
         Section("Stated probabilities", _probability(result)),
         Section("Intervals", _intervals(result)),
@@ -78,8 +79,8 @@ def _words(one: dict) -> str:
 
 def case_rows(records: Sequence[dict]) -> list[tuple[str, ...]]:
     return [
-        (one["case"].removeprefix("case-"), one["kind"], one["where"], _words(one), fixed(one["d"], 1),
-         fixed(one["margin"], 1), one["verdict"], ", ".join(short(name) for name in one["named"]) or MISSING)
+        (one["case"].removeprefix("case-"), one["kind"], one["where"], _words(one), nats(one["d"]),
+         nats(one["margin"]), one["verdict"], ", ".join(short(name) for name in one["named"]) or MISSING)
         for one in sorted(records, key=lambda one: -(one["d"] or 0.0))
     ]  # fmt: skip
 
@@ -107,7 +108,7 @@ def _outside(result: dict) -> list[Block]:
     ]
     told = (
         "Below: by how many nats what was named stays below the truth, the noise estimated beside either. The truth is "
-        "known there to its very form: where it is a few nats only, the recording hardly tells the two apart."
+        "known there to its very form: where it is a few nats only, the recording hardly separates the two."
     )
     return [
         *targets.table(result, "outside"),
@@ -204,7 +205,7 @@ def _alike(result: dict) -> list[Block]:
     )
     return [
         *targets.table(result, "not identifiable", "experiments"),
-        *_rates("Cases that cannot be told apart", result["not identifiable"]),
+        *_rates("Cases that cannot be separated", result["not identifiable"]),
         *table("The recommended experiment", ("experiment", "cases", "made", "separated"), rows, note),
     ]
 

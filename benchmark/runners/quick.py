@@ -104,7 +104,8 @@ def main(arguments: list[str] | None = None) -> int:
     found = compared(report.headline(result), whole["found"])
     said = verdict(found, len(cases), len(result["missing"]), chosen.seed, chosen.without)
     telling = quick_page.telling(result["records"])
-    figures = quick_page.drawings(telling, read(answers), cases, chosen.workers)
+    figures = {"score": quick_page.score(found)}
+    figures |= quick_page.drawings(telling, read(answers), cases, chosen.workers)
     sections = quick_page.sections(result, found, telling, whole)
     write_whole(chosen.output / "manifest.json", as_json(report.manifest(folder, answers)))
     numbers = ", ".join(f"{one.name.split(',')[0]} {one.fresh[0]} of {one.fresh[1]}" for one in found)

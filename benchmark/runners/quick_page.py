@@ -17,10 +17,13 @@ from benchmark.runners.targets import spoken
 from benchmark.scores.predictive import Compared
 from benchmark.scores.score import CLEAR, rate
 from ins_eval.figures.diagnosis import CHANNELS, before_and_after, whitened_residuals
+from ins_eval.figures.side_by_side import Value, side_by_side
+from ins_eval.figures.style import ACCENT
 from ins_eval.parallel import results
 from ins_eval.report.content import Picture, Section, Table, at_a_glance, table
-from ins_eval.wording import fixed
+from ins_eval.report.diagnosis_words import nats
 
+SCORE = Picture("score", "The rates of these cases, and what the score of the whole set allows of so many.")
 MOST = 5
 BLOCK_S = 60.0
 Record = Mapping[str, Any]
@@ -36,7 +39,7 @@ TELLING: tuple[tuple[str, Callable, int], ...] = (
     ("the clearest that is not detected", lambda one: one["inside"] and not one["heard"], 1),
     ("what has no name", lambda one: one["kind"] == "outside", 1),
     ("what lasts for a time", lambda one: one["kind"] == "limited", 1),
-    ("what one recording cannot tell", lambda one: one["verdict"] == "not identifiable", 1),
+    ("what one recording cannot separate", lambda one: one["verdict"] == "not identifiable", 1),
     ("two effects at once", lambda one: one["kind"] == "pair", 1),
     ("nothing is concealed, and the noise is other than believed", lambda one: one["kind"] == "adversarial", 1),
 )
@@ -79,7 +82,7 @@ def sections(
     numbers = [number(one.name, rate(*one.fresh)) for one in sorted(found, key=lambda one: one.inside) if one.fresh[1]]
     step = "Read first the cases drawn below; where a rate lies outside, make concealed scores a whole set, in hours."
     return [
-        at_a_glance(numbers, drawn[0] if drawn else None, step),
+        at_a_glance(numbers, SCORE, step),
         Section("The score", [Table("", header, rows, note, "lrrrrrl", tones=tones)]),
         Section("Five cases", drawn),
         Section("Every case", table("", CASES, case_rows(result["records"]), align=CASES_ALIGN)),
@@ -87,10 +90,25 @@ def sections(
     ]
 
 
+def score(found: Sequence[Compared]) -> Figure:
+    """The rates of these cases with their exact intervals beside what the whole set allows."""
+    values = []
+    for one in (one for one in found if one.fresh[1]):
+        fresh, count = rate(*one.fresh), one.fresh[1]
+        own = (100.0 * share for share in (fresh["rate"], *fresh["interval95"]))
+        limits = (100.0 * hits / count for hits in (one.least, one.most))
+        values.append(Value(one.name, *own, of="these cases"))
+        whole = 100.0 * one.whole[0] / one.whole[1]
+        values.append(Value(one.name, whole, *limits, of="the whole set, and what it allows", colour=ACCENT))
+    return side_by_side(
+        values=values, title="The score", rows="rate", axis="share of the cases [%]", note="With 95 % intervals."
+    )  # fmt: skip
+
+
 def words(one: dict) -> str:
     """What is concealed in a case and what is answered, in one sentence."""
     hidden = " and ".join(short(name) for name in one["truth"]) or "nothing"
-    d = "" if one["d"] is None or not one["truth"] else f" (D {fixed(one['d'], 1)})"
+    d = "" if one["d"] is None or not one["truth"] else f" (D {nats(one['d'])})"
     named = " and ".join(short(name) for name in one["named"])
     return f"{hidden} is concealed{d} in a recording of kind {one['where']}; answer: {one['verdict']}" + (
         f", {named}." if named else "."

@@ -19,8 +19,8 @@ from benchmark.runners.real_studies import OTHERS, STUDIES, Other, Said, Study
 from benchmark.worlds.real import SOURCES, Source
 from benchmark.worlds.recorded import Recorded
 from ins_eval.files import write_whole
-from ins_eval.report.content import Block, Paragraph, Picture, Section, Table, paragraphs, table
-from ins_eval.report.diagnosis_words import alike, effect_words
+from ins_eval.report.content import Block, Number, Paragraph, Picture, Section, Table, at_a_glance, paragraphs, table
+from ins_eval.report.diagnosis_words import alike, channel, effect_words, probability
 from ins_eval.report.json_file import as_json
 from ins_eval.report.results import write_results
 from ins_eval.wording import MISSING, fixed, sentence
@@ -108,8 +108,8 @@ def _verdict(one: dict) -> list[Paragraph]:
     rest = ""
     if left["channel"]:
         begin, end = left["interval_s"]
-        rest = (f" Left unexplained: {left['channel']} between {begin:.0f} and {end:.0f} s, "
-                f"{left['significance_sigma']:.1f} sigma.")  # fmt: skip
+        rest = (f" Left unexplained: {channel(left['channel'])} from {begin:.0f} to {end:.0f} s, "
+                f"{left['significance_sigma']:.1f} σ.")  # fmt: skip
     words = f"The tool said: {given['verdict']}.{rest} It took {one['seconds']:.0f} s."
     if one["control"]:
         alarms = ", ".join(one["alarm"])
@@ -124,18 +124,18 @@ def _effects(one: dict) -> list[Block]:
     for effect in one["answer"]["effects"]:
         of = effect["parameters"]
         value, low, high = alike(of["value"], of["interval95"])
-        rows.append((effect_words(effect), value, f"{low} to {high}", of["unit"], fixed(effect["probability"], 3)))
+        rows.append((effect_words(effect), value, f"{low} to {high}", of["unit"], probability(effect["probability"])))
     header = ("what was named", "value", "95 % interval", "unit", "probability")
     return [Table("", header, rows, align="lrrlr", links=[one["page"]] * len(rows))] if rows else []
 
 
 def _rivals(one: dict) -> list[Block]:
     rows = [
-        (effect_words(rival), fixed(rival["log_evidence_below_best"], 1), fixed(rival["probability"], 3),
+        (effect_words(rival), fixed(rival["log_evidence_below_best"], 1), probability(rival["probability"]),
          "yes" if rival["told_apart_by_prior_only"] else "no", rival["experiment"] or MISSING)
         for rival in one["answer"]["indistinguishable"]
     ]  # fmt: skip
-    header = ("rival", "nats behind", "probability", "by its size only", "experiment that would tell")
+    header = ("rival", "nats behind", "probability", "by its size only", "experiment to separate them")
     return table("", header, rows, align="lrrll")
 
 
@@ -203,7 +203,7 @@ def answer_of(studies: list[dict], absent: list[str]) -> str:
     lines = [
         f"{len(studies)} diagnoses of real recordings: of {len(named) + len(missed)} values that others know "
         f"{sum(said['agrees'] for said in named)} are named and agree, {sum(not said['agrees'] for said in named)} are "
-        f"named apart from them, {len(missed)} are not named."
+        f"named with another value, {len(missed)} are not named."
     ]
     if controls:
         lines.append(f"{sum(not one['alarm'] for one in controls)} of {len(controls)} controls hold.")
@@ -214,6 +214,18 @@ def answer_of(studies: list[dict], absent: list[str]) -> str:
     if absent:
         lines.append(f"Absent here and left out: {', '.join(absent)}.")
     return "\n".join(lines)
+
+
+def glance(studies: list[dict]) -> Section:
+    """How many of the values that others know are named, and how many controls hold."""
+    said = [one["agrees"] for study in studies for one in study["sources"]]
+    held = [not one["alarm"] for one in studies if one["control"] and one["answer"] is not None]
+    numbers = [
+        Number("values of others that are named and agree", f"{said.count(True)} of {len(said)}"),
+        Number("named with another value", f"{said.count(False)} of {len(said)}"),
+        Number("controls that hold", f"{sum(held)} of {len(held)}"),
+    ]
+    return at_a_glance(numbers, None, "Read below, for each recording, what is named and who else knows it.")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -243,7 +255,9 @@ def main(arguments: list[str] | None = None) -> int:
     words = answer_of(studies, absent)
     metrics = {"studies": studies, "others": rest}
     write_whole(chosen.output / "manifest.json", as_json({"package_sha256": run.package_hash()}))
-    write_results(chosen.output, TITLE, words, [*sections, _others(rest)], metrics, drawn, chosen.quiet)
+    write_results(
+        chosen.output, TITLE, words, [glance(studies), *sections, _others(rest)], metrics, drawn, chosen.quiet
+    )
     return 0
 
 

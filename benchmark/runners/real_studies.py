@@ -134,7 +134,7 @@ STUDIES = (
     Study("quadcopter", "as it is", "Nothing was changed. Late stamps as of the aeroplane, on a gentler flight with "
           "much vibration.", said=_late_gps(0.20, 0.018)),
     Study("warm-up", "as it is", "Nothing was changed. The unit warms up by itself by six degrees; that its offsets "
-          "follow is not in the belief. One ramp cannot tell temperature from time or a curve from a rate (SOURCE.md).",
+          "follow is not believed. One ramp separates neither temperature and time nor curve and rate (SOURCE.md).",
           said=_laws_of_warm_up),
     Study("warm-up", "temperature of another time", "Control: the temperatures are shifted circularly by half of the "
           "recording, so that no law of temperature is in it.", another_time, silent_about="temperature"),

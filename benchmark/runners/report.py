@@ -84,7 +84,7 @@ def drawings(records: list[dict]) -> dict:
     if single:
         note = (
             f"One effect of the vocabulary, D of at least {SEEN:g}, in brackets how many; cases that one recording "
-            "cannot tell apart by construction are left out. T' is dT/dt."
+            "cannot separate by construction are left out. T' is dT/dt."
         )
         out["confusion"] = figures.confusion(single, "Concealed and named first", note)
         out["by_effect"] = figures.by_effect(single)

@@ -19,13 +19,14 @@ from matplotlib.figure import Figure
 
 from benchmark.runners import run
 from benchmark.runners.figures import BAD, GOOD, NAMED, ODD, short
+from benchmark.runners.pages import number
 from benchmark.runners.targets import MET, MISSED, OPEN, TONES, spoken
 from benchmark.scores.against import ENDED, FAULT, REFUSED, judged, summary, targets
 from benchmark.scores.score import CLEAR, read
 from benchmark.worlds.real import SOURCES
 from ins_eval.figures.style import FAINT, QUIET, legend_below, sheet, styled
 from ins_eval.files import write_whole
-from ins_eval.report.content import Block, Picture, Section, Table, paragraphs, table
+from ins_eval.report.content import Block, Picture, Section, Table, at_a_glance, paragraphs, table
 from ins_eval.report.json_file import as_json
 from ins_eval.report.results import write_results
 from ins_eval.wording import MISSING, fixed
@@ -65,6 +66,7 @@ def content(result: dict) -> tuple[str, list[Section]]:
     hidden = [one for one in result["records"] if one["kind"] == "single"]
     nulls = [one for one in result["records"] if one["kind"] == "null"]
     sections = [
+        _glance(result),
         Section("Targets", [_targets(result)]),
         Section("Not answered", _refused(result)),
         Section("Where it fails", _failing(hidden)),
@@ -94,6 +96,12 @@ def _answer(result: dict) -> str:
     if unanswered:
         lines.append(f"{unanswered} cases have no answer; they count as not detected.")
     return "\n".join(lines)
+
+
+def _glance(result: dict) -> Section:
+    """The first targets with their rates, the figure of all, and where to look next."""
+    numbers = [number(one["words"], one["found"]) for one in result["targets"] if one["met"] is not None]
+    return at_a_glance(numbers, FIGURE, "Read first where it fails.")
 
 
 def _targets(result: dict) -> Table:
@@ -130,6 +138,7 @@ def _words(names: Sequence[str]) -> str:
     return ", ".join(short(name) for name in names) or MISSING
 
 
+FIGURE = Picture("by_recording", "What became of each concealed effect.")
 CASE = ("case", "concealed", "D", "verdict", "said beyond the recording as it is")
 CASE_ALIGN = "llrll"
 
@@ -176,7 +185,7 @@ def _failing(hidden: Sequence[dict]) -> list[Block]:
 
 def _by_recording(result: dict) -> list[Block]:
     return [
-        Picture("by_recording", "What became of each concealed effect."),
+        FIGURE,
         *_three("Recordings, D of at least 16", result["by source"]),
         *_rates("All", result["all"], "Detected: something is said that is not said of the recording as it is."),
     ]
@@ -202,8 +211,7 @@ def _every(hidden: Sequence[dict]) -> list[Table]:
         return []
     rows = [(*_case(one), outcome(one)) for one in hidden]
     tones = [{NAME: "good", LISTED: "good", SEEN: "weak", WRONG: "bad"}.get(outcome(one), "quiet") for one in hidden]
-    return [Table("Every concealed effect", (*CASE, "outcome"), rows, align=CASE_ALIGN + "l", tones=tones,
-                  sortable=True)]  # fmt: skip
+    return [Table("Every concealed effect", (*CASE, "outcome"), rows, align=CASE_ALIGN + "l", tones=tones)]  # fmt: skip
 
 
 def _how() -> list[Block]:

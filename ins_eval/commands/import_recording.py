@@ -11,6 +11,7 @@ from ins_eval.readers import find
 from ins_eval.readers.mapping_written import write_mapping
 from ins_eval.recording import form
 from ins_eval.report.json_file import write_json
+from ins_eval.wording import in_symbols
 
 
 def run(
@@ -38,7 +39,7 @@ def run(
         form.write(recording, folder)
         written.append({"recording": str(folder), "notes": list(recording.notes)})
         if not quiet:
-            print("\n".join([*recording.notes, f"recording: {folder}"]))
+            print(in_symbols("\n".join(recording.notes)), f"recording: {folder}", sep="\n")
     if mapping_file is not None:
         left = write_mapping(mapping_file, file, assumed)
         if not quiet:

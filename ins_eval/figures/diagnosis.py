@@ -18,7 +18,7 @@ CHANNELS = (
 LOCATED, LOCATED_TINT = "#d95f02", "#fdeee1"
 FOUND = "#12508f"
 BAND = 2.0  # sigmas
-LABEL_WIDTH = 14  # letters along the height of a panel
+LABEL_WIDTH, QUANTITY_WIDTH = 14, 26  # letters along the height of a low and of a high panel
 LEAST_GAIN = 0.05  # of that of the channel that changes most, for a channel to be drawn
 
 
@@ -129,38 +129,38 @@ def effect_against_drive(
     """
     explained = bool(np.isfinite(effect).any())
     note = (
-        "Dots: what a slow disturbance of this channel, of any form, makes of the recording in each window, with its "
-        "95 % band; everything else is at its best value."
+        "Dots: error of this channel estimated in each window without a model, as a slow disturbance of any form, with "
+        "its 95 % band; everything else is at its best value."
         + (
             " Line: the effect as it was found. Where it is right, the dots lie along it."
             if explained
             else " The noise of the instrument is at most what is believed of it: what is wrong has inflated it."
         )
     )
-    both = drive is not None
+    both, beside = drive is not None, fill(quantity, QUANTITY_WIDTH)
     figure, panels = sheet(5.9 if both else 3.4, title, note, rows=1 + both, squeeze=False)
     top = panels[0, 0]
     shade(top, located, "located", color=LOCATED_TINT)
     top.fill_between(time_s, mean - BAND * sigma, mean + BAND * sigma, color="#dce6ee", linewidth=0, label="95 %")
-    top.plot(time_s, mean, "o", color=FOUND, markersize=3.2, label="found without a form")
+    top.plot(time_s, mean, "o", color=FOUND, markersize=3.2, label="estimated without a model")
     top.axhline(0.0, color=QUIET, linewidth=0.5)
     if explained:
         top.plot(time_s, effect, color=LOCATED, linewidth=1.6, label="the effect")
     top.set_xlabel("time in the recording [s]")
-    top.set_ylabel(quantity)
+    top.set_ylabel(beside)
     if both:
         ax = panels[1, 0]
         ax.plot(drive, mean, color="#b9cbd9", linewidth=0.7, label="in the order of time")
         ax.errorbar(
             drive, mean, BAND * sigma, fmt="o", color=FOUND, ecolor="#b9cbd9", elinewidth=0.9, markersize=3.2,
-            label="found without a form",
+            label="estimated without a model",
         )  # fmt: skip
         ax.axhline(0.0, color=QUIET, linewidth=0.5)
         if explained:
             order = np.argsort(drive)
             ax.plot(drive[order], effect[order], color=LOCATED, linewidth=1.6, label="the effect")
         ax.set_xlabel(drive_name)
-        ax.set_ylabel(quantity)
+        ax.set_ylabel(beside)
     legend_below(figure, *panels[:, 0])
     return figure
 

@@ -24,7 +24,7 @@ from ins_eval.figures.style import (
     styled,
 )
 from ins_eval.units import HOUR, NMI
-from ins_eval.wording import small
+from ins_eval.wording import fixed, small
 
 Spans = Sequence[tuple[float, float]]
 Series = Mapping[str, np.ndarray]
@@ -32,6 +32,9 @@ Series = Mapping[str, np.ndarray]
 TIME_LABEL = "time since start of navigation [s]"
 PATH_STRETCH_LIMIT = 5.0  # a path thinner than this is drawn with a stretched short side
 RATES_NMI_PER_H = (0.8, 1.0)  # what a navigation-grade INS is sold by
+KM = 1000.0
+LOCAL_M = 1000.0  # position errors below this are drawn in metres
+FEW_DECADES = 100.0  # below this an axis of logarithms has numbers at 2 and 5, too
 DWARFS, ROOM = 4.0, 1.6  # a curve so many times the next is cut at so many times that
 PHASE_TINTS = ("#f2f2f2", "#ffffff")
 
@@ -189,14 +192,19 @@ def angle_error(
     reference: str = "GPS",
     title: str = "",
 ) -> Figure:
-    """Latitude or longitude error in arc-minutes for each compensation, name -> (m,); kilometres on the right."""
+    """Latitude or longitude error in arc-minutes for each compensation, name -> (m,), with kilometres on the right.
+
+    In metres where `metres_per_arcmin` is known and the errors are small.
+    """
     note = _position_note(reference, outages)
     figure, ax = sheet(3.6, title or f"{component.capitalize()} error", note)
-    _traces(ax, time_s, errors_arcmin, bridged, {})
+    near = bool(metres_per_arcmin) and metres_per_arcmin * _largest(errors_arcmin) < LOCAL_M
+    size = metres_per_arcmin if near else 1.0
+    _traces(ax, time_s, {name: size * np.asarray(error) for name, error in errors_arcmin.items()}, bridged, {})
     shade(ax, outages, "GPS outage")
     _schuler(ax)
-    ax.set(xlabel=TIME_LABEL, ylabel=f"{component} error [arc-minute]")
-    if metres_per_arcmin:
+    ax.set(xlabel=TIME_LABEL, ylabel=f"{component} error [{'m' if near else 'arc-minute'}]")
+    if metres_per_arcmin and not near:
         _second_axis(ax, metres_per_arcmin, "north" if component == "latitude" else "east")
     legend_below(figure, ax)
     return figure
@@ -213,17 +221,22 @@ def position_error(
     floor_m: float | None = None,
     title: str = "Horizontal position error",
 ) -> Figure:
-    """Horizontal radial error r = sqrt(dN^2 + dE^2) of each compensation, name -> (m,) in m; nmi left, km right."""
+    """Horizontal radial error r = sqrt(dN^2 + dE^2) of each compensation, name -> (m,) in m; nmi left, km right.
+
+    In metres where they are small.
+    """
     note = _position_note(reference, outages)
     if floor_m is not None:
         note += f" Numeric floor {small(floor_m, 'm')}."
     figure, ax = sheet(3.6, title, note)
-    _traces(ax, time_s, {name: np.asarray(r) / NMI for name, r in errors_m.items()}, bridged, {})
+    unit, size = ("m", 1.0) if _largest(errors_m) < LOCAL_M else ("nmi", NMI)
+    _traces(ax, time_s, {name: np.asarray(r) / size for name, r in errors_m.items()}, bridged, {})
     shade(ax, outages, "GPS outage")
-    ax.set(xlabel=TIME_LABEL, ylabel="radial error [nmi]")
+    ax.set(xlabel=TIME_LABEL, ylabel=f"radial error [{unit}]")
     ax.set_ylim(bottom=0.0)
-    _rates_and_schuler(ax)
-    _second_axis(ax, NMI)
+    _rates_and_schuler(ax, NMI / size)
+    if unit == "nmi":
+        _second_axis(ax, NMI)
     legend_below(figure, ax)
     return figure
 
@@ -275,7 +288,7 @@ def activity(
 
     `stretch_s` is the stretch used for the alignment.
     """
-    note = f"Alignment uses {stretch_s[0]:.0f} to {stretch_s[1]:.0f} s of the recording (shaded)."
+    note = f"Alignment uses {fixed(stretch_s[0], 0)} to {fixed(stretch_s[1], 0)} s of the recording (shaded)."
     if navigation_s is not None:
         note += f" Navigation runs from {navigation_s[0]:.0f} to {navigation_s[1]:.0f} s."
     figure, (upper, lower) = sheet(3.9, "Quiet stretch found for the alignment", note, rows=2, sharex=True)
@@ -287,7 +300,8 @@ def activity(
         ax.plot(*decimate(time_s, positive), color=INK, linewidth=0.8, label="standard deviation")
         if np.isfinite(positive).any() and np.nanmax(positive) > 10.0 * np.nanmin(positive):
             ax.set_yscale("log")  # of less than a decade a logarithmic axis would label nothing
-            ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            few = np.nanmax(positive) < FEW_DECADES * np.nanmin(positive)
+            ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
             ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
             ax.yaxis.set_minor_formatter(NullFormatter())
         ax.axvspan(*stretch_s, color="#d7e8d4", linewidth=0, zorder=0.4, label="aligned here")
@@ -320,6 +334,14 @@ def _traces(ax: Axes, time_s, series: Series, bridged, suffix: Mapping[str, str]
         ax.set_ylim(-limit, limit)
 
 
+def _largest(series: Series) -> float:
+    """The largest size that is drawn of any curve."""
+    curves = [np.asarray(one, dtype=float) for one in series.values()]
+    return _limit(curves) or max(
+        (float(np.nanmax(np.abs(one))) for one in curves if np.isfinite(one).any()), default=0.0
+    )
+
+
 def _limit(curves: Sequence[np.ndarray]) -> float | None:
     """Where an axis is cut because one curve dwarfs the others and would leave them flat; None where none does."""
     largest = sorted((float(np.nanmax(np.abs(one))) for one in curves if np.isfinite(one).any()), reverse=True)
@@ -328,15 +350,15 @@ def _limit(curves: Sequence[np.ndarray]) -> float | None:
     return ROOM * largest[1]
 
 
-def _rates_and_schuler(ax: Axes) -> None:
-    """Lines of 0.8 and 1 nmi/h, where they lie among the curves, and marks of the Schuler period."""
+def _rates_and_schuler(ax: Axes, nmi: float) -> None:
+    """Lines of 0.8 and 1 nmi/h, where they lie among the curves, and marks of the Schuler period; `nmi` on the axis."""
     (begin_s, end_s), top = ax.get_xlim(), ax.get_ylim()[1]
     _schuler(ax)
     for rate in RATES_NMI_PER_H:
-        if 0.05 * top < rate * end_s / HOUR < 20.0 * top:
+        if 0.05 * top < rate * nmi * end_s / HOUR < 20.0 * top:
             times = np.linspace(begin_s, end_s, 50)
             style = {"color": QUIET, "linewidth": 0.8, "linestyle": (0, (5, 3)) if rate == 1.0 else (0, (2, 2))}
-            ax.plot(times, rate * times / HOUR, **style, zorder=1.5, label=f"{rate:g} nmi/h")
+            ax.plot(times, rate * nmi * times / HOUR, **style, zorder=1.5, label=f"{rate:g} nmi/h")
 
 
 def _schuler(ax: Axes) -> None:
@@ -347,10 +369,9 @@ def _schuler(ax: Axes) -> None:
 
 
 def _second_axis(ax: Axes, metres: float, side: str = "") -> None:
-    """The same on the right, of which 1 is so many `metres`: in km, or in m where the axis is shorter than that."""
-    unit, size = ("km", 1000.0) if metres * max(map(abs, ax.get_ylim())) >= 1000.0 else ("m", 1.0)
-    right = ax.secondary_yaxis("right", functions=(lambda y: y * metres / size, lambda y: y * size / metres))
-    right.set_ylabel(f"{side} [{unit}]".strip())
+    """The same in km on the right; 1 on the left is so many `metres`."""
+    right = ax.secondary_yaxis("right", functions=(lambda y: y * metres / KM, lambda y: y * KM / metres))
+    right.set_ylabel(f"{side} [km]".strip())
     right.spines["right"].set_visible(True)
 
 

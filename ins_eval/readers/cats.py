@@ -37,7 +37,7 @@ def read(path: Path, assumed: Mapping[str, str]) -> NoReturn:
     raise DataRefused(
         f"{path}: has {len(time_s)} samples at {rate_hz:.4g} Hz, only {-min(time_s[0], 0.0):.3g} s of them before "
         f"lift-off ({rest}), and a receiver's log without height and velocity, expected a start attitude and fixes or "
-        "a standstill to judge by; nothing of its navigation can be told, so record a minute at rest and the "
+        "a standstill to judge by; nothing of its navigation is known, so record a minute at rest and the "
         "receiver's full solution"
     )
 

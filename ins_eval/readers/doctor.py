@@ -304,7 +304,7 @@ def _clock(recording: Recording, table: str, fixes: Fixes, assumed, keys: Collec
     found = _offset(recording, fixes)
     if found is None:
         return (
-            f"Found two clocks, the IMU's and that of {NAMES[table]}: the motion does not tell their offset; believed "
+            f"Found two clocks, the IMU's and that of {NAMES[table]}: the motion does not show their offset; believed "
             f"is {believed_s:g} s."
         )
     if not 1.0 / GYRO_FACTOR < found.gyro_scale < GYRO_FACTOR and "gyro.unit" not in assumed:

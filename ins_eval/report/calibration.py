@@ -36,7 +36,7 @@ def calibration_content(found: CalibrationNumbers) -> tuple[str, list[Section]]:
             Section(f"Bias{of}", _bias(unit, ahead)),
             Section(f"A reading in a new run{of}", _new_run(unit, chosen.model)),
             Section(f"What the readings determine{of}", _determined(unit)),
-            Section(f"What they cannot tell, and which run would{of}", paragraphs(*_further(unit))),
+            Section(f"What they do not determine, and which run would{of}", paragraphs(*_further(unit))),
         ]
     sections.append(Section("Four positions, by specific force", _four_points(units)))
     sections.append(Section("The readings", _recordings(units)))
@@ -204,7 +204,7 @@ def _new_run(unit: AccelerometerNumbers, chosen: str) -> list[Block]:
         "95 % interval of compensated less true specific force in µg, in a run that is still to come: what the model "
         "leaves in the mean of all runs, how runs differ, and the scatter within one."
     )
-    header = ("temperature [°C]", "and it is", *(f"{position.replace('+0', '0')} g" for position in POSITIONS))
+    header = ("temperature [°C]", "direction", *(f"{position.replace('+0', '0')} g" for position in POSITIONS))
     title = f"Compensation: {label(chosen)}"
     return table(title, [cell.replace("-", "−") for cell in header], rows, note, align="rlrrr")
 
@@ -234,7 +234,7 @@ def _determined(unit: AccelerometerNumbers) -> list[Block]:
 
 
 def _further(unit: AccelerometerNumbers) -> list[str]:
-    """What these readings cannot tell, each with the run that would."""
+    """What these readings do not determine, each with the run that would."""
     found, rates, ramps = unit.determined, unit.determined.mean_rates_c_per_min, unit.recording.ramps_c_per_min
     directions = found.directions
     texts = []

@@ -54,7 +54,10 @@ def _difference(found: RecordingComparison) -> list[Block]:
         *_beliefs(found),
         *paragraphs(_mounting(found)),
         Picture("sensor_scatter", "The difference against the input: its slope is the scale factor error."),
-        Picture("sensor_signals", "Recorded and implied at the pace of the reference, in the liveliest stretch."),
+        Picture(
+            "sensor_signals",
+            "Recorded and implied at the pace of the reference, where motion is largest.",
+        ),
     ]
 
 

@@ -142,6 +142,6 @@ def _no_scale(found: RecordingComparison) -> str:
         return ""
     of_whom = "any channel" if len(who) == 6 else joined(who)
     return (
-        f"No scale factor of {of_whom} is given: the motion is too small to tell it to {100.0 * channels.LIMIT:g} %, "
-        "so it stands within the difference."
+        f"No scale factor of {of_whom} is given: the motion is too small to determine it to "
+        f"{100.0 * channels.LIMIT:g} %, so it stands within the difference."
     )

@@ -27,7 +27,7 @@ class Table:
 
     A row may have a remark, which is set below it across the columns, and a tone, in which its last cell is coloured:
     ``good``, ``weak``, ``bad``, ``odd`` or ``quiet``. `remarks` and `tones` hold one a row or are empty; so do `links`,
-    to which the first cell of a row leads. A `sortable` table can be put in the order of any of its columns.
+    to which the first cell of a row leads.
     """
 
     title: str
@@ -38,29 +38,10 @@ class Table:
     remarks: Sequence[Paragraph] = ()
     tones: Sequence[str] = ()
     links: Sequence[str] = ()
-    sortable: bool = False
-
-    @property
-    def ranks(self) -> list[list[int]]:
-        """Place of each row (by row, then by column) in the order of each column: numbers by size, dashes last."""
-        order = [sorted(range(len(self.rows)), key=lambda row, c=c: _key(self.rows[row][c])) for c in _span(self)]
-        places = [{row: place for place, row in enumerate(rows)} for rows in order]
-        return [[of_column[row] for of_column in places] for row in range(len(self.rows))]
 
     @property
     def alignment(self) -> str:
         return self.align or "l" + "r" * (len(self.header) - 1)
-
-
-def _span(table: Table) -> range:
-    return range(len(table.header))
-
-
-def _key(cell: str) -> tuple[int, float, str]:
-    try:
-        return 0, float(cell.replace("−", "-")), ""
-    except ValueError:
-        return (2 if cell in ("", "–") else 1), 0.0, cell
 
 
 @dataclass(frozen=True)

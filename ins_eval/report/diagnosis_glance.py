@@ -8,11 +8,10 @@ from math import exp, floor, hypot, log
 from ins_eval.analysis.evaluation_numbers import LOST_MPS
 from ins_eval.report.content import Number, Picture, Section, at_a_glance
 from ins_eval.report.diagnosis_words import alike, chance, channel, effect_words, figures, nats, numbered
-from ins_eval.wording import fixed, joined, sentence
+from ins_eval.wording import SUPERSCRIPTS, fixed, joined, sentence
 
 SPOKEN_ODDS = log(1e6)  # nats, beyond which odds are a power of ten
 MOST_ODDS = log(1e100)
-SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 DESCRIPTIONS = ("recording", "clock", "gps", "reference")  # whose effects are mended in words
 
 
@@ -39,13 +38,13 @@ def worth(tree: Mapping) -> list[str]:
     velocity = found["fit"].get("velocity_rms_mps")
     if velocity and "after" in velocity:
         each = [
-            f"{side} {fixed(velocity['before'][side])} to {fixed(velocity['after'][side])} m/s"
+            f"{side} {figures(velocity['before'][side])} to {figures(velocity['after'][side])} m/s"
             for side in ("north", "east")
         ]
         parts.append(f"velocity RMS of this pure-inertial navigation {joined(each)}")
     rate = found["fit"].get("radial_error_rate_nmi_per_h")
     if rate and "after" in rate:
-        parts.append(f"radial error rate {fixed(rate['before'])} to {fixed(rate['after'])} nmi/h")
+        parts.append(f"radial error rate {figures(rate['before'])} to {figures(rate['after'])} nmi/h")
     return parts
 
 

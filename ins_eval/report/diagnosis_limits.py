@@ -34,7 +34,7 @@ def limits(tree: Mapping) -> list[Block]:
     )
     blocks: list[Block] = table("Too small to show at their usual size", header, rows, note, align="llrlrr")
     needed = [(what, ", ".join(names)) for what, names in shown_by.items()]
-    blocks += table("What would show them", ("a recording with", "effects"), needed, align="ll")
+    blocks += table("What would show them", ("what is needed", "effects"), needed, align="ll")
     if not blocks:
         blocks += paragraphs("Every effect that was asked about would show at its usual size.")
     if tree["absent"]:

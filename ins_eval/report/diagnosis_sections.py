@@ -24,16 +24,16 @@ from ins_eval.report.diagnosis_words import (
 from ins_eval.wording import MISSING, fixed, joined, sentence
 
 NOISE = (
-    ("velocity_random_walk_ug_per_sqrt_hz", "velocity random walk [µg/√Hz]", 2),
-    ("angle_random_walk_deg_per_sqrt_h", "angle random walk [deg/sqrt(h)]", 5),
-    ("accelerometer_wander_ug", "wander of the accelerometers [µg]", 2),
-    ("gyro_wander_deg_per_h", "wander of the gyros [deg/h]", 5),
-    ("slow_position_m", "slow error of position [m]", 2),
-    ("slow_position_time_s", "its correlation time [s]", 0),
-    ("slow_velocity_mps", "slow error of velocity [m/s]", 4),
-    ("slow_velocity_time_s", "its correlation time [s]", 0),
-    ("slow_output_ug", "slow error of the output [µg]", 2),
-    ("slow_output_time_s", "its correlation time [s]", 0),
+    ("velocity_random_walk_ug_per_sqrt_hz", "velocity random walk [µg/√Hz]"),
+    ("angle_random_walk_deg_per_sqrt_h", "angle random walk [deg/sqrt(h)]"),
+    ("accelerometer_wander_ug", "wander of the accelerometers [µg]"),
+    ("gyro_wander_deg_per_h", "wander of the gyros [deg/h]"),
+    ("slow_position_m", "slow error of position [m]"),
+    ("slow_position_time_s", "its correlation time [s]"),
+    ("slow_velocity_mps", "slow error of velocity [m/s]"),
+    ("slow_velocity_time_s", "its correlation time [s]"),
+    ("slow_output_ug", "slow error of the output [µg]"),
+    ("slow_output_time_s", "its correlation time [s]"),
 )
 BEST = 5  # families in the table of the evidence
 
@@ -226,9 +226,9 @@ def _navigation(tree: Mapping) -> list[Block]:
     rows = []
     if velocity:
         for side in ("north", "east"):
-            rows.append((f"{side} velocity RMS [m/s]", *(fixed(velocity[time][side], 3) for time in times)))
+            rows.append((f"{side} velocity RMS [m/s]", *(figures(velocity[time][side]) for time in times)))
     if rate:
-        rows.append(("radial error rate [nmi/h]", *(fixed(rate[time], 3) for time in times)))
+        rows.append(("radial error rate [nmi/h]", *(figures(rate[time]) for time in times)))
     note = "Of the pure-inertial solution of all recordings in full; before: the belief, after: the effects too."
     return table("Pure-inertial navigation", ("measure", *times), rows, note)
 
@@ -270,7 +270,7 @@ def _residuals(tree: Mapping) -> list[Block]:
             header, rows = header[:4], [row[:4] for row in rows]
         measured = joined([name.replace("gps", "GPS") for name in one["measured_by"]])
         note = (
-            f"Of a white residual 1, 0 and 1. {one['measurements']} measurements by {measured}, {one['outliers']} "
+            f"White noise has 1, 0 and 1 here. {one['measurements']} measurements by {measured}, {one['outliers']} "
             "isolated ones left out as outliers. The noise was fitted with the belief, where it may hide a part of "
             "what is wrong" + ("." if one["whiteness_after"] is None else "; in the last column with the effects.")
         )
@@ -292,8 +292,8 @@ def _noise(tree: Mapping) -> list[Block]:
             header.append(f"{of}answer")
             columns.append(one["noise_of_answer"])
     rows = [
-        (words, *(fixed(column.get(key), digits) for column in columns))
-        for key, words, digits in NOISE
+        (words, *(figures(column[key]) if column.get(key) is not None else MISSING for column in columns))
+        for key, words in NOISE
         if any(column.get(key) for column in columns)
     ]
     return [

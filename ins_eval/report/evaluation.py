@@ -16,6 +16,7 @@ from ins_eval.analysis.evaluation_numbers import (
     StartAttitude,
 )
 from ins_eval.analysis.schuler import SCHULER_PERIOD_S
+from ins_eval.believed import NOT_STATED
 from ins_eval.figures.style import in_order, label
 from ins_eval.navigation import Measures
 from ins_eval.report.belief import belief_section
@@ -344,8 +345,9 @@ def _recording(recording: RecordingFacts) -> Section:
     facts.append(f"length {recording.duration_s:g} s")
     if filled := recording.filled_samples:
         facts.append(f"{filled} increments that rest on samples on straight lines, which were not recorded")
+    notes = [note for note in recording.notes if not note.startswith(NOT_STATED)]  # a table has those
     blocks = [
-        *paragraphs(sentence(", ".join(facts)), *(sentence(note) for note in recording.notes)),
+        *paragraphs(sentence(", ".join(facts)), *map(sentence, notes)),
         Picture("flight_path", "Path over ground and height, from the reference."),
         Picture("temperature_and_rate", "Temperature of the IMU as read, and the rate that every compensation uses."),
     ]

@@ -23,7 +23,6 @@ from ins_eval.wording import (
     MISSING,
     SHORT_VERDICT,
     change,
-    effect,
     fixed,
     joined,
     percent,
@@ -40,6 +39,12 @@ WHO = {
     HEADLINE: "hysteresis compensation, refined in the oven,",
     EQUAL: "the hysteresis model, with the same oven run on both sides,",
     AFTER_MODEL: "the oven run, given to hysteresis compensation,",
+}
+STEPS = {
+    MODEL: "the hysteresis model, as calibrated in the chamber",
+    OVEN: "the oven run, with simple compensation",
+    AFTER_MODEL: "the oven run, with hysteresis compensation",
+    EQUAL: "the hysteresis model, with the oven run on both sides",
 }
 # Whether the oven run helps with the model in place, whether the model helps with the oven run in place.
 TOGETHER = {
@@ -132,16 +137,20 @@ def _what(missions: Mapping) -> list[Block]:
 
 def _meaning(missions: Mapping) -> list[Block]:
     """What to do, as far as the missions decide it: one of the two measures may gain what the other loses."""
-    texts = []
-    for pair in (MODEL, OVEN, AFTER_MODEL, EQUAL):
-        if ratio := improvement(missions, pair, VELOCITY):
-            text = f"{effect(WHO[pair], 'the ' + measure_name(VELOCITY), ratio)} ({SHORT_VERDICT[verdict(ratio)]})"
-            if shares := pick(missions, "ensemble", "improvement", pair, "fraction_improved", VELOCITY):
-                text += f", on {percent(shares)} of the missions"
-            if cep := improvement(missions, pair, CEP):
-                text += f"; it changes the {measure_name(CEP)} by {change(cep)} ({SHORT_VERDICT[verdict(cep)]})"
-            texts.append(sentence(text))
-    return [Paragraph(" ".join([*texts, advice(missions)]).strip(), "What to do.")] if texts else []
+    rows = []
+    for pair, words in STEPS.items():
+        shares = pick(missions, "ensemble", "improvement", pair, "fraction_improved", VELOCITY)
+        ratios = [improvement(missions, pair, measure) for measure in (VELOCITY, CEP)]
+        changes = [(change(r), SHORT_VERDICT[verdict(r)]) if r else (MISSING, MISSING) for r in ratios]
+        if any(ratios):
+            rows.append((words, *changes[0], percent(shares) if shares else MISSING, *changes[1]))
+    header = ("what is added", measure_name(VELOCITY), "verdict", "missions on which it helps", measure_name(CEP))
+    note = "In brackets: 95 % interval, paired. Negative is better."
+    found = advice(missions)
+    return [
+        *([Paragraph(found, "What to do.")] if found else []),
+        *table("What each step changes over missions", (*header, "verdict"), rows, note, "lrlrrl"),
+    ]
 
 
 def advice(missions: Mapping) -> str:
@@ -291,7 +300,11 @@ def _flights(missions: Mapping) -> list[Block]:
 
 def attribution(metrics: Mapping) -> list[Block]:
     """What model and refinement bring in either order, on the flight of all and over missions."""
-    rows = []
+    head = ["what is added"]
+    columns = [
+        ("model, first", "then refinement", "refinement, first", "then model", "model, either order",
+         "refinement, either order", "together")
+    ]  # fmt: skip
     for where, tree in (("this flight", metrics), ("missions", metrics.get("missions") or {})):
         for measure in (VELOCITY, CEP):
             of = pick(tree, "ensemble", "attribution", measure)
@@ -300,21 +313,12 @@ def attribution(metrics: Mapping) -> list[Block]:
             first, second, both = of["model_first"], of["refinement_first"], of["shapley"]
             factors = (first["model"], first["refinement"], second["refinement"], second["model"])
             factors += (both["model"], both["refinement"], of["together"])
-            rows.append((f"{measure_name(measure)}, {where}", *map(with_interval, factors)))
-    head = (
-        "measure",
-        "model, first",
-        "then refinement",
-        "refinement, first",
-        "then model",
-        "model, either order",
-        "refinement, either order",
-        "together",
-    )
+            head.append(f"{measure_name(measure)}, {where}")
+            columns.append(tuple(map(with_interval, factors)))
     return table(
         "What model and refinement multiply the error by",
         head,
-        rows,
+        list(zip(*columns, strict=True)) if len(columns) > 1 else [],
         "Below 1 is better; in brackets: 95 % interval. Either order: the Shapley share, the geometric mean of both "
         "orders; the two multiply to the whole.",
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -15,11 +15,11 @@ from matplotlib.figure import Figure
 from ins_eval.figures import style
 from ins_eval.files import write_whole
 from ins_eval.printable import printable
-from ins_eval.report.content import GLANCE, Numbers, Paragraph, Picture, Section, Table
+from ins_eval.report.content import GLANCE, Block, Numbers, Paragraph, Picture, Section, Table
 from ins_eval.wording import in_symbols, unbroken
 
 SCRIPTS = ("page.js", "figures.js")  # in this order, one script of the page
-COMMAND = re.compile(r"\bins-eval [a-z][a-z-]+|(?<![\w-])--[a-z][a-z-]+(?: \d+| \w+\.toml)?")
+COMMAND = re.compile(r"\bins-eval (?:loop )?[a-z][a-z-]+|(?<![\w-])--[a-z][a-z-]+(?: \d+| \w+\.toml)?")
 
 
 def write_page(
@@ -70,15 +70,17 @@ def render(
     )
     environment.filters["prose"] = prose
     mentioned = {block.name for section in sections for block in section.blocks if isinstance(block, Picture)}
-    rest = [Picture(name, name.replace("_", " ").capitalize() + ".") for name in drawings if name not in mentioned]
-    if rest:
-        sections = [*sections, Section("Further figures", rest)]
+    further = [Picture(name, name.replace("_", " ").capitalize() + ".") for name in drawings if name not in mentioned]
+    if further:
+        sections = [*sections, Section("Further figures", further)]
     inline = {name: Markup(inline_svg(name, drawing)) for name, drawing in drawings.items()}
     facts = [f"{key} {metrics[key]}" for key in ("profile", "seed") if key in metrics]
     glance = [section for section in sections if section.heading == GLANCE]
     sections = [section for section in sections if section.heading != GLANCE]
     blocks = [block for section in (*glance, *sections) for block in section.blocks]
     pictures = [block for block in blocks if isinstance(block, Picture) and block.name in inline]
+    lead = next(iter(pictures), None)
+    sections = [section for section in sections if any(_left(block, inline, lead) for block in section.blocks)]
     script = "\n".join(map(_text, SCRIPTS))
     html = environment.get_template("page.html").render(
         title=title,
@@ -87,11 +89,16 @@ def render(
         drawings=inline,
         facts=facts,
         glance=[block for section in glance for block in section.blocks if not isinstance(block, Picture)],
-        lead=next(iter(pictures), None),
+        lead=lead,
         script=Markup(script),
         script_hash=Markup(_hash(script)),
     )
     return printable(html, keep="\n\t")
+
+
+def _left(block: Block, drawn: Collection[str], lead: Picture | None) -> bool:
+    """Whether a block is shown in its section: a picture that was not drawn is not, nor that of the first screen."""
+    return not isinstance(block, Picture) or (block.name in drawn and (lead is None or block.name != lead.name))
 
 
 def prose(text: str) -> Markup:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from ins_eval.analysis.evaluation_numbers import LOST_MPS
 from ins_eval.report.content import Number, Picture, Section, at_a_glance, table
-from ins_eval.wording import fixed
+from ins_eval.report.diagnosis_words import figures
 
 ROWS = (
     ("own_before", "own errors of the sensors, without the model [m/s]"),
@@ -22,16 +22,16 @@ def prediction_content(metrics: Mapping, model: str) -> tuple[str, list[Section]
     of = metrics["velocity_rms"]
     before, after, share = (of[name] for name in ("own_before", "own_after", "share"))
     answer = (
-        f"Of the horizontal velocity RMS that the sensors' own errors cause on this flight, {fixed(before['median'])} "
-        f"m/s, the model is expected to leave {fixed(after['median'])} m/s: {100.0 * share['median']:.0f} % "
-        f"(95 % interval {100.0 * share['low']:.0f} to {100.0 * share['high']:.0f} %)."
+        "Of the horizontal velocity RMS that the sensors' own errors cause on this flight, "
+        f"{figures(before['median'])} m/s, the model is expected to leave {figures(after['median'])} m/s: "
+        f"{100.0 * share['median']:.0f} % (95 % interval {100.0 * share['low']:.0f} to {100.0 * share['high']:.0f} %)."
     )
     if before["median"] > LOST_MPS:
         answer += (
             f"\nAn INS that is off by more than {LOST_MPS:g} m/s is lost, and its errors no longer add up as the "
             "prediction takes them to: take a shorter flight, or one with fixes."
         )
-    rows = [(words, *(fixed(of[name][end]) for end in ("median", "low", "high"))) for name, words in ROWS]
+    rows = [(words, *(figures(of[name][end]) for end in ("median", "low", "high"))) for name, words in ROWS]
     note = (
         "Medians and 95 % intervals over instruments that the model holds possible. Own errors are those that stay "
         "with the instrument from day to day; a switch-on draws the biases of all sensors anew, and no model of other "
@@ -41,13 +41,13 @@ def prediction_content(metrics: Mapping, model: str) -> tuple[str, list[Section]
     numbers = [
         Number(
             words.removesuffix(" [m/s]"),
-            f"{fixed(factor * of[name]['median'], digits)} {unit}",
-            f"95 %: {fixed(factor * of[name]['low'], digits)} to {fixed(factor * of[name]['high'], digits)} {unit}",
+            f"{shown(factor * of[name]['median'])} {unit}",
+            f"95 %: {shown(factor * of[name]['low'])} to {shown(factor * of[name]['high'])} {unit}",
         )
-        for name, words, factor, digits, unit in (
-            (*ROWS[2], 100.0, 0, "%"),
-            (*ROWS[0], 1.0, 2, "m/s"),
-            (*ROWS[1], 1.0, 2, "m/s"),
+        for name, words, factor, shown, unit in (
+            (*ROWS[2], 100.0, "{:.0f}".format, "%"),
+            (*ROWS[0], 1.0, figures, "m/s"),
+            (*ROWS[1], 1.0, figures, "m/s"),
         )
     ]
     picture = Picture(

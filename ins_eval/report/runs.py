@@ -76,5 +76,6 @@ def _change(ratio: Estimate | None) -> str:
     if ratio is None:
         return MISSING
     if not ratio.known:
-        return f"{100.0 * (ratio.value - 1.0):+.1f} %".replace("-", "−")
+        percent = 100.0 * (ratio.value - 1.0)
+        return f"{'+' if round(percent, 1) > 0.0 else ''}{fixed(percent, 1)} %"
     return change(ratio)

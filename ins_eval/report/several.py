@@ -97,7 +97,6 @@ def _recordings(rows: Sequence[Row | Refused]) -> list[Table]:
             'No rate is given of less than half a Schuler period (42 min). "solution" is what the INS put out.',
             "ll" + "r" * len(COLUMNS),
             links=links,
-            sortable=True,
         )
     ] if cells else []  # fmt: skip
     refused = [(row.name, row.refused) for row in rows if isinstance(row, Refused)]

@@ -249,7 +249,7 @@ QUIRKS = [
     Quirk(
         "clock offset",
         lambda c: replace(c, fix_s=c.fix_s + 0.4),
-        r"same instant are \+0\.(3[2-9]|4[0-8])|does not tell their offset",
+        r"same instant are \+0\.(3[2-9]|4[0-8])|does not show their offset",
     ),
     Quirk("temperature outlier", _one("temperature_c", 1e5), r"temperature_c: (1e\+05|100000)", ("csv", "form")),
     Quirk("mild temperature outlier", _one("temperature_c", 85.0), r"temperature_c: 85", ("csv", "form")),

@@ -140,7 +140,7 @@ def test_a_place_that_does_not_move_tells_nothing_and_that_is_said():
         velocity_n=1e-3 * fixes.velocity_n,
     )
     (found,) = check_track(still, "gps")
-    assert not found.decided and "does not tell the north velocity" in found.seen
+    assert not found.decided and "does not determine the north velocity" in found.seen
 
 
 @pytest.mark.parametrize(("at_s", "size_s"), [(30.0, 0.3), (80.0, 0.5)])

@@ -24,11 +24,11 @@ FEWEST_FILES = 120
 UNTOLD = 20.0  # to 1: below it an oracle that knows motion and noise could not tell either
 # what stands in an answer that leaves a question open, for the quirks that the motion may not tell
 LEFT_OPEN = {
-    "sign of down": r"does not tell.*the down velocity",
-    "both turned": r"does not tell.*gyro x.*accelerometer y",
-    "clock offset": r"the motion does not tell their offset",
-    "sign of force y": r"does not tell.*accelerometer y",
-    "sign of force x": r"does not tell.*accelerometer x",
+    "sign of down": r"does not determine.*the down velocity",
+    "both turned": r"does not determine.*gyro x.*accelerometer y",
+    "clock offset": r"the motion does not show their offset",
+    "sign of force y": r"does not determine.*accelerometer y",
+    "sign of force x": r"does not determine.*accelerometer x",
 }
 
 

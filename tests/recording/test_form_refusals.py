@@ -290,7 +290,7 @@ def test_a_chamber_of_two_units(two_units, unit, said):
 def test_a_unit_of_a_chamber_that_names_none(tmp_path):
     folder = form.write_chamber(chamber(unit_id=""), tmp_path / "c")
     said = refusal(folder, UsageError, lambda folder: form.read_chamber(folder, "#1"))
-    assert "unit_id: is not there, so '#1' cannot be told; leave --unit away" in said
+    assert "unit_id: is not there, so '#1' cannot be found; leave --unit away" in said
 
 
 @pytest.mark.parametrize(

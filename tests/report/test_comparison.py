@@ -129,7 +129,7 @@ def test_what_is_not_determined_is_said_and_not_printed(found):
     fitted = tuple(replace(one, bias=None, terms=(None, None, None)) for one in found.fitted)
     open_ = replace(found, recording=recording, fitted=fitted)
     answer = comparison_content(open_)[0]
-    assert "No scale factor of any channel is given: the motion is too small to tell it to 0.5 %" in answer
+    assert "No scale factor of any channel is given: the motion is too small to determine it to 0.5 %" in answer
     assert tables(open_)["Gyros"].header == ("axis", "mean difference [°/s]")
     assert tables(open_)["Bias"].rows == [("gyro x [°/s]", "0.0400", "0.0045 ± 0.0010")]
 

@@ -233,3 +233,36 @@ def test_optional_parts_of_figures_may_be_missing(series):
         ),
     ]
     assert all("<svg" in style.svg(figure) for figure in drawn)
+
+
+@pytest.mark.parametrize(("largest_m", "unit"), [(500.0, "m"), (2000.0, "nmi")])
+def test_small_position_errors_are_in_metres(largest_m, unit):
+    time_s = np.linspace(0.0, 6000.0, 100)
+    error = largest_m * time_s / time_s[-1]
+    errors = {"none": 100.0 * error, "simple": error, "hysteresis": 0.5 * error}
+    figure = figures.position_error(time_s=time_s, errors_m=errors)
+    lines = {line.get_label(): line for line in figure.axes[0].lines}
+    assert figure.axes[0].get_ylabel() == f"radial error [{unit}]"
+    assert {"none (goes beyond)", "simple", "0.8 nmi/h", "1 nmi/h", "Schuler period, 84.4 min"} <= set(lines)
+    metres = {"m": 1.0, "nmi": 1852.0}[unit]
+    assert metres * lines["simple"].get_ydata()[-1] == pytest.approx(largest_m)
+    assert metres * lines["1 nmi/h"].get_ydata()[-1] == pytest.approx(1852.0 * 6000.0 / 3600.0)
+    figure = figures.angle_error(
+        time_s=time_s, errors_arcmin={"simple": error / 1500.0}, component="longitude", metres_per_arcmin=1500.0
+    )
+    (line, *_), on_right = figure.axes[0].lines, len(figure.axes[0].child_axes)
+    assert (figure.axes[0].get_ylabel(), on_right) == (
+        ("longitude error [m]", 0) if unit == "m" else ("longitude error [arc-minute]", 1)
+    )
+    assert line.get_ydata()[-1] * (1.0 if unit == "m" else 1500.0) == pytest.approx(largest_m)
+
+
+def test_an_axis_of_many_decades_has_numbers_at_its_decades():
+    time_s = np.linspace(0.0, 100.0, 50)
+    wide = 10.0 ** np.linspace(-5.0, 0.0, 50)
+    figure = figures.activity(
+        time_s=time_s, force_mps2=wide, rate_deg_per_s=0.1 + 0.001 * time_s, stretch_s=(-9.0, 0.0)
+    )
+    assert "−9 to 0\u00a0s" in " ".join(text.get_text() for text in figure.texts)
+    shown = [tick for tick in figure.axes[0].get_yticks() if 1e-5 <= tick <= 1.0]
+    assert shown == pytest.approx([1e-4, 1e-2, 1.0])

@@ -158,8 +158,8 @@ def undecided_axes(orders: np.ndarray) -> list[int]:
 
 
 def undecided(about: str, parts: list[str]) -> list[Finding]:
-    """What the motion does not tell, as the last of the findings; nothing where it tells all."""
-    return [Finding("undecided", f"{about} does not tell {', '.join(parts)}", "", 0.0)] if parts else []
+    """What the motion does not determine, as the last of the findings; nothing where it determines all."""
+    return [Finding("undecided", f"{about} does not determine {', '.join(parts)}", "", 0.0)] if parts else []
 
 
 def equations(matrix: np.ndarray) -> str:

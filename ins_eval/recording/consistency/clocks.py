@@ -73,7 +73,7 @@ class Change:
 
 
 def clock_offset(imu: Imu, start_s: float, fixes: Fixes) -> Offset | None:
-    """The offset of the clock of `fixes`, or None where the motion does not tell; `imu` in increments."""
+    """The offset of the clock of `fixes`, or None where the motion does not show it; `imu` in increments."""
     if fixes.attitude_rad is not None and np.isfinite(fixes.attitude_rad[fixes.valid]).all():
         return _from_attitude(imu, start_s, fixes)
     found = [one for one in (_from_velocity(imu, start_s, fixes), _from_course(imu, start_s, fixes)) if one is not None]
@@ -81,7 +81,7 @@ def clock_offset(imu: Imu, start_s: float, fixes: Fixes) -> Offset | None:
 
 
 def clock_change(imu: Imu, start_s: float, fixes: Fixes) -> Change | None:
-    """How the offset differs between the halves of a recording, or None where the motion does not tell both."""
+    """How the offset differs between the halves of a recording, or None where the motion does not show both."""
     middle_s = 0.5 * (start_s + float(imu.time_s[-1]))
     halves = []
     for part, begin_s, inside in (

@@ -255,7 +255,7 @@ def _uneven(time_s: np.ndarray, untold: np.ndarray, table: str) -> Finding | Non
     k = int(found[0])
     seen = (
         f"{table}: the stamps jump by {dt[k] - usual_s:+.3f} s after {time_s[k]:.6g} s, no whole number of steps of "
-        f"{usual_s:.4g} s, expected stamps of one clock; the vehicle is too slow there for its way to tell"
+        f"{usual_s:.4g} s, expected stamps of one clock; the vehicle is too slow there for its way to show it"
     )
     return Finding(f"{table}.clock", seen, "see whether later stamps are as much too late", UNEVEN_ODDS)
 

@@ -278,7 +278,9 @@ def _decided(by_rate, by_force, relative, by: str) -> list[Finding]:
         near = total[0] > total[0, 0, 0] - LIKELY
         parts = [f"gyro {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=0)))]
         parts += [f"accelerometer {'xyz'[i]}" for i in undecided_axes(np.flatnonzero(near.any(axis=1)))]
-        return undecided(f"the motion against {by}", [f"order and sign of {', '.join(parts)}"] if parts else [])
+        return undecided(
+            f"the motion against {by.replace('gps', 'GPS')}", [f"order and sign of {', '.join(parts)}"] if parts else []
+        )
     near = sorted(
         zip(*np.nonzero(total[best[0]] > total[best] - LIKELY), strict=True), key=lambda k: -total[best[0]][k]
     )

@@ -354,7 +354,7 @@ def _of_unit(table: Columns, wanted: str | None) -> tuple[str, Columns]:
     where = f"{table.path}, column {UNIT}"
     if UNIT not in table.names:
         if wanted:
-            raise UsageError(f"{where}: is not there, so {shown(wanted)} cannot be told; leave --unit away or add it")
+            raise UsageError(f"{where}: is not there, so {shown(wanted)} cannot be found; leave --unit away or add it")
         return "", table
     column = np.array(["" if one is None else str(one) for one in table.data.column(UNIT).to_pylist()])
     units = list(dict.fromkeys(column.tolist()))

@@ -212,13 +212,26 @@
     });
     frame.addEventListener("blur", leave);
 
+    const bar = document.createElement("p");
+    bar.className = "zoom";
+    [["+", 1.5, "Zoom in"], ["−", 1 / 1.5, "Zoom out"], ["all", 0, "Show all"]].forEach(([text, times, label]) => {
+      const button = document.createElement("button");
+      Object.assign(button, { type: "button", textContent: text, title: label, ariaLabel: label });
+      button.addEventListener("click", () => { leave(); view.zoom(times); });
+      bar.append(button);
+    });
+    frame.before(bar);
+
     let held = null;
     svg.addEventListener("dblclick", (event) => {
       event.preventDefault();
       leave();
       view.zoom(event.shiftKey ? 0.5 : 2, at(event));
     });
-    svg.addEventListener("pointerdown", (event) => { if (frame.classList.contains("zoomed")) held = at(event); });
+    svg.addEventListener("pointerdown", (event) => {
+      if (frame.classList.contains("zoomed")) held = at(event);
+      else hover(at(event));  // a finger does not hover
+    });
     addEventListener("pointerup", () => { held = null; });
     svg.addEventListener("pointermove", (event) => {
       if (!held) { hover(at(event)); return; }
@@ -227,7 +240,7 @@
       view.move(held[0] - here[0], held[1] - here[1]);
       held = at(event);
     });
-    svg.addEventListener("pointerleave", leave);
+    svg.addEventListener("pointerleave", (event) => { if (event.pointerType !== "touch") leave(); });
     addEventListener("beforeprint", () => { leave(); view.zoom(0); });
   });
 })();

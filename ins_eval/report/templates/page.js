@@ -27,6 +27,25 @@
     field.className = "filter";
     table.parentElement.before(field);
     const rows = [...table.tBodies[0].rows];
+    const size = (cell) => parseFloat(cell.textContent.replace("−", "-"));
+    const compare = (a, b) => size(a) - size(b) || isNaN(size(a)) - isNaN(size(b)) || a.textContent.localeCompare(b.textContent);
+    [...table.tHead.rows[0].cells].forEach((cell, column) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.append(...cell.childNodes);
+      cell.append(button);
+      button.addEventListener("click", () => {
+        const up = cell.ariaSort !== "ascending";
+        [...cell.parentNode.cells].forEach((one) => { one.removeAttribute("aria-sort"); });
+        cell.ariaSort = up ? "ascending" : "descending";
+        const heads = rows.filter((row) => !row.classList.contains("remark"));
+        const below = new Map(heads.map((row) => [row, rows[rows.indexOf(row) + 1]]));
+        heads.sort((a, b) => (up ? 1 : -1) * compare(a.cells[column], b.cells[column])).forEach((row) => {
+          table.tBodies[0].append(row);
+          if (below.get(row)?.classList.contains("remark")) row.after(below.get(row));
+        });
+      });
+    });
     field.addEventListener("input", () => {
       const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);
       let shown = true;

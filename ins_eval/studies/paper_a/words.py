@@ -121,7 +121,7 @@ def _cause(flight: Mapping) -> str:
 def _meaning(flight: Mapping) -> str:
     """What each step brings, without an order; one flight cannot say what to do on others."""
     text = substitutes(flight)
-    return f"{text} Whether either helps on other flights the flight report tells, over missions." if text else ""
+    return f"{text} The flight report says, over missions, whether either helps on other flights." if text else ""
 
 
 # -------------------------------------------------------------------------------------------- what our results add

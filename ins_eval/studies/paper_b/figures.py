@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from ins_eval.figures.style import ACCENT, INK, QUIET, decimate, legend_below, sheet, styled
 
@@ -133,6 +134,7 @@ def shift_distribution(*, shift_ppm: Mapping[str, np.ndarray], printed_ppm: Mapp
         ax.axvline(0.0, color=QUIET, linewidth=0.8)
         ax.set(xlabel="found − injected [ppm]", title=words)
     panels[0].set_ylabel("units")
+    panels[0].yaxis.set_major_locator(MaxNLocator(integer=True))
     legend_below(figure, *panels)
     return figure
 
@@ -255,7 +257,7 @@ def loop_in_flight(*, stretches: Mapping[str, Mapping[str, np.ndarray]]) -> Figu
         "noise, in samples of 10 ms: what the transfer function says, and the steps of the converters."
     )
     figure, panels = sheet(
-        4.8, "The sampled loop beside its steady state, in the liveliest stretch of a flight", note, rows=2, columns=2
+        4.8, "The sampled loop beside its steady state, where a flight has the most motion", note, rows=2, columns=2
     )
     panels = np.reshape(panels, (2, 2))
     for (upper, lower), (name, one) in zip(panels.T, stretches.items(), strict=True):

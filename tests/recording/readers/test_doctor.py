@@ -97,7 +97,7 @@ def test_pulses_are_turned_with_the_believed_scale(flight):
     pulses = np.rint(flight.imu.accelerometer / 9.80665 * 3e5)
     counted = with_imu(flight, accelerometer=pulses, accelerometer_form="pulse")
     assert "same instant are +0.2" in notes(replace(counted, belief=belief))
-    assert "the motion does not tell" in notes(counted)
+    assert "the motion does not show" in notes(counted)
 
 
 @pytest.mark.parametrize(

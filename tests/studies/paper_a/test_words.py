@@ -244,7 +244,7 @@ def test_what_it_means_has_no_order_and_advises_nothing_of_other_flights(rows, r
         }
     }  # fmt: skip
     assert "Shared without an order (Shapley)" in last()
-    assert "the flight report tells, over missions" in last()
+    assert "The flight report says, over missions, whether" in last()
     assert "first put" not in last()
     put(results, "hysteresis_refined/simple", 1.1, 1.05, 1.2)
     gain = paper_a_content(rows, results)[0].splitlines()[1]
