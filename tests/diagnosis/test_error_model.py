@@ -85,6 +85,15 @@ def test_an_error_of_a_gyro(believed, axis: int, multiplier: str, value: float) 
     check(replace(believed, gyro=gyro), Column("", (Drive("gyro", axis, multiplier, 1.0),)), value)
 
 
+def test_epochs_of_a_day_follow_turns_as_well(believed, monkeypatch) -> None:
+    monkeypatch.setattr(observations, "MOST_EPOCHS", 2000)
+    assert np.diff(_modelled(believed).nodes_s).max() > 0.6 * observations.LONGEST_EPOCH_S
+    test_an_error_of_an_accelerometer(believed, "y", "1", 50.0 * UG)
+    test_an_error_of_an_accelerometer(believed, "z", "f", 1e-4)
+    test_an_error_of_a_gyro(believed, 0, "1", 0.01 * DEG_PER_H)
+    test_an_error_of_a_gyro(believed, 2, "w", 1e-4)
+
+
 @pytest.mark.parametrize(
     ("sensor", "axis", "value"),
     [("gyro", 0, 300.0 * DEG_PER_H), ("gyro", 2, 300.0 * DEG_PER_H), ("accelerometer", 0, 2e4 * UG)],

@@ -72,9 +72,9 @@ def test_drives_of_a_stand_hold_no_noise_and_many_hours_take_no_more_epochs(reco
         assert force.mean() == pytest.approx(felt, abs=0.05)
     assert case.model.interval_s == pytest.approx(1.0)
     assert not any(one.name.startswith(("gps.", "recording.clock")) for one in case.candidates)  # no receiver is asked
-    monkeypatch.setattr(observations, "MOST_EPOCHS", 600)
+    monkeypatch.setattr(observations, "MOST_EPOCHS", 1200)
     shorter = cases.prepare(recording)
-    assert shorter.model.interval_s[10:-10] == pytest.approx(6.0)
+    assert shorter.model.interval_s[10:-10] == pytest.approx(3.0)
     for one in (case, shorter):
         (fitted,) = fit_noise([one], [], [None])
         (bias,) = (k for k in one.candidates if (k.name, k.axis) == ("accelerometer.bias", "z"))

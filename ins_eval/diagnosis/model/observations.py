@@ -31,8 +31,8 @@ CHANNELS = 9
 STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS = 0.01, 0.002
 REFERENCE_POSITION_M, REFERENCE_VELOCITY_MPS, REFERENCE_ATTITUDE_RAD = 1.0, 0.01, 0.01 * DEG  # where not stated
 STAND_S, STAND_EDGE_S = 10.0, 2.0  # shortest stand between two moves; what is left out at its ends
-EPOCH_S = 1.0
-MOST_EPOCHS = 12_000  # of what measures; more tell no more of errors that are slow
+EPOCH_S, LONGEST_EPOCH_S = 1.0, 4.0  # of a recording of hours and of a day; beyond, a turn within it would show
+MOST_EPOCHS = 12_000  # more of them say no more of errors that are slow
 _CLOCK_S = 1e-6
 
 
@@ -122,10 +122,9 @@ def nodes(believed: Believed, measured: tuple[MeasurementSource, ...], end_s: fl
 
 
 def longest_epoch_s(believed: Believed, end_s: float) -> float:
-    """A second; where nothing moves for many hours, as long as `MOST_EPOCHS` make it."""
-    if believed.recording.kind not in PARKED:
-        return EPOCH_S
-    return EPOCH_S * max(1.0, np.ceil((end_s - believed.start.time_s) / (EPOCH_S * MOST_EPOCHS)))
+    """A second; of many hours as many as `MOST_EPOCHS` make of it, and not more than `LONGEST_EPOCH_S`."""
+    epochs = (end_s - believed.start.time_s) / EPOCH_S
+    return min(LONGEST_EPOCH_S, EPOCH_S * max(1.0, np.ceil(epochs / MOST_EPOCHS)))
 
 
 def observe(
