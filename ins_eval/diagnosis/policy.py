@@ -60,6 +60,7 @@ class Policy:
     left_open: float = _chosen(1e-3, DEVELOPMENT, "share of what effects gain that linear sums leave open")
     open_margin: float = _chosen(6.0, DEVELOPMENT, "nats by which a form without a name must lead effects")
     most_of_one: float = _chosen(4, DEVELOPMENT, "effects of one sensor, constants aside, that explain something")
+    returned: float = _chosen(3.0, REASONING, "sigmas within which two jumps cancel: one that returns")
     probable: float = _chosen(0.5, REASONING, "probability that an effect must have to be named")
     # what else is listed
     near: float = _chosen(3.0, REASONING, "nats below the answer within which another effect is a rival")

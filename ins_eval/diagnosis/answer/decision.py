@@ -10,6 +10,7 @@ unexplained       something is there, and what has a name only describes it
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,13 +24,13 @@ from ins_eval.diagnosis.answer.verdict import (
     UNEXPLAINED,
     channel_of,
 )
-from ins_eval.diagnosis.estimate.linearisation import CONSTANTS
+from ins_eval.diagnosis.estimate.linearisation import AT, CONSTANTS
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from ins_eval.diagnosis.answer.findings import Findings
     from ins_eval.diagnosis.estimate.linearisation import Linearisation
@@ -104,8 +105,24 @@ def open_margin(findings: Findings, policy: Policy) -> float:
 
 
 def describing(linearisation: Linearisation, policy: Policy) -> tuple[int, ...]:
-    """The members of the best set that describe a sensor: more than `Policy.most_of_one` of one explain nothing."""
-    return tuple(k for own in _moving(linearisation).values() if len(own) > policy.most_of_one for k in own)
+    """The members of the best set that describe a sensor: more than `Policy.most_of_one` of one explain nothing.
+
+    Nor does a jump with its return: what comes and goes has no name, and two jumps draw it.
+    """
+    crowds = (own for own in _moving(linearisation).values() if len(own) > policy.most_of_one)
+    return tuple(dict.fromkeys(k for own in (*crowds, *_returning(linearisation, policy)) for k in own))
+
+
+def _returning(linearisation: Linearisation, policy: Policy) -> Iterator[tuple[int, int]]:
+    """Pairs of jumps of one family whose sizes cancel to `Policy.returned` sigmas."""
+    members, (mean, covariance) = linearisation.best.members, linearisation.coefficients
+    ones = [linearisation.hypotheses[k].candidate for k in members]
+    for i, j in combinations(range(len(members)), 2):
+        if ones[i].key != ones[j].key or AT not in ones[i].parameters:
+            continue
+        variance = covariance[i, i] + covariance[j, j] + 2.0 * covariance[i, j]
+        if (mean[i] + mean[j]) ** 2 < policy.returned**2 * variance:
+            yield members[i], members[j]
 
 
 def _moving(linearisation: Linearisation) -> dict[str, list[int]]:

@@ -209,7 +209,12 @@ def agitation(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
     rows = max(1, round(AGITATION_S / float(np.median(np.diff(navigated.time_s)))))
     out = np.zeros((nodes_s.size - 1, 2))
     for k, increments in enumerate((navigated.velocity, navigated.gyro)):
-        changes = sum(np.square(column - uniform_filter1d(column, rows)) for column in increments.T) / 3.0
+        changes = np.zeros(epoch.size)
+        for column in increments.T:
+            change = uniform_filter1d(column, rows)
+            np.subtract(column, change, out=change)
+            changes += np.square(change, out=change)
+        changes /= 3.0
         changes = np.maximum(uniform_filter1d(changes, rows), 0.0)  # running sums round below 0
         out[:, k] = np.bincount(epoch, changes, nodes_s.size - 1)
     return out

@@ -204,8 +204,10 @@ def _rate(believed: Believed, states: States) -> np.ndarray:
     edges = np.concatenate([[believed.start.time_s], believed.time_s])
     half = float(np.median(np.diff(edges)))
     low, high = (np.clip(states.time_s + sign * half, edges[0], edges[-1]) for sign in (-1.0, 1.0))
-    angles = (np.append(0.0, np.cumsum(column)) for column in believed.gyro.T)
-    turned = np.column_stack([np.interp(high, edges, angle) - np.interp(low, edges, angle) for angle in angles])
+    turned, angle = np.empty((states.time_s.size, 3)), np.zeros(edges.size)
+    for axis, column in enumerate(believed.gyro.T):
+        np.cumsum(column, out=angle[1:])
+        turned[:, axis] = np.interp(high, edges, angle) - np.interp(low, edges, angle)
     latitude = states.latitude_rad
     earth_n = EARTH_RATE * np.column_stack([np.cos(latitude), np.zeros_like(latitude), -np.sin(latitude)])
     return turned / (high - low)[:, None] - believed.gyro_bias - np.einsum("kji,kj->ki", states.mat_nb, earth_n)
