@@ -169,6 +169,14 @@ def test_a_mems_drive_is_navigated_and_restarted_without_a_reference(drive: Reco
     assert np.isnan(few.position_interval_m).all()
 
 
+def test_samples_that_carry_the_ins_away_are_refused(drive: Recording, begin: Initialization) -> None:
+    """The state no longer advances there: pieces of it would be taken without end."""
+    imu, force = drive.imu, drive.imu.accelerometer.copy()
+    force[imu.time_s > begin.start.time_s + 100.0] *= 1e7
+    with pytest.raises(DataRefused, match="carry the INS away"):
+        restarts(replace(drive, imu=replace(imu, accelerometer=force)), force, 10.0, begin)
+
+
 @pytest.mark.slow
 def test_positions_alone_are_evaluated_and_restarted(drive: Recording, begin: Initialization) -> None:
     """The numbers leave velocities out; positions grow as those of an industrial unit, more than with velocities."""

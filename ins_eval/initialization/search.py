@@ -104,11 +104,19 @@ def follow(
     until_s: float,
     gate: float = GATE,
 ) -> Initialization:
-    """The state at `until_s`, from that of `begin` and what was measured in between, up to `gate` sigmas."""
+    """The state at `until_s`, from that of `begin` and what was measured in between, up to `gate` sigmas.
+
+    Raises DataRefused where the samples in between carry it away.
+    """
     window = window_of(recording, dtheta_b, dv_b, begin.start.time_s, until_s)
     window = replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, begin.fix_scale, strict=True)))
     begin = replace(begin, about=None, taken=np.zeros(STATES))
     first = one_pass(window, begin, begin.covariance, gate)
+    if not np.isfinite(first.log_likelihood):
+        raise DataRefused(
+            f"{recording.name}: between {begin.start.time_s:.6g} and {until_s:.6g} s the samples carry the INS away, "
+            "expected increments that can be navigated; look at gyros and accelerometers there"
+        )
     return replace(one_pass(window, replace(begin, about=first.about), begin.covariance, gate), about=None)
 
 

@@ -27,8 +27,7 @@ from scipy.special import softmax
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.whitening import Whitened
 
-# of the nominal size, from what is hardly there to a fault: one Gaussian of nominal size loses large effects
-SCALES = (0.3, 2.0, 16.0, 128.0, 1024.0)
+SCALES = (0.3, 1.0, 4.0, 16.0, 64.0)  # of the nominal size; one Gaussian of nominal size loses large effects
 
 
 def log_evidence(whitened: Whitened) -> float:
