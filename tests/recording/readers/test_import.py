@@ -10,6 +10,7 @@ from ins_eval.commands.import_recording import run
 from ins_eval.errors import UsageError
 from ins_eval.readers import FORMATS, find
 from ins_eval.recording import form
+from ins_eval.wording import in_symbols
 
 GOOD, USAGE, REFUSED = 0, 2, 3
 DEGREES_ROUNDING = 1e-15
@@ -27,7 +28,7 @@ def test_what_was_read_lies_in_the_form_with_its_notes(tmp_path, log, capsys):
     printed = capsys.readouterr().out.splitlines()
     assert printed[-1] == f"recording: {tmp_path / 'out'}"
     written = form.read(tmp_path / "out")
-    assert set(printed[:-1]) <= set(written.notes)
+    assert set(printed[:-1]) <= {in_symbols(note) for note in written.notes}
     assert written.belief.gps.time_offset_s == 0.25
     read = FORMATS["apm-mat"].read(log, {})
     np.testing.assert_array_equal(written.imu.gyro, read.imu.gyro)
