@@ -83,7 +83,7 @@ def kill_and_resume(commands, short_report, members, folder: Path, kills: int, c
     for attempt in range(kills):
         before = members(folder)
         process = commands.start(commands.flight_report(folder))
-        if attempt % 2:
+        if attempt % 2 == 0:
             more = len(before) + chance.randint(1, 3)
             running = wait_until(lambda more=more: len(list(folder.glob("members/*/*"))) >= more, process)
             time.sleep(chance.uniform(0.0, 0.1))
