@@ -17,6 +17,7 @@ from ins_eval.cli import main
 from ins_eval.ensemble import Store
 
 KILLS, MANY_KILLS = 3, 30
+LONGEST_WAIT_S = 0.5
 MANY = 40  # members, more than are finished before a test interferes
 POLL_S = 0.01
 WORKERS_END_WITHIN_S = 10.0
@@ -76,20 +77,16 @@ def test_second_run_computes_nothing_again_and_gives_the_same_bytes(
 def kill_and_resume(commands, short_report, members, folder: Path, kills: int, chance: random.Random) -> int:
     """Kill a report at random moments until it has been killed `kills` times or ends; then let it end.
 
-    Half of the moments are random in time, half follow the next member that is finished. Returns the kills that met
-    a running ensemble.
+    Moments follow the start or one of the next members by a random time. Returns the kills that met a running ensemble.
     """
     done = 0
-    for attempt in range(kills):
+    for _ in range(kills):
         before = members(folder)
         process = commands.start(commands.flight_report(folder))
-        if attempt % 2 == 0:
-            more = len(before) + chance.randint(1, 3)
-            running = wait_until(lambda more=more: len(list(folder.glob("members/*/*"))) >= more, process)
-            time.sleep(chance.uniform(0.0, 0.1))
-        else:
-            time.sleep(chance.uniform(0.1, 0.9) * short_report.took_s)
-            running = process.poll() is None
+        more = len(before) + chance.randint(0, 2)
+        wait_until(lambda more=more: len(list(folder.glob("members/*/*"))) >= more, process)
+        time.sleep(chance.uniform(0.0, LONGEST_WAIT_S))
+        running = process.poll() is None
         kill(process)
         done += running
         after = members(folder)
