@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ins_eval import metrics
 from ins_eval.errors import DataRefused
-from ins_eval.initialization import Initialization, find, follow
+from ins_eval.initialization import Initialization, find, follow, standstills
 from ins_eval.navigation import evaluate, without_bias
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.reference import Errors
@@ -130,14 +130,15 @@ def _from_fixes(
     recording: Recording, dv_b: np.ndarray, every_s: float, begin: Initialization | None
 ) -> Iterator[tuple[float, Errors]]:
     """Begin and errors of each piece, started with the state that the fixes before it give."""
-    without = without_bias(recording, dv_b)
-    state = begin or find(recording, *without)
-    last_s = float(recording.imu.time_s[-1])
+    dtheta_unbiased, dv_unbiased = without_bias(recording, dv_b)
+    state = begin or find(recording, dtheta_unbiased, dv_unbiased)
+    still, last_s = standstills(recording), float(recording.imu.time_s[-1])
     while state.start.time_s + every_s <= last_s:
         at_s = state.start.time_s
+        part, rows = recording.between(at_s, at_s + every_s)
         with suppress(DataRefused):  # an outage: nothing to compare with
-            yield at_s, evaluate(recording, dv_b, state, until_s=at_s + every_s).errors
-        state = follow(recording, state, *without, at_s + every_s)
+            yield at_s, evaluate(part, dv_b[rows], state, until_s=at_s + every_s).errors
+        state = follow(part, state, dtheta_unbiased[rows], dv_unbiased[rows], at_s + every_s, still)
 
 
 def _piece(recording, dv_b, fixes: Fixes, k: int, at_s: float, turning: Slerp, every_s: float) -> Errors | None:

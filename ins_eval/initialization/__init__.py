@@ -29,7 +29,7 @@ from ins_eval.initialization.state import (
     VELOCITY,
     Initialization,
 )
-from ins_eval.initialization.windows import WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS
+from ins_eval.initialization.windows import WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS, standstills
 
 __all__ = [
     "ACCELEROMETER_BIAS",
@@ -47,5 +47,6 @@ __all__ = [
     "filtered",
     "find",
     "follow",
+    "standstills",
     "track",
 ]

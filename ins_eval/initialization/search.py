@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,8 +20,9 @@ from ins_eval.initialization.state import (
     until,
     wrapped,
 )
-from ins_eval.initialization.windows import first_window, window_of
+from ins_eval.initialization.windows import first_window, standstills, window_of
 from ins_eval.recording import Recording
+from ins_eval.recording.stillness import Stretch
 from ins_eval.strapdown import Solution
 from ins_eval.units import DEG
 
@@ -102,13 +104,15 @@ def follow(
     dtheta_b: np.ndarray,
     dv_b: np.ndarray,
     until_s: float,
+    still: Sequence[Stretch],
     gate: float = GATE,
 ) -> Initialization:
     """The state at `until_s`, from that of `begin` and what was measured in between, up to `gate` sigmas.
 
+    `recording` may be the part in between; `still` are the `standstills` of the whole.
     Raises DataRefused where the samples in between carry it away.
     """
-    window = window_of(recording, dtheta_b, dv_b, begin.start.time_s, until_s)
+    window = window_of(recording, dtheta_b, dv_b, begin.start.time_s, until_s, still)
     window = replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, begin.fix_scale, strict=True)))
     begin = replace(begin, about=None, taken=np.zeros(STATES))
     first = one_pass(window, begin, begin.covariance, gate)
@@ -126,11 +130,13 @@ def track(recording: Recording, begin: Initialization, dtheta_b: np.ndarray, dv_
     Before the window the vehicle stands as it does at its begin.
     """
     last_s = float(recording.imu.time_s[-1])
-    state, pieces = begin, [begin.path]
+    state, pieces, still = begin, [begin.path], standstills(recording)
     while state.start.time_s < last_s - LEAST_PIECE_S:
         end_s = state.start.time_s + PIECE_S
+        end_s = last_s if end_s > last_s - LEAST_PIECE_S else end_s
+        part, rows = recording.between(state.start.time_s, end_s)
         # no fix is left out: one that is late looks like an outlier wherever the motion is fast
-        state = follow(recording, state, dtheta_b, dv_b, last_s if end_s > last_s - LEAST_PIECE_S else end_s, np.inf)
+        state = follow(part, state, dtheta_b[rows], dv_b[rows], end_s, still, np.inf)
         pieces.append(state.path)
     parts = {name: [getattr(one, name)[:-1] for one in pieces] for name in Solution.__dataclass_fields__}
     return Solution(**{name: np.concatenate([*of, getattr(pieces[-1], name)[-1:]]) for name, of in parts.items()})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +35,7 @@ def first_window(recording: Recording) -> tuple[float, float, float, float]:
     first_s, last_s = recording.start.time_s, float(recording.imu.time_s[-1])
     fixes, section, _ = _fixes(recording)
     offset_s = section.time_offset_s if fixes is not None else 0.0
-    still = _still(recording, fixes, offset_s)
+    still = standstills(recording)
     if fixes is not None:
         speed = np.where(fixes.valid, np.linalg.norm(np.nan_to_num(fixes.velocity_n), axis=1), 0.0)
         fast = max(MOVING_MPS, FAST * float(np.quantile(speed, 0.95)))  # a receiver that settles shows some speed too
@@ -64,8 +65,10 @@ def first_window(recording: Recording) -> tuple[float, float, float, float]:
     return begin_s, begin_s, end_s, end_s
 
 
-def _still(recording: Recording, fixes: Fixes | None, offset_s: float) -> list[Stretch]:
+def standstills(recording: Recording) -> list[Stretch]:
     """Standstills without their edges, those of the recording apart."""
+    fixes, section, _ = _fixes(recording)
+    offset_s = section.time_offset_s if fixes is not None else 0.0
     first_s, last_s = recording.start.time_s, float(recording.imu.time_s[-1])
     out = []
     for s in still_stretches(recording.imu, STILL_S + EDGE_S):
@@ -122,12 +125,16 @@ def _stands(fixes: Fixes | None, offset_s: float, stretch: Stretch) -> bool:
     return not (np.linalg.norm(fixes.velocity_n[inside], axis=1) > max(STANDS_MPS, GATE * sigma)).any()
 
 
-def window_of(recording, dtheta_b, dv_b, begin_s: float, end_s: float) -> Window:
+def window_of(
+    recording, dtheta_b, dv_b, begin_s: float, end_s: float, still: Sequence[Stretch] | None = None
+) -> Window:
+    """What is known between two instants; `still` are the standstills of the whole, where this is a part of it."""
     imu, belief = recording.imu, recording.belief
     rows = slice(*np.searchsorted(imu.time_s, [begin_s + 1e-6, end_s + 1e-6]))
     fixes, section, derived = _fixes(recording)
     offset_s = section.time_offset_s if fixes is not None else 0.0
-    still = [s for s in _still(recording, fixes, offset_s) if s.end_s > begin_s and s.start_s < end_s]
+    still = standstills(recording) if still is None else still
+    still = [s for s in still if s.end_s > begin_s and s.start_s < end_s]
     sigma = np.empty(0), np.empty(0)
     if fixes is not None:
         at_s = fixes.time_s - offset_s

@@ -9,7 +9,7 @@ On disk it has the form of docs/recording.md.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -137,6 +137,13 @@ class Recording:
     def interval_s(self) -> np.ndarray:
         """Length of each sample of the IMU, (n,) s; the first begins at the start."""
         return np.diff(self.imu.time_s, prepend=self.start.time_s)
+
+    def between(self, begin_s: float, end_s: float) -> tuple[Recording, slice]:
+        """The same with the samples between two instants only, and their rows; the rest of the start stays."""
+        time_s = self.imu.time_s
+        rows = slice(*np.searchsorted(time_s, [begin_s + 1e-6, end_s + 1e-6]))
+        before_s = float(time_s[rows.start - 1]) if rows.start else self.start.time_s
+        return replace(self, start=replace(self.start, time_s=before_s), imu=self.imu.rows(rows)), rows
 
 
 @dataclass(frozen=True, eq=False)
