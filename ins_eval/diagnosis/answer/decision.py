@@ -24,8 +24,9 @@ from ins_eval.diagnosis.answer.verdict import (
     UNEXPLAINED,
     channel_of,
 )
-from ins_eval.diagnosis.estimate.linearisation import AT, CONSTANTS
+from ins_eval.diagnosis.estimate.linearisation import CONSTANTS
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
+from ins_eval.effects.accelerometer import AT
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
 
@@ -118,7 +119,7 @@ def _returning(linearisation: Linearisation, policy: Policy) -> Iterator[tuple[i
     members, (mean, covariance) = linearisation.best.members, linearisation.coefficients
     ones = [linearisation.hypotheses[k].candidate for k in members]
     for i, j in combinations(range(len(members)), 2):
-        if ones[i].key != ones[j].key or AT not in ones[i].parameters:
+        if ones[i].key != ones[j].key or AT.name not in ones[i].parameters:
             continue
         variance = covariance[i, i] + covariance[j, j] + 2.0 * covariance[i, j]
         if (mean[i] + mean[j]) ** 2 < policy.returned**2 * variance:

@@ -24,6 +24,7 @@ from ins_eval.diagnosis.estimate.search import (
     search,
 )
 from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space, sums, union
+from ins_eval.effects.accelerometer import AT
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.policy import Policy
 
 CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
-AT = "at_s"
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,12 +204,12 @@ def _jumped(
     """Of every family of what jumps a member at each instant that the innovations beside `model` show."""
     made = []
     for r, (case, noise) in enumerate(zip(cases, fitted, strict=True)):
-        jumping = {one.key: one for one in others if AT in one.candidate.parameters and one.columns[r] is not None}
+        jumping = {one.key: one for one in others if AT.name in one.candidate.parameters and one.columns[r] is not None}
         if not jumping:
             continue
         columns = [one.columns[r] for one in model if one.columns[r] is not None]
         at_s = remarkable(innovations(case, noise.noise_point, columns), case.model.nodes_s)
-        made += [again(one, cases, {**one.candidate.parameters, AT: t}) for one in jumping.values() for t in at_s]
+        made += [again(one, cases, {**one.candidate.parameters, AT.name: t}) for one in jumping.values() for t in at_s]
     return made
 
 

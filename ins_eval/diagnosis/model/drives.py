@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numba
 import numpy as np
@@ -54,7 +54,8 @@ def integrate(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray,
     """
     time_s, out = believed.time_s, np.zeros((nodes_s.size - 1, SOURCES, 3))
     begins = np.concatenate([*(arc.quaternion_nb[:-1] for arc in arcs), arcs[-1].quaternion_nb[-1:]])
-    felt = believed.increments if noise else partial(_at_rest, believed)
+    rests = [] if noise else _rests(believed)
+    felt = partial(_at_rest, believed, rests) if rests else believed.increments
     for first in range(0, time_s.size, BLOCK):
         last = min(first + BLOCK, time_s.size)
         start_s = time_s[first - 1] if first else believed.start.time_s
@@ -64,23 +65,40 @@ def integrate(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray,
     return out
 
 
-def _at_rest(believed: Believed, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
-    """Increments of the samples from `first` to `last`, those of a stand at its mean rate and specific force.
+class _Rest(NamedTuple):
+    """The samples `rows` of a stand, and its mean rate, rad/s, and specific force, m/s^2, (3,) each."""
+
+    rows: slice
+    rate: np.ndarray
+    force: np.ndarray
+
+
+def _rests(believed: Believed) -> list[_Rest]:
+    """The means of every stand, the biases taken off."""
+    out = []
+    for stand in believed.stands:
+        rows = slice(*np.searchsorted(believed.time_s, [stand.start_s, stand.end_s]))
+        if rows.start == rows.stop:
+            continue
+        before_s = believed.time_s[rows.start - 1] if rows.start else believed.start.time_s
+        lasted_s = believed.time_s[rows.stop - 1] - before_s
+        rate, force = (one[rows].sum(axis=0) / lasted_s for one in (believed.gyro, believed.velocity))
+        out.append(_Rest(rows, rate - believed.gyro_bias, force - believed.force_bias))
+    return out
+
+
+def _at_rest(believed: Believed, rests: Sequence[_Rest], first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+    """Increments of the samples from `first` to `last`, those of a stand at its means.
 
     There what a sample adds to them is noise, which is no drive: with it a column is made of the very noise that the
     residual holds, and a scale factor of per cents "explains" it. Means of a minute hold enough of it in a day.
     """
     gyro, velocity = (one.copy() for one in believed.increments(first, last))
-    edges_s = np.concatenate([[believed.start.time_s], believed.time_s])
-    for stand in believed.stands:
-        begin, end = np.searchsorted(believed.time_s, [stand.start_s, stand.end_s])
-        here = slice(max(begin, first), max(begin, first, min(end, last)))
-        if begin == end or here.start == here.stop:
-            continue
-        interval_s = np.diff(edges_s[here.start : here.stop + 1])[:, None]
-        lasted_s, inside = edges_s[end] - edges_s[begin], slice(here.start - first, here.stop - first)
-        gyro[inside] = interval_s * (believed.gyro[begin:end].sum(axis=0) / lasted_s - believed.gyro_bias)
-        velocity[inside] = interval_s * (believed.velocity[begin:end].sum(axis=0) / lasted_s - believed.force_bias)
+    before_s = believed.time_s[first - 1] if first else believed.start.time_s
+    interval_s = np.diff(believed.time_s[first:last], prepend=before_s)[:, None]
+    for rest in rests:
+        inside = slice(max(rest.rows.start - first, 0), max(rest.rows.stop - first, 0))
+        gyro[inside], velocity[inside] = interval_s[inside] * rest.rate, interval_s[inside] * rest.force
     return gyro, velocity
 
 

@@ -142,10 +142,9 @@ def composed_candidates(
             for argument in arguments:
                 for target in composed.TARGETS:
                     form = composed.form(target, shape, driver, None if argument is None else scale * argument)
+                    which = {"driver": driver, "form": form}
                     found += [
-                        _member(believed, model, slow, given, VOCABULARY[composed.NAME], axis, which)
-                        for axis in AXES
-                        for which in ({"driver": driver, "form": form},)
+                        _member(believed, model, slow, given, VOCABULARY[composed.NAME], axis, which) for axis in AXES
                     ]
     return found
 
