@@ -255,3 +255,14 @@ def test_a_size_that_no_sensor_has_is_no_explanation():
     bounded = replace(free, largest=np.array([1.0, np.inf]))
     sets = [one.members for one in search(a, b, bounded, 0.0, Policy())]
     assert (0,) not in sets and (1,) in sets
+
+
+def test_what_can_be_is_looked_at_beyond_what_cannot() -> None:
+    """More families than a beam holds need a size that no sensor has; the one that can be gains less than they."""
+    count = int(Policy.beam) + 3
+    b = np.append(np.full(count, 40.0), 30.0)
+    a = np.eye(count + 1)
+    bounded = replace(of(range(count + 1)), largest=np.append(np.full(count, 1.0), np.inf))
+    assert search(a, b, bounded, 0.0, Policy())[0].members == (count,)
+    none = replace(bounded, largest=np.full(count + 1, 1.0))
+    assert [one.members for one in search(a, b, none, 0.0, Policy())] == [()]

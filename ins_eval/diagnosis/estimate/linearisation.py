@@ -14,6 +14,7 @@ from ins_eval.diagnosis.estimate.instants import innovations, remarkable
 from ins_eval.diagnosis.estimate.placing import again
 from ins_eval.diagnosis.estimate.scatter import scattered
 from ins_eval.diagnosis.estimate.search import (
+    NULL,
     Explanation,
     Space,
     chi_square_gains,
@@ -54,8 +55,8 @@ class Linearisation:
 
     @property
     def best(self) -> Explanation:
-        """The most probable set that is not empty."""
-        return next(one for one in self.ranked if one.members)
+        """The most probable set that is not empty; the empty one where each would need a size that no sensor has."""
+        return next((one for one in self.ranked if one.members), NULL)
 
     @property
     def keys(self) -> set[tuple]:

@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from itertools import product
+from itertools import islice, product
 from typing import TYPE_CHECKING
 
 import numba
@@ -238,10 +238,10 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
         grown: dict[frozenset[int], Explanation] = {}
         for state in level:
             of_family, best = one_more(a, b, state.members, space)
-            for family in np.argsort(of_family)[::-1][: policy.beam]:
-                members = (*state.members, int(best[family]))
-                if not np.isfinite(of_family[family]) or not possible(a, b, members, space).all():
-                    continue
+            likeliest = (family for family in np.argsort(of_family)[::-1] if np.isfinite(of_family[family]))
+            grown_by = ((family, (*state.members, int(best[family]))) for family in likeliest)
+            can_be = ((family, members) for family, members in grown_by if possible(a, b, members, space).all())
+            for family, members in islice(can_be, policy.beam):
                 gain = state.log_bayes_factor + float(of_family[family])
                 one = Explanation(members, gain, gain - cost * len(members))
                 key = frozenset(members)
