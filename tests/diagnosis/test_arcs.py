@@ -19,6 +19,7 @@ from ins_eval.diagnosis.estimate import arcs
 from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.diagnosis.estimate.evidence import log_evidence, sensitivity
 from ins_eval.diagnosis.estimate.study import fit_noise
+from ins_eval.diagnosis.model import null
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.units import DEG_PER_H, UG
@@ -29,6 +30,7 @@ MEANS_S = 20.0
 FROM_S, TO_S = 400.0, 520.0  # of a climb
 DRIFT_PPM = 0.05  # of a clock: 6 microseconds in all
 SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wander
+OFF_M, NEAR, NO_PRIOR = 500.0, 0.2, 1.0  # of a guess, share of it that is left; sigmas of a prior, of 17 for a guess
 STAMPS_S, FIX_M, FIX_MPS = 0.05, 0.5, 0.05  # one sigma of stamps and of fixes
 AGREES, SLOPE_STEP = 0.35, 1e-3  # at one speed stamps and white noise look alike, and a part is counted twice
 AUTOPILOT_LATE_S = (0.21, 0.29)  # of positions, by the authors' filter; of velocities, by their increments
@@ -124,6 +126,28 @@ def test_stamps_that_jitter_and_motion_between_samples_are_noise_of_their_own(id
         sides = [log_evidence(ready(fitted.noise_point + sign * step)) for sign in (1.0, -1.0)]
         difference = (sides[0] - sides[1]) / (2.0 * SLOPE_STEP)
         assert slope_of[case.noise.free.index(name)] == pytest.approx(difference, rel=1e-3, abs=1e-3)
+
+
+def test_how_far_a_first_guess_was_off_is_held_against_no_start(ideal_recording, monkeypatch) -> None:
+    """A guess that is half a kilometre off is corrected, and the start that it had is no prior of any effect."""
+    recording = climb(ideal_recording)
+    find = null.begin_afresh
+
+    def guessed_far_off(recording: Recording, folder: Path) -> tuple:
+        believed, found, path = find(recording, folder)
+        path = replace(path, longitude_rad=path.longitude_rad + OFF_M / 6.37e6)
+        start = null.start_at(path, believed.start.time_s)
+        off = {"position_sigma_m": believed.start.position_sigma_m, "velocity_sigma_mps": 3.0}
+        return replace(believed, start=replace(start, **off)), found, path
+
+    monkeypatch.setattr(null, "begin_afresh", guessed_far_off)
+    case = cases.prepare(recording)
+    again = case.again([])
+    assert np.nanmax(np.abs(case.seen.residual[:, :3])) < NEAR * OFF_M
+    for one in (case, again):
+        starts = [taken for column, taken in zip(one.nuisances, one.taken, strict=True) if column.start]
+        assert len(starts) == 9
+        np.testing.assert_allclose(starts, 0.0, atol=NO_PRIOR)
 
 
 def test_arcs_that_begin_after_the_end_by_another_clock_are_gone(ideal_recording) -> None:

@@ -61,8 +61,10 @@ class Diverged(ArithmeticError):
 class Settled:
     """A recording in arcs as it is `navigated`, without the biases that were found.
 
-    `stated` is the start around which the priors of its errors lie; `walks` is the white noise that the increments
-    show, rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how much positions and velocities scatter beyond their sigmas.
+    `stated` is the start around which the priors of its errors lie: what is believed of it, or, where that was a first
+    guess, what the measurements made of it; it stays with whatever effects the recording is navigated again. `walks` is
+    the white noise that the increments show, rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how much positions and
+    velocities scatter beyond their sigmas.
     """
 
     stated: Start
@@ -102,7 +104,7 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
         believed = null.begun_at(recording, known.start, folder)
         states = [known.start, *_on_steps(known.arcs, believed.time_s)]
         believed = replace(believed, force_bias=known.force_bias, gyro_bias=known.gyro_bias, stands=known.stands)
-        here = replace(before, stated=believed.start, navigated=believed)
+        here = replace(before, navigated=believed)
     here = _begun(here, states)
     for _ in range(ROUNDS if before is None else ROUNDS_AGAIN):
         begins, mean, sigma = _errors(here)
@@ -115,7 +117,8 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
         here = _begun(replace(here, navigated=replace(known, **biases)), states)
         if (np.abs(begins) < STEADY * sigma).all():
             break
-    return here
+    first_guess = before is None and not null.begins_as_stated(recording)
+    return replace(here, stated=here.navigated.start) if first_guess else here  # how far a guess was off costs nothing
 
 
 def planned(recording: Recording, folder: str | Path = ".") -> Settled:

@@ -142,11 +142,16 @@ def _judged(recording: Recording) -> Recording:
 
 
 def _wide(recording: Recording, start: Start, increments, folder: str | Path) -> Believed:
-    if recording.kind in PARKED and recording.start.attitude_sigma_rad is not None:
+    if begins_as_stated(recording):
         return _begun(recording, recording.start, increments, _given_sigma(recording.start), folder)
     start = replace(start, position_sigma_m=WIDE_POSITION_M, velocity_sigma_mps=WIDE_VELOCITY_MPS)
     sigma_n = np.array([TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD])
     return _begun(recording, start, increments, sigma_n, folder)
+
+
+def begins_as_stated(recording: Recording) -> bool:
+    """Whether a recording in arcs begins in what is believed of its start, and not in a first guess."""
+    return recording.kind in PARKED and recording.start.attitude_sigma_rad is not None
 
 
 def start_at(path: Solution, time_s: float) -> Start:
