@@ -1,7 +1,7 @@
 """The maximum of the evidence over the free levels of the noise (`noise`), prior included.
 
-By quasi-Newton steps with the filter's own slopes, in units of the curvature. Where attitude is measured the evidence
-has several hills, and the top of more than one is sought.
+By quasi-Newton steps with the filter's own slopes, in units of the curvature. Where attitude is measured, or where
+gyros flicker, the evidence has several hills, and the top of more than one is sought.
 """
 
 from __future__ import annotations
@@ -29,10 +29,13 @@ _ENOUGH = 0.05  # nats that two further steps must gain
 _STEPS, _EVALUATIONS = 60, 80  # of the slope
 _RUNS, _FAR = 4, 0.5  # prior sigmas from where a curvature was taken, beyond which it is taken again
 _THREADS = 2
-# of what measures attitude: its slow error and what gyros do are told apart by their times alone, so that an error that
-# forgets at once and one that lasts are hills of their own
-ATTITUDE, ATTITUDE_TIME = ("slow_attitude", "slow_heading"), "slow_attitude_time"
-_OTHER_TIMES, _OTHER_LEVELS = (-2.0, 2.0), (-2.0, -1.0, 0.0, 1.0, 2.0)  # prior sigmas
+# what measures attitude and what gyros do are told apart by their times alone, and so is a wander from an effect: an
+# error that forgets at once and one that lasts are hills of their own
+LASTING = (
+    (("slow_attitude", "slow_heading"), "slow_attitude_time"),
+    (("gyro_wander",), "gyro_wander_time"),
+)  # levels and the time for which they last
+_OTHER_TIMES, _OTHER_LEVELS = (-2.0, 2.0), np.linspace(-2.0, 2.0, 9)  # prior sigmas
 _ANOTHER_TIME = 1.0  # prior sigmas from a time that is another
 _HOPELESS = 30.0  # nats below the top that is known, from which no other hill is climbed
 
@@ -89,8 +92,11 @@ def fit(ready: Ready, known: int, gain: Gain | None = None, start: Fitted | None
     free = ready.noise.free
     begin, unit = (np.zeros(len(free)), None) if start is None else (start.noise_point, start.unit)
     top = _top(height, slope, begin, unit)
-    for other in _other_hills(height, top, free) if hills else ():
-        top = max(top, _top(height, slope, other, None), key=lambda one: one.height)
+    for names, lasting in LASTING if hills else ():
+        if lasting not in free:
+            continue
+        others = _other_hills(height, top, [free.index(one) for one in names if one in free], free.index(lasting))
+        top = max((top, *(_top(height, slope, other, None) for other in others)), key=lambda one: one.height)
     return Fitted(top.noise_point, top.height, ready(top.noise_point), top.unit)
 
 
@@ -117,18 +123,17 @@ def _top(
     return _Top(noise_point, highest, unit)
 
 
-def _other_hills(height: Callable[[np.ndarray], float], top: _Top, free: Sequence[str]) -> list[np.ndarray]:
-    """Points from which another hill may be climbed: attitude is in error for another time than at the `top`."""
-    if ATTITUDE_TIME not in free:
-        return []
-    levels, time = [free.index(one) for one in ATTITUDE if one in free], free.index(ATTITUDE_TIME)
+def _other_hills(
+    height: Callable[[np.ndarray], float], top: _Top, levels: Sequence[int], time: int
+) -> list[np.ndarray]:
+    """Points on other hills: the error of these `levels` lasts for another `time` than at the `top`."""
     found = []
     for other in _OTHER_TIMES:
         if abs(other - top.noise_point[time]) < _ANOTHER_TIME:
             continue
         points = np.repeat(top.noise_point[None], len(_OTHER_LEVELS), axis=0)
         points[:, time] = other
-        points[:, levels] = np.array(_OTHER_LEVELS)[:, None]
+        points[:, levels] = _OTHER_LEVELS[:, None]
         heights = [height(point) for point in points]
         if max(heights) > top.height - _HOPELESS:
             found.append(points[int(np.argmax(heights))])
