@@ -21,6 +21,7 @@ RATE_HZ = 25.0
 DRIVE = ("shared", "recordings", "fog_mems_vehicle", "transfer_align_fog_mems.mat")
 SEEDS = 7  # of each grade on each path: 105 recordings
 MOST_REFUSED = 0.035  # of sound ones, upper end of the 95 % interval at none of 105
+JUMP_S = 0.28  # of a clock
 LEAST_NAMED = 0.95  # of what a motion on wheels, or the unit, must tell
 
 
@@ -65,6 +66,15 @@ def world(tmp_path_factory) -> dict[tuple[str, str, int], Recording]:
 
 def refused(recording: Recording) -> list[triads.Finding]:
     return [found for found in triads.check_triads(recording) if found.log_odds > BEYOND_DOUBT]
+
+
+def test_stamps_that_jump_lengthen_a_window_and_are_no_other_axes(world):
+    """Of fixes a second apart every other window holds a jump, and ends beyond the times at which motion is summed."""
+    recording = world["consumer", "wing rock", 0]
+    fixes = recording.gps
+    assert np.median(np.diff(fixes.time_s)) == pytest.approx(1.0, abs=0.01)
+    jumped = fixes.time_s + JUMP_S * np.floor(np.arange(fixes.time_s.size) / 16.0 + 0.25)
+    assert refused(replace(recording, gps=replace(fixes, time_s=jumped))) == []
 
 
 @pytest.mark.parametrize(("grade", "path"), [("consumer", "wing rock"), ("consumer", "drive")])

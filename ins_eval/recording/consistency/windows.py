@@ -44,7 +44,7 @@ FORCE_OFFSET = 0.5  # m/s^2, data sheets of MEMS accelerometers state 5 to 60 mg
 ARM_SIGMA_M = 2.0  # of the believed arm to the antenna: anywhere in a car or cabin
 CLOCK_SIGMA_S = 0.1  # beside the offsets that are tried, their step
 SPREAD = np.array([GYRO_OFFSET] * 3 + [GYRO_SCALE] * 3 + [FORCE_OFFSET] * 3 + [ARM_SIGMA_M] * 3 + [CLOCK_SIGMA_S])
-ARM = slice(9, 12)
+GYRO, ARM = slice(0, 3), slice(9, 12)
 
 
 @dataclass(frozen=True)
@@ -206,8 +206,8 @@ def _cross(vector: np.ndarray) -> np.ndarray:
 
 
 def _at_clock(offset_s: float, row_s: np.ndarray, grid_s: np.ndarray, count: int) -> np.ndarray:
-    """Rows of the grid (count, w, m) at one offset of the clocks."""
-    at = np.rint((row_s - offset_s - grid_s[:, :1]) / STEP_S).astype(int)
+    """Rows of the grid (count, w, m) at one offset of the clocks; stamps that jump may end a window beyond it."""
+    at = np.rint((row_s - offset_s - grid_s[:, :1]) / STEP_S).astype(int).clip(0, grid_s.shape[1] - 1)
     return np.broadcast_to(at, (count, *at.shape)).copy()
 
 
@@ -284,14 +284,17 @@ def _slopes(attitude, angle, turned, index):
 def _fitted(felt, slope, wanted, arm_m: np.ndarray, iterations: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Squares of residuals (a, w), log prior and clock, s, (a,) at the best rotations, offsets, scales, arm and clock.
 
-    felt (a, w, m - 1, 3) in m/s and its `slope`, wanted (w, m - 1, 3) in m/s, arm_m (3,) believed.
+    felt (a, w, m - 1, 3) in m/s and its `slope`, wanted (w, m - 1, 3) in m/s, arm_m (3,) believed. The gyros of each
+    window have an offset of their own beside that of all, since offsets jump and drift; what it costs by its prior is
+    part of the squares.
     """
     a, w = felt.shape[:2]
     centre = np.zeros(len(SPREAD))
     centre[ARM] = arm_m
     state = np.broadcast_to(centre, (a, len(centre))).copy()
+    own = np.zeros((a, w, 3))
     for _ in range(iterations):
-        shown = felt + _times(slope, state)
+        shown = felt + _times(slope, state, own)
         u, _, vt = np.linalg.svd(np.swapaxes(wanted, 1, 2) @ shown)
         u[..., 2] *= np.sign(np.linalg.det(u @ vt))[..., None]
         turn = u @ vt
@@ -311,20 +314,28 @@ def _fitted(felt, slope, wanted, arm_m: np.ndarray, iterations: int) -> tuple[np
         normal = weighted @ freed.reshape(a, -1, len(SPREAD))
         pull = (weighted @ residual.reshape(a, -1, 1))[..., 0]
         pull -= (state - centre) / SPREAD**2
-        state = state + np.linalg.solve(normal + np.diag(SPREAD**-2.0), pull[..., None])[..., 0]
-    shown = felt + _times(slope, state)
+        step = np.linalg.solve(normal + np.diag(SPREAD**-2.0), pull[..., None])
+        state = state + step[..., 0]
+        left = residual.reshape(a, w, -1, 1) - freed @ step[:, None]
+        gyro = np.swapaxes(freed[..., GYRO], 2, 3) / sigma2[:, None, None, None]
+        pull = gyro @ left - own[..., None] / GYRO_OFFSET**2
+        own = own + np.linalg.solve(gyro @ freed[..., GYRO] + np.eye(3) / GYRO_OFFSET**2, pull)[..., 0]
+    shown = felt + _times(slope, state, own)
     product = np.swapaxes(wanted, 1, 2) @ shown
     values = np.linalg.svd(product, compute_uv=False)
     best = values[..., 0] + values[..., 1] + np.sign(np.linalg.det(product)) * values[..., 2]
     square = (wanted**2).sum(axis=(1, 2)) + (shown**2).sum(axis=(2, 3)) - 2.0 * best
+    square = np.maximum(square, 0.0) + sigma2[:, None] * ((own / GYRO_OFFSET) ** 2).sum(axis=2)
     log_prior = -0.5 * (((state - centre) / SPREAD)[:, :-1] ** 2).sum(axis=1)  # any clock is as likely as another
-    return np.maximum(square, 0.0), log_prior, state[:, -1]
+    return square, log_prior, state[:, -1]
 
 
-def _times(slope: np.ndarray, state: np.ndarray) -> np.ndarray:
-    """slope (a, w, k, 3, p) times state (a, p)."""
+def _times(slope: np.ndarray, state: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """slope (a, w, k, 3, p) times state (a, p), and the offsets of the gyros of each window `own` (a, w, 3)."""
     a, *shape, p = slope.shape
-    return (slope.reshape(a, -1, p) @ state[..., None]).reshape(a, *shape)
+    return (slope.reshape(a, -1, p) @ state[..., None]).reshape(a, *shape) + np.einsum(
+        "awkig,awg->awki", slope[..., GYRO], own
+    )
 
 
 def _window_scores(squares: np.ndarray, log_prior: np.ndarray, freedom: float) -> np.ndarray:
