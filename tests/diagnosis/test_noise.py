@@ -74,7 +74,7 @@ def test_a_disturbance_of_one_axis_is_located(noisy) -> None:
     assert {one.channel for one in found} == {"accelerometer.y"}
     edges_s = sorted({one.begin_s for one in found} | {one.end_s for one in found} - {imu.time_s[-1]})
     assert edges_s == pytest.approx([begin_s, end_s], abs=200.0)  # of one interval, or of a jump there and one back
-    assert all(one.where in ("level flight", "all phases") for one in found)
+    assert all(one.where in ("level", "all phases") for one in found)
 
 
 @pytest.mark.slow
