@@ -331,7 +331,7 @@ def substitutes(metrics: Mapping) -> str:
         return ""
     first, second, both = of["model_first"], of["refinement_first"], of["shapley"]
     return (
-        "The gain of each depends on which is added first. The model multiplies the velocity error by "
+        "The gain of each depends on which is added first: the model multiplies the velocity error by "
         f"{with_interval(first['model'])} without the oven run and by {with_interval(second['model'])} with it; the "
         f"oven run by {with_interval(second['refinement'])} without the model and by "
         f"{with_interval(first['refinement'])} with it. On average over both orders (Shapley), the model "

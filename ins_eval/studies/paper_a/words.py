@@ -150,7 +150,7 @@ def _chamber(results: Mapping) -> list[Block]:
         "RMS of measured less modelled scale factor in the chamber [ppm], and the magnet's share of the loop",
         ("unit", *map(label, models), "share of the magnet at 22 °C [1]"),
         rows,
-        "Median of the draws; in brackets: central 95 % of them. None: of K1 less its mean.",
+        "Median of the draws; in brackets: central 95 % of them. Without a model: of K1 less its mean.",
     )
 
 
