@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ins_eval.figures.style import INK, QUIET, legend_below, shade, sheet, styled
+from ins_eval.wording import fixed
 
 CHANNELS = (
     "position north", "position east", "position down",
@@ -209,4 +210,4 @@ def before_and_after(
 def _nats(value: float) -> str:
     if abs(value) >= 1e6:
         return f"{value:.2e}"
-    return f"{value:.{1 if abs(value) < 1000.0 else 0}f}".replace("-", "−")
+    return fixed(value, 1 if abs(value) < 1000.0 else 0)

@@ -328,6 +328,8 @@ def test_evidence_has_a_bar_for_each_effect_and_the_line_it_must_pass() -> None:
     assert [line.get_xdata()[0] for line in ax.lines] == [5.3]
     assert [one.get_text() for one in ax.get_yticklabels()] == ["bias creep", "bias drift", "bias"]
     check(figure, "nats")
+    small = drawn.evidence_of_effects(names=["bias"], log_bayes_factors=[-0.01], named=[False], threshold=5.3)
+    assert [one.get_text() for one in small.axes[0].texts] == ["0.0"]
 
 
 @pytest.mark.parametrize("explained", [True, False])
