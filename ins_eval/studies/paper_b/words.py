@@ -48,11 +48,15 @@ def paper_b_content(rows: Sequence[Row], results: Mapping) -> tuple[str, list[Se
 def _glance(population: Mapping) -> Section:
     """How far the estimates of our units are off, and what the compensation leaves."""
     wanted = (
-        ("forward_shift_ppm", "forward gain: found less injected drift", "ppm"),
-        ("feedback_shift_ppm", "feedback gain: found less injected drift", "ppm"),
-        ("compensated_ug", "output change after compensation, magnitude", "ug"),
+        ("forward_shift_ppm", "forward gain: found less injected drift", "ppm", "units"),
+        ("feedback_shift_ppm", "feedback gain: found less injected drift", "ppm", "units"),
+        ("compensated_ug", "output change after compensation, magnitude", "ug", "repetitions"),
     )
-    numbers = [measured(words, population[key], unit, 0) for key, words, unit in wanted if key in population]
+    numbers = []
+    for key, words, unit, over in wanted:
+        if key in population:
+            found = measured(words, population[key], unit, 0)
+            numbers.append(found._replace(interval=found.interval.replace("95 %", f"95 % of {over}", 1)))
     picture = Picture("shift_distribution", "Error of the estimates of our units, and of the paper's.")
     step = "Identify your own loop: ins-eval loop simulate writes tests, ins-eval loop calibrate gains from them."
     return at_a_glance(numbers, picture, step)
