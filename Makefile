@@ -79,7 +79,7 @@ concealed: env ## effects concealed in recordings: does diagnose find them? writ
 	@$(VENV)/bin/python -m benchmark.runners.report $(CONCEALED) $(CONCEALED)/answers
 endif
 
-real-report: env ## what diagnose says of the real recordings of ../shared/recordings, and who else knows; writes reports/real/
+real-report: env ## what diagnose says of the real recordings of ../shared/recordings, and what other sources say; writes reports/real/
 	@$(VENV)/bin/python -m benchmark.runners.real_report --limit $(REAL_LIMIT)
 
 bench: env ## how fast it is, beside C and python-ins; writes reports/bench/

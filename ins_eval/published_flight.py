@@ -12,6 +12,6 @@ PRINTED: dict[str, Any] = tomllib.loads(Path(__file__).with_suffix(".toml").read
 FLIGHT = {name: {arm: printed[arm] for arm in ("simple", "hysteresis")} for name, printed in PRINTED.items()}
 
 CHOSEN_WITH_TABLE_7 = (  # said wherever our flights stand beside this table
-    "the slope of the bias, the gyros, the path and the alignment of the simulation were chosen among 28 combinations, "
-    "besides 30 runs with one factor changed, with Table 7 in view"
+    "the slope of the bias, the gyros, the path and the alignment of the simulation were chosen among 28 combinations "
+    "and 30 runs with one factor changed, after Table 7 was seen"
 )

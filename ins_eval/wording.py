@@ -167,8 +167,9 @@ def unbroken(text: str) -> str:
     text = re.sub(
         r"(?<=,) (?=[−+]?[\d.]+\])|(?<=\d) (?=× 10)|(?<=\d ×) (?=10)|(?<=\bnot) (?=established\b)", "\u00a0", text
     )  # [0.5, 0.7]
-    units = r"%|m/s²?|nmi/h|nmi|Hz|min|°/[sh]|µ?g|ppm|nats?|σ|[mkµn]?[ms]"
-    return re.sub(rf"(?<=\d) (?=(?:{units})(?![\w/]))", "\u00a0", text)
+    text = re.sub(r"(?<=\d) ± (?=\d)", "\u00a0±\u00a0", text)
+    units = r"%|m/s²?|nmi/h|nmi|Hz|min|°C|°|°/[sh]|µ?g|ppm|nats?|σ|dB|V|h|[mkµn]?[ms]|[mkµ]m²|mm/s"
+    return re.sub(rf"(?<=\d) (?=(?:{units})(?!\w))", "\u00a0", text)
 
 
 def _three(ratio: Ratio) -> tuple[float, float, float]:

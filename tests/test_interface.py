@@ -36,6 +36,12 @@ def result(folder):
     return ie.evaluate(ie.read(folder))
 
 
+def test_a_folder_that_is_not_there_is_said_to_be_missing(tmp_path):
+    for ask in (ie.read, lambda folder: ie.diagnose([folder])):
+        with pytest.raises(UsageError, match=r"my-fligth: there is no such folder, .* ins-eval import"):
+            ask(tmp_path / "my-fligth")
+
+
 def test_evaluation_is_that_of_the_command_line(folder, result, tmp_path, capsys):
     assert main(["evaluate", str(folder), "--output", str(tmp_path)]) == 0
     assert str(result).splitlines()[:3] == capsys.readouterr().out.splitlines()[:3]

@@ -354,6 +354,32 @@ def test_figures_over_the_same_time_zoom_together_and_tell_their_values(tmp_path
     assert (visit.requests, visit.console) == ([], [])
 
 
+SHOWN = """<script>
+const [frame] = document.querySelectorAll(".scroll"), verdict = frame.querySelector("tbody td:last-child");
+const seen = verdict.getBoundingClientRect().right <= innerWidth && frame.scrollWidth <= frame.clientWidth;
+const label = getComputedStyle(verdict, "::before").content;
+document.body.dataset.said = [innerWidth, seen, label, frame.querySelectorAll("th button").length].join(";");
+</script>"""
+
+
+@needs_browser
+def test_on_a_phone_a_statement_is_a_card_that_shows_its_verdict(tmp_path: Path) -> None:
+    """A cell of the header without a name has no button to sort by it."""
+    words = "a statement of so many words that they fill more than one line of a narrow page"
+    rows = [(words, "10.5 [9.1, 12.0]", "10.7 [9.9, 11.5]", f"reproduced {k}") for k in range(12)]
+    table = Table(
+        "", ("", "printed", "ours", "verdict"), rows, remarks=[Paragraph(words, "A1")] * 12, tones=["good"] * 12
+    )
+    page = write_report(tmp_path, title="t", answer="a", sections=[Section("All", [table])], figures={}, metrics={})
+    document = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", page.read_text(), count=1)
+    page.write_text(document.replace("</body>", f"{SHOWN}</body>"))
+    visit = open_page(page, tmp_path, "--window-size=400,900")
+    (said,) = re.findall(r'data-said="([^"]*)"', visit.document)
+    width, seen, label, buttons = unescape(said).split(";")
+    assert int(width) < 640, "the browser's window is no narrower"
+    assert (seen, label.strip('"').strip(), buttons) == ("true", "verdict", "3")
+
+
 def serious(page: Path, scratch: Path, *flags: str) -> list[str]:
     """What axe-core finds serious or critical in a page whose sections are open: rule and first element."""
     script = (files("axe_core_python") / "axe.min.js").read_text(encoding="utf-8")

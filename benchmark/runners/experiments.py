@@ -1,6 +1,6 @@
 """`python -m benchmark.runners.experiments FOLDER ANSWERS [--workers 2]`: make the experiments that answers recommend.
 
-For each case that one recording cannot tell apart, the first experiment that its answer recommends is made with the
+For each case that one recording does not separate, the first experiment that its answer recommends is made with the
 same instrument and the same effect, and both recordings are diagnosed together. It has separated where the truth is
 then named first and none of the rivals that were listed before is still listed.
 
@@ -47,7 +47,7 @@ def make(folder: Path, answers: Path) -> dict[str, list[Path]]:
 
 
 def outcomes(truths: dict[str, dict], answers: dict[str, dict], joint: dict[str, dict]) -> list[dict]:
-    """Of each case that cannot be told apart and was heard: what was recommended, and whether it separated."""
+    """Of each case that cannot be separated and was detected: what was recommended, and whether it separated."""
     out = []
     for name, truth in truths.items():
         answer = answers.get(name)

@@ -18,6 +18,7 @@ WORDS = (
     ("scale temperature", "scale T"), ("vibration rectification", "vibration"), ("misalignment", "misalign."),
     ("cross pendulous", "cross pend."), ("cross output", "cross out."), ("g sensitivity", "g-sensitivity"),
 )  # fmt: skip
+LEAST_ROWS = 8  # of a matrix, beside which the label of its axis has room
 OTHER_AXIS, SILENT_WORDS = "right name, wrong axis", "no mismatch"
 
 
@@ -54,7 +55,7 @@ def confusion(records: Sequence[dict], title: str, note: str, right: Sequence[st
     count = np.zeros((len(rows), len(columns)), dtype=int)
     for one in records:
         count[rows.index(one["truth"][0].split()[0]), columns.index(outcome(one))] += 1
-    figure, ax = sheet(2.6 + 0.155 * len(rows), title, note)
+    figure, ax = sheet(2.6 + 0.155 * max(len(rows), LEAST_ROWS), title, note)
     ax.grid(visible=False)
     for i, j in np.argwhere(count > 0):
         hit = rows[i] == columns[j] or columns[j] in right
@@ -111,8 +112,8 @@ def by_band(records: Sequence[dict]) -> Figure:
     kinds = [kind for kind in ("single", "limited", "pair", "multi", "unidentifiable", "outside")
              if any(one["kind"] == kind for one in records)]  # fmt: skip
     note = (
-        "D: the oracle's realised log Bayes factor of what is concealed. Bars: exact 95 % intervals; small numbers: "
-        "cases. The dashed line is the target for D of at least 16."
+        "D: the realised log Bayes factor that the oracle finds for the concealed effect. Bars: exact 95 % "
+        "intervals; small numbers: cases. The dashed line is the target for D of at least 16."
     )
     figure, ax = sheet(3.6, "Detected, by size of the effect", note)
     names = [name for _, _, name in BANDS]
@@ -131,7 +132,7 @@ def by_band(records: Sequence[dict]) -> Figure:
     ax.set_xlim(-0.5, len(names) - 0.5)
     ax.set_ylim(-0.12, 1.03)
     ax.set_yticks(np.linspace(0, 1, 6))
-    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
     ax.set_ylabel("detected")
     ax.grid(axis="x", visible=False)
     legend_below(figure, ax, columns=6)
@@ -143,14 +144,15 @@ def calibration(bins: Sequence[dict]) -> Figure:
     """Stated probability of an explanation against how often it was the truth."""
     note = (
         "Every explanation that an answer names or lists, of detected cases with one effect of the vocabulary. On the "
-        "line a stated probability means what it says; below it the answers are too sure. Bars: exact 95 % intervals."
+        "line the stated probability is right; below it the answers are too confident. Bars: exact 95 % intervals."
     )
-    figure, ax = sheet(4.0, "What a stated probability is worth", note)
+    figure, ax = sheet(4.0, "Stated probabilities and how often they came true", note)
     ax.plot([0, 1], [0, 1], color=QUIET, linewidth=0.8, linestyle="--")
     for k, one in enumerate(bins):
         ax.plot([one["stated"]] * 2, one["interval95"], color=NAMED, linewidth=1.0, alpha=0.6)
         ax.plot(one["stated"], one["rate"], "o", color=NAMED, markersize=5)
         right, low = one["stated"] > 0.5, -14 if k % 2 else -3  # neighbours lie close at the ends
+        low = max(low, -3) if one["rate"] < 0.1 else low  # the numbers of the axis stand below
         ax.annotate(
             f"{one['hits']} of {one['count']}",
             (one["stated"], one["rate"]),
@@ -159,9 +161,9 @@ def calibration(bins: Sequence[dict]) -> Figure:
             ha="right" if right else "left",
             fontsize=7,
         )
-    ax.set(xlabel="stated probability", ylabel="share that was the truth", xlim=(-0.03, 1.03), ylim=(-0.03, 1.05))
+    ax.set(xlabel="stated probability", ylabel="share that came true", xlim=(-0.03, 1.03), ylim=(-0.03, 1.05))
     for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_formatter(PercentFormatter(1.0))
+        axis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
     return figure
 
 
@@ -169,10 +171,10 @@ def calibration(bins: Sequence[dict]) -> Figure:
 def oracle(records: Sequence[dict]) -> Figure:
     """Our gain of log evidence beside the oracle's, of each case."""
     note = (
-        "Each case with effects of the vocabulary: log evidence gained by what was named, against the D of an "
-        "oracle that knows the effect. Silent answers and those that name nothing lie at 0."
+        "Each case with effects of the vocabulary: log evidence gained by the named effects, against the D of an "
+        "oracle that knows the effect. Answers that detect or name nothing are at 0."
     )
-    figure, ax = sheet(4.6, "The oracle beside ours", note)
+    figure, ax = sheet(4.6, "The oracle and diagnose", note)
     groups = (
         ("named, all of it", GOOD, "o", lambda one: one["all named"]),
         ("truth only listed", ODD, "s", lambda one: one.get("found", False)),
@@ -195,7 +197,10 @@ def oracle(records: Sequence[dict]) -> Figure:
     for scale in (ax.set_xscale, ax.set_yscale):
         scale("symlog", linthresh=10.0)
     ax.set(
-        xlabel="D of the oracle [nats]", ylabel="our log evidence gain [nats]", xlim=(-4, 2 * top), ylim=(-4, 2 * top)
+        xlabel="D of the oracle [nats]",
+        ylabel="log evidence gain of diagnose [nats]",
+        xlim=(-4, 2 * top),
+        ylim=(-4, 2 * top),
     )
     legend_below(figure, ax, columns=3)
     return figure
@@ -203,5 +208,5 @@ def oracle(records: Sequence[dict]) -> Figure:
 
 def _percent(ax) -> None:
     ax.set_xlim(-0.02, 1.02)
-    ax.xaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.xaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
     ax.grid(axis="y", visible=False)

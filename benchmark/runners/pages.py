@@ -10,11 +10,13 @@ from benchmark.runners import targets
 from benchmark.runners.figures import short
 from benchmark.runners.targets import MET, MISSED, OPEN, TARGETS, spoken, verdict
 from benchmark.scores.score import BANDS, SEEN
+from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Block, Number, Picture, Section, Table, at_a_glance, paragraphs, table
 from ins_eval.report.diagnosis_words import nats
 from ins_eval.wording import MISSING, fixed
 
-RATE = ("cases", "found", "95 % interval")
+PARAMETERS = {one.name: f"{one.words} [{one.unit}]" for effect in VOCABULARY.values() for one in effect.parameters}
+RATE = ("cases", "share", "95 % interval")
 
 
 def content(result: dict, log: Sequence[dict]) -> tuple[str, list[Section]]:
@@ -33,7 +35,7 @@ def content(result: dict, log: Sequence[dict]) -> tuple[str, list[Section]]:
         Section("Where", _where(result)),
         Section("Fit on unused data", _fit(result)),
         Section("Navigation", _navigation(result)),
-        Section("The oracle beside ours", _oracle()),
+        Section("The oracle and diagnose", _oracle()),
         Section("Time and failures", seconds(result)),
         Section("All runs on sealed sets", _log(log)),
     ]
@@ -57,8 +59,10 @@ def _glance(result: dict) -> Section:
     wanted = ("detected, D of at least 16", "confidently wrong inside the vocabulary", "false alarms, plain nulls")
     rates = [(one.words, value) for words in wanted for one in TARGETS
              if one.words == words and (value := targets.found(one, result)) is not None]  # fmt: skip
-    picture = Picture("by_band", "How much of what hid is detected and named, by how clearly the recording shows it.")
-    step = "Read first the cases that were missed, below; make concealed QUICK=1 tries 40 fresh ones in five minutes."
+    picture = Picture(
+        "by_band", "Share of the concealed effects that is detected, by how clearly the recording shows them."
+    )
+    step = "Read first the cases that were missed, below. make concealed QUICK=1 tries 40 fresh ones in minutes."
     return at_a_glance([number(words, value) for words, value in rates], picture, step)
 
 
@@ -107,13 +111,14 @@ def _outside(result: dict) -> list[Block]:
         for row in case_rows([one])
     ]
     told = (
-        "Below: by how many nats what was named stays below the truth, the noise estimated beside either. The truth is "
-        "known there to its very form: where it is a few nats only, the recording hardly separates the two."
+        "Below: by how many nats the named effect is less probable than the truth, with the noise estimated for "
+        "each. The form of the truth is known here: where the difference is only a few nats, the recording hardly "
+        "separates the two."
     )
     return [
         *targets.table(result, "outside"),
-        Picture("outside", "What was said first of effects that are not in the vocabulary."),
-        *_rates("By size", result["outside"], note="A disturbance that lasts for a time is counted by itself."),
+        Picture("outside", "The first answer for effects that are not in the vocabulary."),
+        *_rates("By size", result["outside"], note="A disturbance of limited duration is counted separately."),
         *table("Each form", header, rows, note),
         *table("Another name was given, D of at least 8", (*CASES, "below"), below, told, align=CASES_ALIGN + "r"),
         *table("Confidently wrong", CASES, case_rows(wrong), align=CASES_ALIGN),
@@ -137,16 +142,18 @@ def _confusion(result: dict) -> list[Block]:
     ]
 
 
-def _bands(title: str, group: dict, keys: Sequence[str], label: str = "{key}, {band}", note: str = "") -> list[Table]:
-    """Counts of hits and cases, a row a key and a column a band."""
+def _bands(title: str, group: dict, first: str, keys: Sequence[str], label: str = "{key}, {band}") -> list[Table]:
+    """Counts of hits and cases, a row a key, in the column `first`, and a column a band."""
     names = [name for _, _, name in BANDS]
     rows = []
     for key in keys:
         found = [group.get(label.format(key=key, band=name)) for name in names]
         if any(found):
-            rows.append((key, *(MISSING if one is None else f"{one['hits']} of {one['count']}" for one in found)))
-    header = ("", *(name.replace(">=", "≥").replace("<=", "≤") for name in names))
-    return table(title, header, rows, note)
+            rows.append(
+                (short(key), *(MISSING if one is None else f"{one['hits']} of {one['count']}" for one in found))
+            )
+    header = (first, *(name.replace(">=", "≥").replace("<=", "≤") for name in names))
+    return table(title, header, rows)
 
 
 def _detection(result: dict) -> list[Block]:
@@ -157,10 +164,10 @@ def _detection(result: dict) -> list[Block]:
     return [
         *targets.table(result, "detection"),
         Picture("by_band", "Detected, each kind of case by itself."),
-        *_bands("Detected, by kind and size", result["detection"], kinds),
+        *_bands("Detected, by kind and size", result["detection"], "kind", kinds),
         Picture("by_effect", "Each effect of the vocabulary where it can be seen."),
-        *_bands("Detected, by effect and size", result["by effect"], effects, "{key}: detected, {band}"),
-        *_bands("Named first, by effect and size", result["by effect"], effects, "{key}: named, {band}"),
+        *_bands("Detected, by effect and size", result["by effect"], "effect", effects, "{key}: detected, {band}"),
+        *_bands("Named first, by effect and size", result["by effect"], "effect", effects, "{key}: named, {band}"),
         *_rates("Detected, by what was recorded", _part(result["by recording"], "detected")),
         *table("Not detected although D is at least 16", CASES, case_rows(clear), align=CASES_ALIGN),
     ]
@@ -200,8 +207,9 @@ def _alike(result: dict) -> list[Block]:
         rows.append((words, str(len(here)), str(sum(one["made"] for one in here)),
                      str(sum(one["separated"] for one in here))))  # fmt: skip
     note = (
-        "Made with the same instrument and effect, and diagnosed together with the recording at hand. Separated: the "
-        "truth named first, and no rival listed before is listed still. Not made: the maker has no such experiment."
+        "Made with the same instrument and effect, and diagnosed together with the first recording. Separated: the "
+        "truth is named first, and no rival that was listed before is still listed. Not made: there is no maker of "
+        "it."
     )
     return [
         *targets.table(result, "not identifiable", "experiments"),
@@ -220,14 +228,15 @@ def _probability(result: dict) -> list[Block]:
         *targets.table(result, "probability of the truth"),
         Picture("calibration", "Stated probabilities against how often they came true."),
         *table("Probability given to the truth, detected cases", ("", "cases", "mean", *QUANTILES), given),
-        *table("Reliability", ("stated", "mean", "the truth", "found", "95 % interval"), rows),
+        *table("Reliability", ("stated", "mean", "came true", *RATE[1:]), rows),
     ]
 
 
 def _intervals(result: dict) -> list[Block]:
+    coverage = {PARAMETERS.get(name, name): one for name, one in result["coverage"].items()}
     return [
         *targets.table(result, "coverage"),
-        *_rates("Stated 95 % intervals that hold the truth", result["coverage"]),
+        *_rates("Stated 95 % intervals that contain the truth", coverage),
     ]
 
 
@@ -248,13 +257,13 @@ def _fit(result: dict) -> list[Block]:
     energy = result["energy"]
     gone = [("share of its energy", str(energy["count"]), fixed(energy["mean"], 2), *_quantiles(energy))]
     of_another = (
-        "1 - (t - f)' A (t - f) / t' A t of the truth t and the answer f, A the information of the recording: what "
-        "the answer would remove of the effect from another recording of the same path and noise. Detected effects "
-        "with D of at least 16, of those that noise could hide."
+        "1 − (t − f)' A (t − f) / t' A t of the truth t and the answer f, with the information A of the recording: the "
+        "share of the effect that the answer would remove from another recording with the same path and noise. Of "
+        "detected effects with D of at least 16 that noise could hide."
     )
     note = (
-        "Of what the mean squared normalised innovation exceeds 1 on blocks that were not used, the share that the "
-        "explanation removes; detected effects of the vocabulary with D of at least 16 whose answer states it."
+        "Excess: by how much the mean squared normalised innovation exceeds 1 on blocks that were not used. Share: "
+        "what the named effects remove of it. Of detected effects of the vocabulary with D of at least 16."
     )
     return [
         *targets.table(result, "energy", "removed", "held out"),
@@ -290,12 +299,13 @@ def _navigation(result: dict) -> list[Block]:
 
 def _oracle() -> list[Block]:
     text = (
-        "The oracle knows the effect. The noise it has to estimate as we do: D is what could at best be known. Above "
-        "2000 nats of one that knows the noise, too, D is of that. Ours is counted at the noise of the answer; without "
-        "the effect that noise would be larger and take over a part, which only D below 2000 nats leaves out: most of "
-        "those points lie above the line. Far below it we gave evidence away."
+        "The oracle knows the effect but has to estimate the noise, as diagnose does, so D is the most that could be "
+        "known. Above 2000 nats D is that of an oracle that also knows the noise. The gain of diagnose is computed "
+        "with the noise of its answer. Without the effect the noise would be estimated larger and would absorb part "
+        "of the gain; only D below 2000 nats allows for this, so most of those points lie above the line. At a point "
+        "far below the line diagnose lost evidence."
     )
-    return [*paragraphs(text), Picture("oracle", "Log evidence gained, ours and the oracle's.")]
+    return [*paragraphs(text), Picture("oracle", "Log evidence gained by diagnose and by the oracle.")]
 
 
 def seconds(result: dict) -> list[Block]:

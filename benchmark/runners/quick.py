@@ -71,11 +71,11 @@ def verdict(found: list[Compared], cases: int, missing: int, seed: int, without:
     """One sentence: whether all lie within, and which do not; another where cases have no answer."""
     outside = [one.words for one in found if not one.inside]
     of = f"{cases} fresh cases, seed {seed}" + (
-        f", the effects of the {without} left out of the search" if without else ""
+        f", with the effects of the {without} left out of the search" if without else ""
     )
-    said = "within what that of the last whole set allows"
+    said = "within the range that the last whole set allows"
     if outside:
-        said = f"outside of what that of the last whole set allows: {'; '.join(outside)}"
+        said = f"outside the range that the last whole set allows: {'; '.join(outside)}"
     unanswered = f" {missing} of the cases ended with an error, see the page." if missing else ""
     return f"{of}: the score is {said}.{unanswered}"
 

@@ -21,27 +21,27 @@ from ins_eval.figures.side_by_side import Value, side_by_side
 from ins_eval.figures.style import ACCENT
 from ins_eval.parallel import results
 from ins_eval.report.content import Picture, Section, Table, at_a_glance, table
-from ins_eval.report.diagnosis_words import nats
+from ins_eval.report.diagnosis_words import channel, nats
 
-SCORE = Picture("score", "The rates of these cases, and what the score of the whole set allows of so many.")
+SCORE = Picture("score", "The rates of these cases, and the range that the score of the whole set allows.")
 MOST = 5
 BLOCK_S = 60.0
 Record = Mapping[str, Any]
 # why a case is worth a look, which cases it holds for, and by what the one is taken: the largest of all
 FAILED: tuple[tuple[str, Callable], ...] = (
-    ("named for sure, and wrong", lambda one: one["wrong"] and (one["inside"] or one["kind"] == "outside")),
+    ("confidently wrong", lambda one: one["wrong"] and (one["inside"] or one["kind"] == "outside")),
     ("a false alarm", lambda one: one["false alarm"]),
     ("not detected, though D is at least 16", lambda one: one["inside"] and one["band"] == CLEAR and not one["heard"]),
     ("detected, and the truth is neither named nor listed", lambda one: one["heard"] and one.get("found") is False),
 )
 TELLING: tuple[tuple[str, Callable, int], ...] = (
-    ("the faintest that is named first", lambda one: one.get("first"), -1),
-    ("the clearest that is not detected", lambda one: one["inside"] and not one["heard"], 1),
-    ("what has no name", lambda one: one["kind"] == "outside", 1),
-    ("what lasts for a time", lambda one: one["kind"] == "limited", 1),
-    ("what one recording cannot separate", lambda one: one["verdict"] == "not identifiable", 1),
+    ("the faintest effect that is named first", lambda one: one.get("first"), -1),
+    ("the clearest effect that is not detected", lambda one: one["inside"] and not one["heard"], 1),
+    ("an effect outside the vocabulary", lambda one: one["kind"] == "outside", 1),
+    ("an effect of limited duration or axis", lambda one: one["kind"] == "limited", 1),
+    ("effects that one recording cannot separate", lambda one: one["verdict"] == "not identifiable", 1),
     ("two effects at once", lambda one: one["kind"] == "pair", 1),
-    ("nothing is concealed, and the noise is other than believed", lambda one: one["kind"] == "adversarial", 1),
+    ("nothing is concealed, and the noise is not as believed", lambda one: one["kind"] == "adversarial", 1),
 )
 
 
@@ -74,13 +74,13 @@ def sections(
     cases = sum(whole["cases"].values())
     note = (
         f"The whole set: seed {', '.join(map(str, whole['seeds']))}, {cases} cases, with longer flights than here. "
-        "Allowed are the central hits of a beta-binomial distribution after its score; where nothing has changed, 95 % "
-        "of quick sets have all four within. The intervals beside the shares are exact ones of this set alone."
+        "Allowed: the central range of a beta-binomial distribution after its score; if nothing has changed, all "
+        "four rates of 95 % of quick sets are within. The 95 % intervals are exact and use this set alone."
     )
-    header = ("", "cases", "found", "95 % interval", "whole set", "allowed", "")
+    header = ("rate", "cases", "share", "95 % interval", "whole set", "allowed", "verdict")
     drawn = [Picture(one["case"], f"{why.capitalize()}: {words(one)}") for why, one in chosen]
     numbers = [number(one.name, rate(*one.fresh)) for one in sorted(found, key=lambda one: one.inside) if one.fresh[1]]
-    step = "Read first the cases drawn below; where a rate lies outside, make concealed scores a whole set, in hours."
+    step = "Read first the cases drawn below. If a rate is outside, make concealed scores a whole set, in hours."
     return [
         at_a_glance(numbers, SCORE, step),
         Section("The score", [Table("", header, rows, note, "lrrrrrl", tones=tones)]),
@@ -99,7 +99,7 @@ def score(found: Sequence[Compared]) -> Figure:
         limits = (100.0 * hits / count for hits in (one.least, one.most))
         values.append(Value(one.name, *own, of="these cases"))
         whole = 100.0 * one.whole[0] / one.whole[1]
-        values.append(Value(one.name, whole, *limits, of="the whole set, and what it allows", colour=ACCENT))
+        values.append(Value(one.name, whole, *limits, of="whole set, with the allowed range", colour=ACCENT))
     return side_by_side(
         values=values, title="The score", rows="rate", axis="share of the cases [%]", note="With 95 % intervals."
     )  # fmt: skip
@@ -110,7 +110,7 @@ def words(one: dict) -> str:
     hidden = " and ".join(short(name) for name in one["truth"]) or "nothing"
     d = "" if one["d"] is None or not one["truth"] else f" (D {nats(one['d'])})"
     named = " and ".join(short(name) for name in one["named"])
-    return f"{hidden} is concealed{d} in a recording of kind {one['where']}; answer: {one['verdict']}" + (
+    return f"{hidden} is concealed{d} in a recording ({one['where']}); answer: {one['verdict']}" + (
         f", {named}." if named else "."
     )
 
@@ -155,7 +155,7 @@ def residuals(answer: dict, folders: Sequence[Path]) -> Residuals:
     kept = case.whitened(columns, noise[r].noise_point, keep=1 + known + len(columns)).kept
     channels = CHANNELS if case.believed is not None else ("accelerometer", *CHANNELS[1:])
     after = at_best(kept) if columns else None
-    located = [(*one["interval_s"], one["channel"]) for one in seen if one["recording"] == case.name]
+    located = [(*one["interval_s"], channel(one["channel"])) for one in seen if one["recording"] == case.name]
     return Residuals(case.model.nodes_s, channels, at_best(kept[..., : 1 + known]), after, located)
 
 

@@ -8,18 +8,19 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmark.runners.figures import BAD, GOOD, NAMED
-from benchmark.runners.real_studies import HANDLED_S
+from benchmark.runners.real_studies import HANDLED_S, Z95
 from benchmark.scores import independent
 from benchmark.worlds.earth import W
 from benchmark.worlds.into_data import DEG_PER_H
 from benchmark.worlds.recorded import GYRO, Recorded
 from ins_eval.figures.style import INK, QUIET, legend_below, sheet, styled
+from ins_eval.report.diagnosis_words import alike
 
 CAPTIONS = {
-    "delay": "A scan of delays without navigation, and the delay that the tool names.",
-    "temperature": "Means of 20 s against the thermometer, without navigation, and the slope that the tool names.",
-    "rate": "Means of the gyros at rest, without navigation.",
-    "output": "What the accelerometer put out, and its temperature.",
+    "delay": "A scan of delays without navigation, and the delay that diagnose names.",
+    "temperature": "Means of 20 s against temperature, without navigation, and the slope that diagnose names.",
+    "rate": "Mean rates of the gyros at rest, without navigation.",
+    "output": "Output of the accelerometer, and its temperature.",
 }
 
 
@@ -42,15 +43,16 @@ def of(name: str, recorded: Recorded, studies: Sequence[dict]) -> dict[str, Figu
 @styled
 def delay(scan: independent.Scan, effects: Sequence[dict], name: str, words: str) -> Figure:
     """RMS against the delay, its least value, and the interval of the answer."""
-    note = f"RMS of {words}, the stamps taken as late by the delay. Its least value needs no error model."
-    figure, ax = sheet(3.0, "How late are the stamps?", note)
+    note = f"RMS of {words}, with the time stamps corrected for the delay. Its minimum needs no error model."
+    figure, ax = sheet(3.0, "How late are the time stamps?", note)
     ax.plot(scan.delay_s, scan.rms, color=INK)
-    ax.axvline(scan.best_s, color=NAMED, linestyle="--", label=f"least: {scan.best_s:.4f} ± {scan.sigma_s:.4f} s")
+    best, least, most = alike(scan.best_s, (scan.best_s - Z95 * scan.sigma_s, scan.best_s + Z95 * scan.sigma_s))
+    ax.axvline(scan.best_s, color=NAMED, linestyle="--", label=f"minimum: {best} s [{least}, {most}]")
     for one in effects:
         if one["name"] == name:
             low, high = one["parameters"]["interval95"]
-            label = f"the tool: {one['parameters']['value']:.4f} s [{low:.4f}, {high:.4f}]"
-            ax.axvspan(low, high, color=GOOD, alpha=0.35, label=label)
+            value, *ends = alike(one["parameters"]["value"], (low, high))
+            ax.axvspan(low, high, color=GOOD, alpha=0.35, label=f"diagnose: {value} s [{', '.join(ends)}]")
     ax.set(xlabel="delay [s]", ylabel=f"RMS [{scan.unit}]")
     legend_below(figure, ax)
     return figure
@@ -61,7 +63,7 @@ def temperature(lines: Sequence[independent.Line], effects: Sequence[dict]) -> F
     """Six channels against temperature with the independent line and that of the answer."""
     note = (
         f"Means of {independent.MEAN_S:g} s less their mean. Dashed: straight line through them. Green: the slope that "
-        "the tool names, where it names one."
+        "diagnose names, where it names one."
     )
     figure, ax = sheet(5.2, "Does the offset follow the temperature?", note)
     figure.delaxes(ax)
@@ -83,9 +85,7 @@ def temperature(lines: Sequence[independent.Line], effects: Sequence[dict]) -> F
 @styled
 def rate(recorded: Recorded) -> Figure:
     """Magnitude of the mean rate of three gyros over stretches of a minute, and the Earth's."""
-    note = (
-        "Magnitude of the mean rate of the three gyros, each minute by itself. The line: rotation of the Earth, WGS-84."
-    )
+    note = "Magnitude of the mean rate of the three gyros in each minute. The line: rotation of the Earth, WGS-84."
     figure, ax = sheet(2.8, "Does the Earth turn?", note)
     rows = round(60.0 / float(np.median(recorded.step_s)))
     n = recorded.time_s.size // rows * rows
@@ -100,11 +100,11 @@ def rate(recorded: Recorded) -> Figure:
 @styled
 def output(recorded: Recorded) -> Figure:
     """Output and temperature over time."""
-    note = "Means of a second of the vertical axis, as recorded, and the temperature of the sensor."
+    note = "Means over 1 s of the vertical axis, as recorded, and the temperature of the sensor."
     figure, ax = sheet(2.8, "What the chamber recording shows", note)
     table = recorded.tables["chamber"]
     ax.plot(table["time_s"], table["output"] - table["output"].mean(), color=INK, linewidth=0.8)
-    ax.set(xlabel="time [s]", ylabel="output less its mean [milli-g]")
+    ax.set(xlabel="time [s]", ylabel="output less its mean [mg]")
     warm = ax.twinx()
     warm.plot(table["time_s"], table["temperature_c"], color=BAD, linewidth=1.0)
     warm.set_ylabel("temperature [°C]", color=BAD)

@@ -1,9 +1,9 @@
-"""`python -m benchmark.runners.real_report [--output reports/real]`: what the tool says of each real recording.
+"""`python -m benchmark.runners.real_report [--output reports/real]`: what diagnose says of each real recording.
 
-One page: what was taken out of the simulation or is wrong with the recording, what `diagnose` said, what independent
+One page: what was removed from the belief or is wrong with the recording, what `diagnose` says, what independent
 sources say, rivals, and the fit on data that were not used, before and after. The recordings are read from
-`--recordings`, by default ../shared/recordings; what is absent there is left out and said. Each diagnosis has a page of
-its own, ``STUDY/index.html``. An answer that this package has already given is kept.
+`--recordings`, by default ../shared/recordings; what is missing there is left out, and the page says so.
+Each diagnosis has a page of its own, ``STUDY/index.html``. An answer that this package has already given is kept.
 """
 
 from __future__ import annotations
@@ -15,21 +15,20 @@ from dataclasses import asdict
 from pathlib import Path
 
 from benchmark.runners import imported, real_figures, run
-from benchmark.runners.real_studies import OTHERS, STUDIES, Other, Said, Study
+from benchmark.runners.real_studies import OTHERS, STUDIES, Z95, Other, Said, Study
 from benchmark.worlds.real import SOURCES, Source
 from benchmark.worlds.recorded import Recorded
 from ins_eval.files import write_whole
 from ins_eval.report.content import Block, Number, Paragraph, Picture, Section, Table, at_a_glance, paragraphs, table
-from ins_eval.report.diagnosis_words import alike, channel, effect_words, probability
+from ins_eval.report.diagnosis_words import alike, channel, effect_words, figures, nats, probability
 from ins_eval.report.json_file import as_json
 from ins_eval.report.results import write_results
-from ins_eval.wording import MISSING, fixed, sentence
+from ins_eval.wording import MISSING, sentence
 
 TITLE = "Real recordings"
-Z95 = 1.96
 NOTE = (
-    "Agrees: the two 95 % intervals meet. A constant that the stated sigma of turning on allows is part of the belief "
-    "and is not named."
+    "Agrees: the two 95 % intervals overlap. A constant bias within the stated turn-on sigma is part of the belief and "
+    "is not named."
 )
 
 
@@ -108,13 +107,13 @@ def _verdict(one: dict) -> list[Paragraph]:
     rest = ""
     if left["channel"]:
         begin, end = left["interval_s"]
-        rest = (f" Left unexplained: {channel(left['channel'])} from {begin:.0f} to {end:.0f} s, "
+        rest = (f" Unexplained: {channel(left['channel'])} from {begin:.0f} to {end:.0f} s, "
                 f"{left['significance_sigma']:.1f} σ.")  # fmt: skip
-    words = f"The tool said: {given['verdict']}.{rest} It took {one['seconds']:.0f} s."
+    words = f"Verdict: {given['verdict']}.{rest} The diagnosis took {one['seconds']:.0f} s."
     if one["control"]:
         alarms = ", ".join(one["alarm"])
         words += (
-            f" The control {'fails: it names ' + alarms if one['alarm'] else 'holds: nothing of the kind is named'}."
+            f" The control {'fails: it names ' + alarms if one['alarm'] else 'holds: no effect of this kind is named'}."
         )
     return paragraphs(words)
 
@@ -125,30 +124,30 @@ def _effects(one: dict) -> list[Block]:
         of = effect["parameters"]
         value, low, high = alike(of["value"], of["interval95"])
         rows.append((effect_words(effect), value, f"{low} to {high}", of["unit"], probability(effect["probability"])))
-    header = ("what was named", "value", "95 % interval", "unit", "probability")
+    header = ("named effect", "value", "95 % interval", "unit", "probability")
     return [Table("", header, rows, align="lrrlr", links=[one["page"]] * len(rows))] if rows else []
 
 
 def _rivals(one: dict) -> list[Block]:
     rows = [
-        (effect_words(rival), fixed(rival["log_evidence_below_best"], 1), probability(rival["probability"]),
+        (effect_words(rival), nats(rival["log_evidence_below_best"]), probability(rival["probability"]),
          "yes" if rival["told_apart_by_prior_only"] else "no", rival["experiment"] or MISSING)
         for rival in one["answer"]["indistinguishable"]
     ]  # fmt: skip
-    header = ("rival", "nats behind", "probability", "by its size only", "experiment to separate them")
+    header = ("rival", "nats below the best", "probability", "prior only", "experiment to separate them")
     return table("", header, rows, align="lrrll")
 
 
 def _fit(one: dict) -> list[Block]:
     fit, rows = one["answer"]["fit"], []
     if held := fit.get("held_out"):
-        rows.append(("mean squared innovation on data not used", *(fixed(held[key], 2) for key in
+        rows.append(("mean squared innovation on unused data", *(figures(held[key]) for key in
                      ("before", "after", "placebo"))))  # fmt: skip
     if velocity := fit.get("velocity_rms_mps"):
         after = velocity.get("after")
         for axis in ("north", "east"):
-            rows.append((f"velocity RMS {axis} [m/s]", fixed(velocity["before"][axis], 2),
-                         fixed(after[axis], 2) if after else MISSING, MISSING))  # fmt: skip
+            rows.append((f"velocity RMS {axis} [m/s]", figures(velocity["before"][axis]),
+                         figures(after[axis]) if after else MISSING, MISSING))  # fmt: skip
     return table("", ("fit", "before", "after", "placebo"), rows)
 
 
@@ -156,13 +155,13 @@ def _sources(one: dict) -> list[Block]:
     rows, tones = [], []
     for said in one["sources"]:
         stated = said["answer"]
-        word = {None: "not named", True: "agrees", False: "apart"}[said["agrees"]]
+        word = {None: "not named", True: "agrees", False: "disagrees"}[said["agrees"]]
         half = Z95 * said["sigma"]
         value, low, high = alike(said["value"], (said["value"] - half, said["value"] + half))
         told = MISSING if stated is None else alike(stated["value"], stated["interval95"])[0]
         rows.append((effect_words(said), value, f"{low} to {high}", told, said["unit"], said["source"], word))
         tones.append({None: "quiet", True: "good", False: "bad"}[said["agrees"]])
-    header = ("what others say", "value", "95 % interval", "the tool", "unit", "who", "")
+    header = ("effect", "known value", "95 % interval", "named value", "unit", "source", "verdict")
     return [Table("", header, rows, align="lrrrlll", tones=tones)] if rows else []
 
 
@@ -170,7 +169,7 @@ def other(one: Other, recordings: Path, output: Path) -> dict:
     """A recording that is imported, and evaluated where it can be: what was said of it."""
     file = recordings / one.file
     if not file.exists():
-        return {"title": one.title, "what": one.what, "said": one.said, "came": "absent here."}
+        return {"title": one.title, "what": one.what, "said": one.said, "came": "the recording is missing here."}
     folder = output / "recordings" / Path(one.file).parts[-1].split(".")[0]
     refused = imported.imported(one.format, file, folder, one.mapping)
     if refused:
@@ -189,7 +188,7 @@ def _evaluated(page: Path) -> str:
 
 
 def _others(rows: list[dict]) -> Section:
-    blocks = [Paragraph(f"{one['what']} The tool said: {one['came']} {one['said']}", lead=f"{one['title']}.")
+    blocks = [Paragraph(f"{one['what']} ins_eval says: {one['came']} {one['said']}", lead=f"{one['title']}.")
               for one in rows]  # fmt: skip
     return Section("Not diagnosed", blocks)
 
@@ -201,9 +200,9 @@ def answer_of(studies: list[dict], absent: list[str]) -> str:
     refused = [one for one in studies if one["answer"] is None]
     controls = [one for one in studies if one["control"] and one["answer"] is not None]
     lines = [
-        f"{len(studies)} diagnoses of real recordings: of {len(named) + len(missed)} values that others know "
+        f"{len(studies)} diagnoses of real recordings: of {len(named) + len(missed)} values known from other sources, "
         f"{sum(said['agrees'] for said in named)} are named and agree, {sum(not said['agrees'] for said in named)} are "
-        f"named with another value, {len(missed)} are not named."
+        f"named with a different value and {len(missed)} are not named."
     ]
     if controls:
         lines.append(f"{sum(not one['alarm'] for one in controls)} of {len(controls)} controls hold.")
@@ -212,20 +211,22 @@ def answer_of(studies: list[dict], absent: list[str]) -> str:
             f"{len(refused)} got no answer: {', '.join(one['source'] + ' ' + one['name'] for one in refused)}."
         )
     if absent:
-        lines.append(f"Absent here and left out: {', '.join(absent)}.")
+        lines.append(f"Missing here and left out: {', '.join(absent)}.")
     return "\n".join(lines)
 
 
 def glance(studies: list[dict]) -> Section:
-    """How many of the values that others know are named, and how many controls hold."""
+    """How many of the values known from other sources are named, and how many controls hold."""
     said = [one["agrees"] for study in studies for one in study["sources"]]
     held = [not one["alarm"] for one in studies if one["control"] and one["answer"] is not None]
     numbers = [
-        Number("values of others that are named and agree", f"{said.count(True)} of {len(said)}"),
-        Number("named with another value", f"{said.count(False)} of {len(said)}"),
+        Number("known values that are named and agree", f"{said.count(True)} of {len(said)}"),
+        Number("named with a different value", f"{said.count(False)} of {len(said)}"),
         Number("controls that hold", f"{sum(held)} of {len(held)}"),
     ]
-    return at_a_glance(numbers, None, "Read below, for each recording, what is named and who else knows it.")
+    return at_a_glance(
+        numbers, None, "Read below which effects are named in each recording, and what other sources say of them."
+    )
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -245,9 +246,9 @@ def main(arguments: list[str] | None = None) -> int:
             continue
         asked = [one for one in STUDIES if one.source == source.name]
         done = [study(one, recorded, chosen.output, chosen.limit) for one in asked]
-        figures = real_figures.of(source.name, recorded, done)
-        sections.append(section(source, done, list(figures)))
-        studies, drawn = studies + done, drawn | figures
+        pictures = real_figures.of(source.name, recorded, done)
+        sections.append(section(source, done, list(pictures)))
+        studies, drawn = studies + done, drawn | pictures
     rest = [other(one, chosen.recordings, chosen.output) for one in OTHERS]
     if not studies:
         print(f"{chosen.recordings}: no real recording is here, nothing to report", file=sys.stderr)

@@ -16,6 +16,7 @@ from benchmark.worlds.earth import W
 from benchmark.worlds.into_data import DEG_PER_H
 from benchmark.worlds.recorded import Recorded
 
+Z95 = 1.96
 HANDLED_S = 44.0  # of the warm-up: until then the unit was in somebody's hands (SOURCE.md)
 QUIET_S = 300.0  # of the laser gyros, without people and engines
 
@@ -34,7 +35,7 @@ class Said:
 
 @dataclass(frozen=True)
 class Study:
-    """One diagnosis of a recording: what is wrong with it or was taken out of its belief, and who else knows."""
+    """One diagnosis of a recording: what is wrong with it or was removed from its belief, and what others say."""
 
     source: str
     name: str
@@ -66,7 +67,7 @@ def another_time(recorded: Recorded) -> Recorded:
 
 def _turning(recorded: Recorded) -> list[Said]:
     rate = independent.earth_rate(recorded, *independent.longest_quiet(recorded, QUIET_S))
-    words = f"magnitude of the mean rate of the three gyros in {QUIET_S:g} quiet seconds over that of the Earth"
+    words = f"magnitude of the mean rate of the three gyros in {QUIET_S:g} quiet seconds, over that of the Earth"
     return [
         Said("earth.rotation", None, 1.0, 0.005, "fraction", "the Earth turns (WGS-84)"),
         Said("earth.rotation", None, rate / W, 0.005, "fraction", words),
@@ -75,7 +76,7 @@ def _turning(recorded: Recorded) -> list[Said]:
 
 def _clock_of_drive(recorded: Recorded) -> list[Said]:
     scan = independent.rate_scan(recorded)
-    words = "scan of delays: turns of the two boxes, no navigation"
+    words = "scan of delays: rates of the two boxes, no navigation"
     authors = "the authors' installation angles, in our axes"
     return [
         Said("reference.time_offset", None, scan.best_s, max(scan.sigma_s, 2e-4), "s", words),
@@ -111,7 +112,7 @@ def _late_gps(value: float, sigma: float) -> Callable[[Recorded], list[Said]]:
 
 
 def _laws_of_warm_up(recorded: Recorded) -> list[Said]:
-    words = f"line through means of {independent.MEAN_S:g} s against the thermometer"
+    words = f"line through means of {independent.MEAN_S:g} s against temperature"
     units = {"accelerometer": "ug/degC", "gyro": "(deg/h)/degC"}
     return [
         Said(f"{one.name}.bias_temperature", one.axis, one.slope, one.sigma, units[one.name], words)
@@ -121,25 +122,25 @@ def _laws_of_warm_up(recorded: Recorded) -> list[Said]:
 
 
 STUDIES = (
-    Study("laser", "as it is", "Nothing was changed: parked for half an hour, people and engines at both ends. What is "
-          "believed is what import finds at rest."),
-    Study("laser", "the Earth does not turn", "Taken out of the simulation: the rotation of the Earth.", _no_rotation,
+    Study("laser", "as it is", "Nothing was changed. Parked for half an hour, with people and engines at both ends. "
+          "The belief is what import finds at rest."),
+    Study("laser", "the Earth does not turn", "Removed from the model: the rotation of the Earth.", _no_rotation,
           _turning),
-    Study("drive", "as it is", "Nothing was changed. The clocks of the two boxes and how they are mounted against each "
-          "other are not in the belief; the authors' gyro offsets are.", said=_clock_of_drive),
-    Study("drive", "offsets not believed", "Taken out of the simulation: the authors' gyro offsets, too.", _no_offsets,
+    Study("drive", "as it is", "Nothing was changed. The offset of the two clocks and the alignment of the two boxes "
+          "are not in the belief; the authors' gyro biases are.", said=_clock_of_drive),
+    Study("drive", "gyro biases not believed", "Also removed from the belief: the authors' gyro biases.", _no_offsets,
           _offsets_of_drive),
-    Study("plane", "as it is", "Nothing was changed. The receiver's stamps are those of reception; that they are late "
-          "is not in the belief.", said=_late_gps(0.29, 0.011)),
-    Study("quadcopter", "as it is", "Nothing was changed. Late stamps as of the aeroplane, on a gentler flight with "
-          "much vibration.", said=_late_gps(0.20, 0.018)),
-    Study("warm-up", "as it is", "Nothing was changed. The unit warms up by itself by six degrees; that its offsets "
-          "follow is not believed. One ramp separates neither temperature and time nor curve and rate (SOURCE.md).",
+    Study("plane", "as it is", "Nothing was changed. The time stamps are those of reception; their delay is not in the "
+          "belief.", said=_late_gps(0.29, 0.011)),
+    Study("quadcopter", "as it is", "Nothing was changed. Late time stamps, as in the aeroplane, on a gentler flight "
+          "with much vibration.", said=_late_gps(0.20, 0.018)),
+    Study("warm-up", "as it is", "Nothing was changed. The unit warms up by 6 °C on its own; the belief has no bias "
+          "over temperature. One ramp does not separate temperature from time, nor curvature from rate (SOURCE.md).",
           said=_laws_of_warm_up),
-    Study("warm-up", "temperature of another time", "Control: the temperatures are shifted circularly by half of the "
-          "recording, so that no law of temperature is in it.", another_time, silent_about="temperature"),
-    Study("chamber", "as it is", "Left out of the simulation: laws of temperature. Only the constant is believed."),
-    Study("chamber", "temperature of another time", "Control: the temperatures are shifted circularly by half of the "
+    Study("warm-up", "temperatures shifted in time", "Control: the temperatures are shifted circularly by half of the "
+          "recording, so that the errors do not depend on them.", another_time, silent_about="temperature"),
+    Study("chamber", "as it is", "The belief has a constant bias and nothing that depends on temperature."),
+    Study("chamber", "temperatures shifted in time", "Control: the temperatures are shifted circularly by half of the "
           "recording.", another_time, silent_about="temperature"),
 )  # fmt: skip
 
@@ -171,13 +172,13 @@ velocity = { columns = ["GGVNS", "GGVEW"], axes = "NE" }
 
 OTHERS = (
     Other("Rocket", "rocket_flight_temperature/imu.csv.gz", "cats",
-          "0.7 s before lift-off and a receiver without height, velocity and, in the boost, without a fix.",
-          "SOURCE.md: no part at rest, too weak for a proof; a refusal is right."),
-    Other("What a navigator of an aircraft put out itself", "irs_solution_flight/RAFdata.nc", "netcdf",
+          "0.7 s before lift-off, and a receiver that gives no height, no velocity and, during the boost, no fix.",
+          "SOURCE.md: no part at rest, so it proves little; a refusal is right."),
+    Other("An aircraft INS's own solution", "irs_solution_flight/RAFdata.nc", "netcdf",
           "No IMU: the solution of a navigation-grade system beside GPS, 5 min at 1 Hz. It is evaluated only.",
-          "SOURCE.md: mean of inertial less GPS velocity -0.059 m/s north, -0.052 m/s east.", RAF),
+          "SOURCE.md: mean of inertial less GPS velocity −0.059 m/s north, −0.052 m/s east.", RAF),
     Other("PX4 log", "log_formats/px4_sample.ulg.gz", "ulog",
-          "68 s of an autopilot with gaps; it came for its format.", "SOURCE.md: no documented constants."),
-    Other("ArduPilot log", "log_formats/ardupilot_test.BIN", "dataflash", "45 samples; it came for its format.",
+          "68 s of an autopilot, with gaps; kept for its format.", "SOURCE.md: no documented constants."),
+    Other("ArduPilot log", "log_formats/ardupilot_test.BIN", "dataflash", "45 samples; kept for its format.",
           "SOURCE.md: too short for a verdict."),
 )  # fmt: skip

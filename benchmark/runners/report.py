@@ -79,7 +79,7 @@ def drawings(records: list[dict]) -> dict:
             "'unexplained', or the recorded column that drives the effect."
         )
         out["outside"] = figures.confusion(
-            outside, "What was said of the unknown", note, ("unexplained", "composed, right column")
+            outside, "Answers for effects outside the vocabulary", note, ("unexplained", "composed, right column")
         )
     if single:
         note = (

@@ -33,7 +33,7 @@ from ins_eval.wording import MISSING, fixed
 
 TITLE = "Effects concealed in real recordings"
 WHAT = ("detected", "right channel", "named first or listed")
-RATE = ("", "cases", "found", "95 % interval")
+RATE = ("", "cases", "share", "95 % interval")
 PLACES = {one.name: one.title for one in SOURCES}
 
 
@@ -111,7 +111,7 @@ def _targets(result: dict) -> Table:
         goal = f"at least {100 * one['least']:g} %" if one["least"] else f"at most {100 * one['most']:g} %"
         rows.append((one["line"], one["words"], goal, *spoken(one["found"] if one["met"] is not None else None), word))
         tones.append(TONES[word])
-    return Table("Targets", ("line", "what", "target", *RATE[1:], ""), rows, align="lllrrrl", tones=tones)
+    return Table("Targets", ("line", "what", "target", *RATE[1:], "verdict"), rows, align="lllrrrl", tones=tones)
 
 
 def _rates(title: str, group: dict, note: str = "") -> list[Table]:
@@ -138,8 +138,8 @@ def _words(names: Sequence[str]) -> str:
     return ", ".join(short(name) for name in names) or MISSING
 
 
-FIGURE = Picture("by_recording", "What became of each concealed effect.")
-CASE = ("case", "concealed", "D", "verdict", "said beyond the recording as it is")
+FIGURE = Picture("by_recording", "The answer for each concealed effect.")
+CASE = ("case", "concealed", "D", "verdict", "named in addition to the unmodified recording")
 CASE_ALIGN = "llrll"
 
 
@@ -179,7 +179,9 @@ def _failing(hidden: Sequence[dict]) -> list[Block]:
     return [
         *table("Clear, answered, and not named or listed", CASE, [_case(one) for one in failed], align=CASE_ALIGN),
         *table("Confidently wrong", CASE, [_case(one) for one in wrong], align=CASE_ALIGN),
-        *table("The interval does not hold what was put in", CASE, [_case(one) for one in apart], align=CASE_ALIGN),
+        *table(
+            "The interval does not contain the concealed value", CASE, [_case(one) for one in apart], align=CASE_ALIGN
+        ),
     ]
 
 
@@ -187,7 +189,7 @@ def _by_recording(result: dict) -> list[Block]:
     return [
         FIGURE,
         *_three("Recordings, D of at least 16", result["by source"]),
-        *_rates("All", result["all"], "Detected: something is said that is not said of the recording as it is."),
+        *_rates("All", result["all"], "Detected: an effect is named that is not named for the unmodified recording."),
     ]
 
 
@@ -196,7 +198,7 @@ def _nulls(result: dict, nulls: Sequence[dict]) -> list[Table]:
             for one in nulls]  # fmt: skip
     tones = ["bad" if one["alarm"] else "quiet" for one in nulls]
     every = [Table("Each null", ("case", "stretch", "verdict", "named", "alarm"), rows, align="lllll", tones=tones)]
-    note = "A null alarms where it names what the whole recording, as it is, neither names nor lists."
+    note = "False alarm: an effect is named that the whole unmodified recording neither names nor lists."
     return [*_rates("Nulls that alarm", result["nulls"], note), *(every if rows else [])]
 
 
@@ -216,13 +218,13 @@ def _every(hidden: Sequence[dict]) -> list[Table]:
 
 def _how() -> list[Block]:
     return paragraphs(
-        "Effects are written into the columns of the imported recordings in formulas that share no line with the tool. "
-        "The recordings keep all that they hold of their own, so an answer counts for what it says beyond the answer "
-        "to the recording as it is.",
-        "D is half of (size / sigma) squared in nats: an oracle that knows which effect was put in navigates arcs of "
-        "5 to 10 s, each from a start of its own, with and without the effect, fits everything that a belief leaves "
-        "open, and takes the noise from what is left of the unmodified recording, clustered by arc; at rest it takes "
-        "means over stretches. As nothing is carried from one arc to the next, D is less than could be known.",
+        "Effects are added to the columns of the imported recordings by formulas that share no line with ins_eval. "
+        "The recordings keep their own errors, so only what an answer names in addition to the unmodified recording "
+        "counts.",
+        "D is half of (size / sigma) squared, in nats. An oracle that knows the concealed effect navigates arcs of "
+        "5 to 10 s, each from its own start, with and without the effect, fits everything that a belief leaves "
+        "open, and takes the noise from the residual of the unmodified recording, clustered by arc; at rest it "
+        "takes means over stretches. Nothing is carried from one arc to the next, so D is less than could be known.",
     )
 
 
@@ -230,7 +232,7 @@ def _time(result: dict) -> list[Table]:
     rows = []
     for name, title in PLACES.items():
         here = [one for one in result["records"] if one["source"] == name and one["seconds"] is not None]
-        for words, key in (("by the clock", "seconds"), ("of the processor", "processor_s")):
+        for words, key in (("elapsed", "seconds"), ("CPU", "processor_s")):
             taken = [one[key] for one in here if one[key] is not None]
             if taken:
                 at = np.quantile(taken, (0.5, 0.95, 1.0))
@@ -249,7 +251,7 @@ MARKS = {NAME: (GOOD, "o"), LISTED: (ODD, "s"), SEEN: (NAMED, "^"), WRONG: (BAD,
 
 
 def outcome(one: dict) -> str:
-    """What became of a concealed effect, in a word."""
+    """The answer for a concealed effect, in a word."""
     if not one["answered"]:
         return one["verdict"] if one["verdict"] in (REFUSED, FAULT, ENDED) else NONE
     if one["first"]:
@@ -264,8 +266,8 @@ def by_recording(hidden: Sequence[dict]) -> Figure:
     """Each concealed effect at its D, a row a recording."""
     names = [name for name in PLACES if any(one["source"] == name for one in hidden)]
     note = (
-        "One mark an effect: its D of the oracle against what was said of it. Beyond the line at 16 nats it should be "
-        "found. Diamonds: the recording was refused, or nothing came in time."
+        "One mark an effect, by the D of the oracle and the answer. Above 16 nats (line) it should be found. "
+        "Diamonds: the recording was refused, or there was no answer in time."
     )
     figure, ax = sheet(1.7 + 0.62 * len(names), "Concealed in real recordings", note)
     for label, (tone, mark) in MARKS.items():

@@ -92,7 +92,7 @@ def rows(targets: Sequence[Target], result: dict) -> Table:
         value, said = found(one, result), verdict(one, result)
         cells.append((one.line, one.words, one.goal.replace(" ", NO_BREAK), *_spoken(one, value, result), said))
         tones.append(TONES[said])
-    header = ("line", "what", "target", "cases", "found", "95 % interval", "")
+    header = ("line", "what", "target", "cases", "found", "95 % interval", "verdict")
     return Table("Targets", header, cells, align="lllrrrl", tones=tones)
 
 
@@ -101,7 +101,7 @@ def _spoken(target: Target, value, result: dict) -> tuple[str, str, str]:
     if value is None or isinstance(value, dict):
         return spoken(value)
     above = pick(result, *target.path[: -2 if "quantiles" in target.path else -1])
-    return str(above["count"]), fixed(value, 2), ""
+    return str(above["count"]), fixed(value, 2), MISSING
 
 
 def spoken(value) -> tuple[str, str, str]:

@@ -8,11 +8,12 @@ runs of the three accelerometers (`chamber`), and the third flight is navigated
     model      with the model
     observer   with what a linear Gaussian observer believes that knows the noise and the priors (`scores.observer`)
 
-The instrument's own errors are those that stay with it from day to day. What they cause on the third flight is told by
-its twin: the same day, course, temperature, turn-on biases, start, wander and noise, without them. The velocity RMS of
-own errors is that of the difference between the horizontal velocities of a navigated flight and of its navigated twin;
-the share that is left is this RMS with the model, over that without. So what a day draws anew, which nobody could know,
-is in neither. `ins-eval predict` says before how much is left; `covered` counts how often it is within its interval.
+The instrument's own errors are those that stay with it from day to day. What they cause on the third flight follows
+from its twin: the same day, course, temperature, turn-on biases, start, wander and noise, without them. The velocity
+RMS of own errors is that of the difference between the horizontal velocities of a navigated flight and of its
+navigated twin; the share that is left is this RMS with the model, over that without. So what a day draws anew, which
+nobody could know, is in neither. `ins-eval predict` says before how much is left; `covered` counts how often it is
+within its interval.
 """
 
 from __future__ import annotations

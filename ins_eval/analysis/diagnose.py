@@ -113,8 +113,9 @@ class _Ready(NamedTuple):
 
 def _made_ready(folder: Path, name: str, belief_file: Path | None = None, unit: str | None = None) -> _Ready:
     if not folder.is_dir():
+        seen = "this is a file" if folder.exists() else "there is no such folder"
         raise UsageError(
-            f"{folder}: diagnose takes a folder in the form ins-recording/1; bring this file into the form first: "
+            f"{folder}: {seen}, expected a recording in the form ins-recording/1; check the name, or make it: "
             "ins-eval import FORMAT FILE -o DIR"
         )
     belief, where = belief_of(folder, belief_file)

@@ -8,7 +8,7 @@ of width g carries v = v1 or v2 and draws with C0 d v^2 / (2 g^2), the derivativ
     F = C0 V^2 / (4 d) S(u),    S(u) = s (2 + s) u / (2 + s (1 - u^2))^2,    V^2 / 2 the mean square of the carrier
 
 towards the nearer side. A free plate is not drawn at all, s = 0: the charge on both capacitors is the same, and C1 and
-C2 in series are C0 / 2 wherever the plate is. A held one is drawn most, S = u / (1 - u^2)^2. (A bridge that is not
+C2 in series are C0 / 2 wherever the plate is. A held one is attracted most, S = u / (1 - u^2)^2. (A bridge that is not
 symmetric, its load to one electrode, can reach the single-sided S below, with twice the stiffness.) At rest
 
     u = u_free + load S(u),    load = l^2 C0 V^2 / (4 d^2 D)

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ins_eval.figures.style import INK, QUIET, legend_below, shade, sheet, styled
+from ins_eval.wording import fixed
 
 CHANNELS = (
     "position north", "position east", "position down",
@@ -84,10 +85,10 @@ def evidence_of_effects(
     title: str = "Evidence of each effect",
     where: str = "",
 ) -> Figure:
-    """Log Bayes factor of each of `names`, best first, against none in its place; `threshold` what it must bring."""
+    """Log Bayes factor of each of `names`, best first, against none in its place; an effect must reach `threshold`."""
     note = (
         f"Log Bayes factor in nats{where}, its prior over sizes and times integrated out; 3 nats are odds of 20. An "
-        f"effect has to bring {threshold:.1f} nats, the price of choosing among all that were tried."
+        f"effect has to gain {threshold:.1f} nats, the price of choosing among all that were tried."
     )
     figure, ax = sheet(1.5 + 0.27 * len(names), title, note)
     rows = np.arange(len(names))
@@ -96,7 +97,7 @@ def evidence_of_effects(
         here = np.asarray(named) == chosen
         if here.any():
             ax.barh(rows[here], values[here], height=0.62, color=colour, label=text)
-    ax.axvline(threshold, color=INK, linewidth=0.9, linestyle="--", label="what an effect must bring")
+    ax.axvline(threshold, color=INK, linewidth=0.9, linestyle="--", label="threshold of an effect")
     low, high = min(0.0, values.min()), max(values.max(), threshold)
     ax.set_xlim(low - 0.02 * (high - low), high + 0.12 * (high - low))
     for row, value in zip(rows, values, strict=True):
@@ -116,16 +117,16 @@ def effect_against_drive(
     mean: np.ndarray,
     sigma: np.ndarray,
     effect: np.ndarray,
-    drive: np.ndarray | None,
+    drive: tuple[str, np.ndarray] | None,
     quantity: str,
-    drive_name: str,
     located: Sequence[tuple[float, float]] = (),
     title: str = "The effect against its drive",
 ) -> Figure:
     """What is wrong in one channel, (windows,) with its `sigma`, over time and over the `drive`; `effect` drawn in.
 
-    `quantity` and `drive_name` are labels of axes, "channel [unit]". An `effect` of NaN is not drawn; without a `drive`
-    there is no second panel. `located` has the intervals, in s, in which this channel was located.
+    `drive` is the label of its axis with its values (windows,), `quantity` a label, "channel [unit]". An `effect` of
+    NaN is not drawn; without a `drive` there is no second panel. `located` has the intervals, in s, in which this
+    channel was located.
     """
     explained = bool(np.isfinite(effect).any())
     note = (
@@ -134,11 +135,11 @@ def effect_against_drive(
         + (
             " Line: the effect as it was found. Where it is right, the dots lie along it."
             if explained
-            else " The noise of the instrument is at most what is believed of it: what is wrong has inflated it."
+            else " The noise is held at or below the believed level, since the error would inflate it."
         )
     )
-    both, beside = drive is not None, fill(quantity, QUANTITY_WIDTH)
-    figure, panels = sheet(5.9 if both else 3.4, title, note, rows=1 + both, squeeze=False)
+    beside = fill(quantity, QUANTITY_WIDTH)
+    figure, panels = sheet(5.9 if drive else 3.4, title, note, rows=2 if drive else 1, squeeze=False)
     top = panels[0, 0]
     shade(top, located, "located", color=LOCATED_TINT)
     top.fill_between(time_s, mean - BAND * sigma, mean + BAND * sigma, color="#dce6ee", linewidth=0, label="95 %")
@@ -148,18 +149,18 @@ def effect_against_drive(
         top.plot(time_s, effect, color=LOCATED, linewidth=1.6, label="the effect")
     top.set_xlabel("time in the recording [s]")
     top.set_ylabel(beside)
-    if both:
-        ax = panels[1, 0]
-        ax.plot(drive, mean, color="#b9cbd9", linewidth=0.7, label="in the order of time")
+    if drive:
+        ax, (name, values) = panels[1, 0], drive
+        ax.plot(values, mean, color="#b9cbd9", linewidth=0.7, label="in the order of time")
         ax.errorbar(
-            drive, mean, BAND * sigma, fmt="o", color=FOUND, ecolor="#b9cbd9", elinewidth=0.9, markersize=3.2,
+            values, mean, BAND * sigma, fmt="o", color=FOUND, ecolor="#b9cbd9", elinewidth=0.9, markersize=3.2,
             label="estimated without a model",
         )  # fmt: skip
         ax.axhline(0.0, color=QUIET, linewidth=0.5)
         if explained:
-            order = np.argsort(drive)
-            ax.plot(drive[order], effect[order], color=LOCATED, linewidth=1.6, label="the effect")
-        ax.set_xlabel(drive_name)
+            order = np.argsort(values)
+            ax.plot(values[order], effect[order], color=LOCATED, linewidth=1.6, label="the effect")
+        ax.set_xlabel(name)
         ax.set_ylabel(beside)
     legend_below(figure, *panels[:, 0])
     return figure
@@ -209,4 +210,4 @@ def before_and_after(
 def _nats(value: float) -> str:
     if abs(value) >= 1e6:
         return f"{value:.2e}"
-    return f"{value:.{1 if abs(value) < 1000.0 else 0}f}".replace("-", "−")
+    return fixed(value, 1 if abs(value) < 1000.0 else 0)

@@ -45,10 +45,15 @@ def read(
         if open_folder(source).description.kind == CHAMBER:
             raise UsageError(f"{source}: it is a chamber recording; calibrate or diagnose it")
         recording = form.read(source, solution_alone=True, belief=stated)
-    elif source.suffix == ".imu" or not source.exists():
+    elif source.suffix == ".imu":
         from ins_eval.readers import psins_text  # imported here: the libraries of all formats come with it
 
         recording = replace(validate(psins_text.read(source, {})), folder=source.parent)
+    elif not source.exists():
+        raise UsageError(
+            f"{source}: there is no such folder, expected a recording in the form ins-recording/1; check the name, or "
+            "make it: ins-eval import FORMAT FILE -o DIR"
+        )
     else:
         raise UsageError(
             f"{source}: evaluate takes a folder in the form ins-recording/1 (or a .imu file in PSINS text); bring this "

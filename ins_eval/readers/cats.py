@@ -32,13 +32,12 @@ def read(path: Path, assumed: Mapping[str, str]) -> NoReturn:
     table = _table(path)
     time_s = table[:, 0]
     before = np.linalg.norm(table[time_s < 0.0][:, 1:4], axis=1)
-    rest = f"{before.mean():.3g} +- {before.std():.2g} m/s^2 felt in them" if before.size else "nothing before lift-off"
+    rest = f"specific force {before.mean():.3g} +- {before.std():.2g} m/s^2" if before.size else "none"
     rate_hz = (len(time_s) - 1) / (time_s[-1] - time_s[0]) if time_s[-1] > time_s[0] else np.nan
     raise DataRefused(
         f"{path}: has {len(time_s)} samples at {rate_hz:.4g} Hz, only {-min(time_s[0], 0.0):.3g} s of them before "
-        f"lift-off ({rest}), and a receiver's log without height and velocity, expected a start attitude and fixes or "
-        "a standstill to judge by; nothing of its navigation is known, so record a minute at rest and the "
-        "receiver's full solution"
+        f"lift-off ({rest}), and a receiver's log without height and velocity, expected a minute at rest and the "
+        "receiver's full solution, from which to find the start and the errors; record both"
     )
 
 

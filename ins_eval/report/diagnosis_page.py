@@ -255,9 +255,8 @@ def _drives(
             mean=one.mean,
             sigma=one.sigma,
             effect=one.effect,
-            drive=one.drive,
+            drive=None if one.drive is None else (drive_name, one.drive),
             quantity=f"{name} [{one.unit}]",
-            drive_name=drive_name,
             located=[(at.begin_s, at.end_s) for at in mismatches if (at.recording, at.channel) == where],
             title=title,
         )

@@ -143,7 +143,7 @@ def _evidence(tree: Mapping) -> list[Block]:
     ]
     place = f" in the place of {evidence['in_place_of']}" if evidence["in_place_of"] else ""
     note = (
-        "In nats, each with its prior over sizes and times integrated out. An effect has to bring "
+        "In nats, each with its prior over sizes and times integrated out. An effect has to gain "
         f"{fixed(evidence['threshold'], 1)} nats, the price of choosing among all that were tried."
     )
     title = f"Log Bayes factor of each effect{place}"

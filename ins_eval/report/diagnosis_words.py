@@ -69,15 +69,20 @@ def alike(value: float, interval: Sequence[float] | None) -> tuple[str, str, str
     if interval is None:
         return figures(value), "", ""
     half = 0.5 * (interval[1] - interval[0])
-    digits = max(0, -floor(log10(half / 2.0))) if half > 0.0 else 6
-    return tuple(fixed(x, min(digits, 6)) for x in (value, *interval))
+    digits = min(-floor(log10(half / 2.0)), 6) if half > 0.0 else 6
+    return tuple(_rounded(x, digits) for x in (value, *interval))
 
 
 def figures(value: float, count: int = 3) -> str:
     """A number with `count` significant figures and no exponent."""
     if value == 0.0:
         return "0"
-    return fixed(value, max(0, count - 1 - floor(log10(abs(value)))))
+    return _rounded(value, count - 1 - floor(log10(abs(value))))
+
+
+def _rounded(value: float, digits: int) -> str:
+    """A number with so many decimals; below none, whole tens, hundreds and so on."""
+    return fixed(round(value, digits), max(0, digits))
 
 
 def nats(value: float | None) -> str:
@@ -86,7 +91,10 @@ def nats(value: float | None) -> str:
 
 
 def probability(value: float) -> str:
-    return f"above {AS_GOOD_AS_SURE}" if value > AS_GOOD_AS_SURE else fixed(value, 2 if value >= 0.01 else 4)
+    """With two decimals, three near 0 and 1."""
+    if not 1.0 - AS_GOOD_AS_SURE <= value <= AS_GOOD_AS_SURE:
+        return f"above {AS_GOOD_AS_SURE}" if value > 0.5 else f"below {1.0 - AS_GOOD_AS_SURE:.3f}"
+    return fixed(value, 2 if 0.01 <= value <= 0.99 else 3)
 
 
 def chance(value: float) -> str:

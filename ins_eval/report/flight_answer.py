@@ -135,7 +135,7 @@ def headline_numbers(metrics: Mapping) -> list[Number]:
     numbers = _changes(metrics, [(HEADLINE, VELOCITY), (HEADLINE, CEP)])
     if share := pick(metrics, "ensemble", "improvement", HEADLINE, "fraction_improved", VELOCITY):
         value, _, interval = percent(share).partition(" [")
-        numbers.append(Number("single flights on which it is better", value, _bracketed(interval)))
+        numbers.append(Number("single flights on which it is better", value, _interval(interval)))
     return numbers
 
 
@@ -147,12 +147,13 @@ def _changes(metrics: Mapping, wanted: Sequence[tuple[str, str]]) -> list[Number
             new, _, old = pair.partition("/")
             value, _, interval = change(ratio).partition(" [")
             what = f"{measure_name(measure)}: {label(new)} against {label(old)}"
-            numbers.append(Number(what, value, f"{_bracketed(interval)} {SHORT_VERDICT[verdict(ratio)]}"))
+            numbers.append(Number(what, value, f"{_interval(interval)}; {SHORT_VERDICT[verdict(ratio)]}"))
     return numbers
 
 
-def _bracketed(interval: str) -> str:
-    return f"[{interval}" if interval else ""
+def _interval(ends: str) -> str:
+    """``95 %: −25 to −8 %`` of what stands in brackets, ``−25, −8]``."""
+    return f"95 %: {ends.rstrip(']').replace(', ', ' to ')} %" if ends else ""
 
 
 def _next_of_own(metrics: Mapping, of: Rivals) -> str:

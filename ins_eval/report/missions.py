@@ -331,10 +331,10 @@ def substitutes(metrics: Mapping) -> str:
         return ""
     first, second, both = of["model_first"], of["refinement_first"], of["shapley"]
     return (
-        "What each brings depends on which is added first. In velocity the model multiplies the error by "
+        "The gain of each depends on which is added first: the model multiplies the velocity error by "
         f"{with_interval(first['model'])} without the oven run and by {with_interval(second['model'])} with it; the "
         f"oven run by {with_interval(second['refinement'])} without the model and by "
-        f"{with_interval(first['refinement'])} with it. Shared without an order (Shapley), the model has "
-        f"{with_interval(both['model'])} and the oven run {with_interval(both['refinement'])} of "
+        f"{with_interval(first['refinement'])} with it. On average over both orders (Shapley), the model "
+        f"has {with_interval(both['model'])} and the oven run {with_interval(both['refinement'])} of "
         f"{with_interval(of['together'])}."
     )

@@ -20,6 +20,7 @@ from ins_eval.wording import in_symbols, unbroken
 
 SCRIPTS = ("page.js", "figures.js")  # in this order, one script of the page
 COMMAND = re.compile(r"\bins-eval (?:loop )?[a-z][a-z-]+|(?<![\w-])--[a-z][a-z-]+(?: \d+| \w+\.toml)?")
+UNIT = re.compile(r"[^\s,;&]*/\(?°[^\s,;&]*")  # after whose stroke a line could end
 
 
 def write_page(
@@ -103,7 +104,8 @@ def _left(block: Block, drawn: Collection[str], lead: Picture | None) -> bool:
 
 def prose(text: str) -> Markup:
     """Words as HTML: units with their signs, no break within a number and its unit, commands and options as code."""
-    return Markup(COMMAND.sub(r"<code>\g<0></code>", str(escape(unbroken(in_symbols(text))))))
+    words = UNIT.sub(r'<span class="unit">\g<0></span>', str(escape(unbroken(in_symbols(text)))))
+    return Markup(COMMAND.sub(r"<code>\g<0></code>", words))
 
 
 def _text(name: str) -> str:

@@ -21,13 +21,13 @@ of its statements exclude one another. This goes before the other three.
 "Reproduced": a test that could have failed has passed. Our simulation gives the printed number inside the interval \
 stated, or the printed arithmetic, statement or procedure holds when it is computed again. Each row says which printed \
 values would have passed, or what would have made it fail.
-"Compatible, but the test has little power": nothing speaks against it, but little could have. Such is a row whose \
-passing range holds zero (or what was put in, where the distance from that is the finding), or both half and double \
-the printed number; a claim that part of our interval allows and part does not; and a row for which a number of the \
-simulation was chosen with the printed one in view. A printed number of a single unit, flight or oven run is held \
-against the central 95 % of ours, which is often so wide.
-"Not reproduced": everything else, also what cannot be computed here, is no claim that could fail, or went into the \
-simulation ("taken as given"). "About x" means x to its last printed digit.
+"Compatible, but the test has little power": the test passed, but it could hardly have failed. This holds for a row \
+whose passing range includes zero (or the injected value, where the finding is the distance from it), or both half and \
+double the printed number; for a claim that only part of our interval supports; and for a row for which a number of \
+the simulation was chosen after seeing the printed one. A printed number of a single unit, flight or oven run is \
+compared with the central 95 % of ours, which is often that wide.
+"Not reproduced": everything else, including what cannot be computed here, what is not a claim that could fail, and \
+what went into the simulation ("taken as given"). "About x" means x to its last printed digit.
 """
 
 NOT_COMPUTED = "Not computed in this run."

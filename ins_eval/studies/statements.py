@@ -50,10 +50,10 @@ def counted(rows: Sequence[Row], paper: str) -> str:
     counts = Counter(row.verdict for row in rows)
     untested = sum(map(_untested, rows))
     return (
-        f"Of {len(rows)} statements of {paper} {counts[REPRODUCED]} are reproduced by a test that could have failed; "
+        f"Of {len(rows)} statements of {paper}, {counts[REPRODUCED]} are reproduced by a test that could have failed; "
         f"{counts[COMPATIBLE]} are compatible with ours, but the test has little power; in {counts[CONTRADICTS]} the "
         f"paper contradicts itself; {counts[NOT_REPRODUCED]} are not reproduced"
-        + (f", of which {untested} could not be put to a test." if untested else ".")
+        + (f", of which {untested} could not be tested." if untested else ".")
     )
 
 
@@ -68,16 +68,16 @@ def statement_sections(rows: Sequence[Row], pictures: Pictures) -> list[Section]
 
 def _verdicts(rows: Sequence[Row]) -> list[Block]:
     lines = []
-    for group in [*dict.fromkeys(row.group for row in rows), "together"]:
-        of_group = [row for row in rows if row.group == group or group == "together"]
+    for group in [*dict.fromkeys(row.group for row in rows), "total"]:
+        of_group = [row for row in rows if row.group == group or group == "total"]
         count = Counter(row.verdict for row in of_group)
         untested = sum(map(_untested, of_group))
         lines.append((group, *(str(count[v] or MISSING) for v in MARK), str(untested or MISSING), str(len(of_group))))
     header = ("subject", *MARK.values(), "of these not tested", "all")
     note = (
-        "Not tested: taken as given, because it went into the simulation, is a definition or a step that cannot fail, "
-        "or cannot be computed; or not computed. Chosen in view: numbers of the simulation were chosen with the "
-        "printed ones in view, as the row says."
+        "Not tested: taken as given, because the statement went into the simulation, is a definition or a step that "
+        "cannot fail, or cannot be computed; or not computed in this run. Chosen in view: a number of the simulation "
+        "was chosen after seeing the printed one, as the row says."
     )
     return [
         *paragraphs(*VERDICT_RULE.splitlines()),

@@ -71,7 +71,7 @@ def test_a_score_like_that_of_the_whole_set_is_within(whole: dict) -> None:
     assert [one.name for one in found] == list(quick.RATES)
     assert all(one.inside for one in found)
     assert found[-1].fresh == (0, 14) and found[-1].whole == (7, 300)  # plain and adversarial nulls
-    assert quick.verdict(found, 40, 0, 1, None).endswith("is within what that of the last whole set allows.")
+    assert quick.verdict(found, 40, 0, 1, None).endswith("is within the range that the last whole set allows.")
     assert "2 of the cases ended with an error" in quick.verdict(found, 40, 2, 1, None)
 
 
@@ -132,7 +132,7 @@ def test_a_set_is_made_answered_scored_and_drawn(tmp_path: Path) -> None:
     arguments = ["--count", "16", "--seed", "7", "--quiet", "--cases", str(tmp_path / "cases")]
     assert quick.main([*arguments, "-o", str(tmp_path / "page")]) == 0
     page = (tmp_path / "page" / "index.html").read_text()
-    assert "is within what" in page and len(re.findall(r'id="figure-case-', page)) == quick_page.MOST
+    assert "is within the range" in page and len(re.findall(r'id="figure-case-', page)) == quick_page.MOST
 
 
 @pytest.mark.slow

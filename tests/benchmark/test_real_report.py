@@ -95,7 +95,7 @@ def test_a_page_says_what_was_named_and_who_agrees(tmp_path, monkeypatch) -> Non
     assert control["alarm"] == []
     assert (output / first["page"]).exists()
     text = (output / "index.html").read_text()
-    assert "of 2 values that others know 1 are named and agree" in " ".join(text.split())
+    assert "of 2 values known from other sources, 1 are named and agree" in " ".join(text.split())
     assert "put in by this test" in text
     assert "Laser gyros" in text  # among what is absent
     kept = (output / "answers" / run.RUNS).read_text()

@@ -75,7 +75,7 @@ def test_the_page_begins_with_what_is_outside_and_goes_on_with_the_nulls(folder)
     page = (folder / "page" / "index.html").read_text()
     places = [page.index(f"<h2>{heading}</h2>") for heading in
               ("Outside the vocabulary", "Nothing concealed", "What was named", "Detection", "Naming", "Intervals",
-               "The oracle beside ours", "Time and failures", "All runs on sealed sets")]  # fmt: skip
+               "The oracle and diagnose", "Time and failures", "All runs on sealed sets")]  # fmt: skip
     assert places == sorted(places)
     assert "case-6: no fixes" in page
     for name in ("outside", "confusion", "by_effect", "by_band", "calibration", "oracle"):

@@ -15,7 +15,7 @@ from ins_eval.report.content import Paragraph, Table
 from ins_eval.report.diagnosis import diagnosis_content
 from ins_eval.report.diagnosis_glance import odds
 from ins_eval.report.diagnosis_sections import sections_of
-from ins_eval.report.diagnosis_words import alike, effect_words, figures
+from ins_eval.report.diagnosis_words import alike, effect_words, figures, probability
 from ins_eval.wording import MISSING, in_symbols
 
 LARGEST_SVG_BYTES = 200_000
@@ -293,6 +293,13 @@ def test_words_for_effects_amounts_and_numbers() -> None:
     assert effect_words(composed) == "accelerometer bias = value * change(supply_v), z"
     assert alike(-23.7838, [-24.2, -23.4]) == ("−23.8", "−24.2", "−23.4")
     assert alike(0.05123, [0.045, 0.057]) == ("0.051", "0.045", "0.057")
+    assert alike(-29341.0, [-41072.0, -17610.0]) == ("−29000", "−41000", "−18000")
+
+
+def test_a_probability_is_never_0_or_1() -> None:
+    assert [probability(x) for x in (0.0, 0.004, 0.04, 0.5, 0.995, 1.0)] == [
+        "below 0.001", "0.004", "0.04", "0.50", "0.995", "above 0.999"
+    ]  # fmt: skip
     assert (figures(3919.8), figures(1.0302), figures(0.00042, 2)) == ("3920", "1.03", "0.00042")
 
 
@@ -321,6 +328,8 @@ def test_evidence_has_a_bar_for_each_effect_and_the_line_it_must_pass() -> None:
     assert [line.get_xdata()[0] for line in ax.lines] == [5.3]
     assert [one.get_text() for one in ax.get_yticklabels()] == ["bias creep", "bias drift", "bias"]
     check(figure, "nats")
+    small = drawn.evidence_of_effects(names=["bias"], log_bayes_factors=[-0.01], named=[False], threshold=5.3)
+    assert [one.get_text() for one in small.axes[0].texts] == ["0.0"]
 
 
 @pytest.mark.parametrize("explained", [True, False])
@@ -329,8 +338,8 @@ def test_effect_against_drive_draws_the_effect_where_there_is_one(explained: boo
     drive = np.sin(time_s / 2000.0)
     effect = 4.8 * drive if explained else np.full(64, np.nan)
     figure = drawn.effect_against_drive(
-        time_s=time_s, mean=4.8 * drive + 0.1, sigma=np.full(64, 0.3), effect=effect, drive=drive,
-        quantity="accelerometer z [ug]", drive_name="drive [degC^2]",
+        time_s=time_s, mean=4.8 * drive + 0.1, sigma=np.full(64, 0.3), effect=effect,
+        drive=("drive [degC^2]", drive), quantity="accelerometer z [ug]",
     )  # fmt: skip
     assert len(figure.axes) == 2
     assert figure.axes[0].get_ylabel() == "accelerometer z [µg]"
@@ -338,7 +347,7 @@ def test_effect_against_drive_draws_the_effect_where_there_is_one(explained: boo
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert ("the effect" in labels) == explained
     alone = drawn.effect_against_drive(
-        time_s=time_s, mean=drive, sigma=drive**2, effect=effect, drive=None, quantity="c [ug]", drive_name=""
+        time_s=time_s, mean=drive, sigma=drive**2, effect=effect, drive=None, quantity="c [ug]"
     )
     assert len(alone.axes) == 1
     check(figure, "time in the recording [s]")

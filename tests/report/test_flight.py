@@ -158,9 +158,9 @@ def test_what_to_do_with_a_users_model_follows_from_hysteresis(flight_metrics, a
 def test_three_numbers_have_intervals(flight_metrics):
     numbers = flight_content(flight_metrics)[1][0].blocks[0].items
     assert [(one.value, one.interval) for one in numbers] == [
-        ("−20 %", "[−24, −14] better"),
-        ("−12 %", "[−18, −3] better"),
-        ("74 %", "[68, 80]"),
+        ("−20 %", "95 %: −24 to −14 %; better"),
+        ("−12 %", "95 %: −18 to −3 %; better"),
+        ("74 %", "95 %: 68 to 80 %"),
     ]
 
 

@@ -132,7 +132,10 @@ def test_other_flights_stand_in_one_table_with_the_missions(flight_metrics, miss
 
 def test_what_each_brings_is_told_in_both_orders(missions) -> None:
     text = substitutes(missions)
-    assert "the model multiplies the error by 0.80 [0.70, 0.90] without the oven run and by 0.97 [0.90, 1.05]" in text
+    assert (
+        "the model multiplies the velocity error by 0.80 [0.70, 0.90] without the oven run and by 0.97 [0.90, 1.05]"
+        in text
+    )
     assert "Shapley" in text
     assert substitutes({"ensemble": {}}) == ""
 

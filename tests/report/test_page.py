@@ -94,6 +94,13 @@ def test_commands_and_options_are_code_that_is_not_broken():
     )
 
 
+def test_no_line_ends_within_a_unit():
+    said = str(page.prose("by 15 ug/degC, (deg/h)/(degC/min) or <km/h>"))
+    assert said == (
+        'by 15\u00a0<span class="unit">µg/°C</span>, <span class="unit">(°/h)/(°C/min)</span> or &lt;km/h&gt;'
+    )
+
+
 def test_everything_given_is_escaped():
     sections = [
         Section(NASTY, [Paragraph(NASTY, NASTY), Table(NASTY, (NASTY,), [(NASTY,)], NASTY), Picture("none", NASTY)])

@@ -60,6 +60,9 @@ def test_no_break_between_number_and_unit():
     assert wording.unbroken("19 % of 1.2 m/s in 8400 s at 5 more sites, Table 7") == (
         "19\u00a0% of 1.2\u00a0m/s in 8400\u00a0s at 5 more sites, Table\u00a07"
     )
+    assert wording.unbroken("177.05 ± 0.21 ppm within 3 °C at 5.7 V, 68 mm² and −3 dB in 2 hops") == (
+        "177.05\u00a0±\u00a00.21\u00a0ppm within 3\u00a0°C at 5.7\u00a0V, 68\u00a0mm² and −3\u00a0dB in 2 hops"
+    )
 
 
 @pytest.mark.parametrize(

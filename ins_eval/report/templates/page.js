@@ -30,6 +30,7 @@
     const size = (cell) => parseFloat(cell.textContent.replace("−", "-"));
     const compare = (a, b) => size(a) - size(b) || isNaN(size(a)) - isNaN(size(b)) || a.textContent.localeCompare(b.textContent);
     [...table.tHead.rows[0].cells].forEach((cell, column) => {
+      if (!cell.textContent) return;
       const button = document.createElement("button");
       button.type = "button";
       button.append(...cell.childNodes);

@@ -74,7 +74,7 @@ def loop_opening(*, openings: Mapping[str, Columns], at_c: float = 22.0) -> Figu
     Columns: `ramp_c_per_min`, and in ppm `magnet_ppm`, `rate_ppm`, `reading_ppm`, which add up to `total_ppm`.
     """
     note = (
-        f"Falling less rising scale factor at a reading of {at_c:g} °C, by what makes it; bars below zero close the "
+        f"Falling less rising scale factor at a reading of {at_c:g} °C, by cause; bars below zero close the "
         "loop. The magnet's part is the same at every rate."
     )
     parts = (

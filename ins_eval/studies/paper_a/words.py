@@ -35,9 +35,9 @@ from ins_eval.wording import (
 CASE_NAME = {"given": "true attitude given", "aligned": "self-aligned"}
 AXES = ("east", "north", "horizontal")
 INTERVALS = {  # of the calibration, by their names in the results
-    "coefficients": "of a coefficient, with nature reduced to the fitted model",
-    "coefficients_shifted": "of a coefficient, with shifts from run to run besides",
-    "predictive": "of a compensated reading in a new run, with all of nature on",
+    "coefficients": "of a coefficient, with only the fitted model simulated",
+    "coefficients_shifted": "of a coefficient, with shifts from run to run added",
+    "predictive": "of a compensated reading in a new run, with all errors simulated",
 }
 
 PICTURES = read_pictures(Path(__file__).with_name("pictures.toml"))
@@ -66,9 +66,7 @@ def _answer(rows: Sequence[Row], results: Mapping) -> str:
 def _glance(flight: Mapping) -> Section:
     """Ours of the paper's headline with intervals, and where to look next."""
     picture = Picture("velocity_rms_by_compensation", PICTURES["A-T7"]["velocity_rms_by_compensation"])
-    step = (
-        "Read first the rows in red and brown, filtered by the word not or contradicts; ins-eval flight-report flies "
-    )
+    step = "Filter the rows by the word not or contradicts and read those first; ins-eval flight-report flies "
     return at_a_glance(headline_numbers(flight), picture, f"{step}other places, courses and days.")
 
 
@@ -104,7 +102,7 @@ def _one_flight(flight: Mapping) -> str:
     if not share:
         return ""
     text = f"The paper has one flight; of our instruments {percent(share)} improve in velocity on theirs"
-    return text + ("." if share["value"] >= 0.975 else ", so that one flight may show the sign by luck.")
+    return text + ("." if share["value"] >= 0.975 else ", so the sign on one flight may be chance.")
 
 
 def _cause(flight: Mapping) -> str:
@@ -134,9 +132,9 @@ def _chamber(results: Mapping) -> list[Block]:
     by_position = coverage.get("predictive_by_position") or {}
     rows += [(f"the same, at {signed(position)}", _percent(entry)) for position, entry in by_position.items()]
     over = f"Pooled over {coverage['units']} units" if "units" in coverage else "Pooled over all units"
-    note = f"{over}; in brackets the 95 % interval of the share, which counts units. 95 % would be exact."
+    note = f"{over}; in brackets the 95 % interval of the share, over units. 95 % would be exact."
     blocks = table(
-        "How often a 95 % interval of the calibration holds the truth [%]", ("interval", "share"), rows, note
+        "How often a 95 % interval of the calibration contains the truth [%]", ("interval", "share"), rows, note
     )
     rms = chamber.get("residual_rms_ppm") or {}
     models = in_order({name for entries in rms.values() for name in entries})
@@ -149,8 +147,8 @@ def _chamber(results: Mapping) -> list[Block]:
         for unit, entries in rms.items()
     ]
     return blocks + table(
-        "RMS of measured less modelled scale factor in the chamber [ppm], and the magnet's share in its loop [1]",
-        ("unit", *map(label, models), "share of the magnet at 22 °C"),
+        "RMS of measured less modelled scale factor in the chamber [ppm], and the magnet's share of the loop",
+        ("unit", *map(label, models), "share of the magnet at 22 °C [1]"),
         rows,
         "Median of the draws; in brackets: central 95 % of them. Without a model: of K1 less its mean.",
     )
@@ -177,15 +175,15 @@ def _oven(results: Mapping) -> list[Block]:
         if entries := pick(oven, "gain", case):
             rows.append((f"all runs together, {name}", *(_taken_off(entries.get(axis)) for axis in AXES)))
     note = (
-        "Median and best run: median of the instruments, in brackets what holds the central 95 % of them; the best run "
-        "is the one that gains most horizontally. All together: 95 % interval."
+        "Median and best run: median of the instruments, in brackets the central 95 % of them; the best run is the one "
+        "that gains most horizontally. All together: 95 % interval."
     )
-    title = "What refined hysteresis compensation takes off the velocity RMS in the oven [%]"
+    title = "Reduction of the velocity RMS in the oven by refined hysteresis compensation [%]"
     return blocks + table(title, ("run", *AXES), rows, note)
 
 
 def _taken_off(ratio: Mapping | None) -> str:
-    """A ratio of errors as what it takes off, in per cent."""
+    """A ratio of errors as a reduction in per cent."""
     if ratio is None:
         return MISSING
     value, low, high = (100.0 * (1.0 - x) for x in (ratio["value"], *reversed(ratio["interval95"])))
@@ -256,11 +254,11 @@ def _sensitivity(results: Mapping) -> list[Block]:
     heads = [f"{label(arm)}, {axis} [m/s]" for arm in (FIRST, SECOND) for axis in AXES[:2]]
     blocks = table(
         "Velocity RMS in flight with one assumption changed",
-        ("assumption (with what stands in the base)", *heads, "refined hysteresis / simple, horizontal"),
+        ("assumption (base value)", *heads, "refined hysteresis / simple, horizontal"),
         rows,
         "The same instruments in every case; in brackets: 95 % interval. Below 1 refined hysteresis helps.",
     )
-    return [Picture("sensitivity", "Assumptions in the order of what they change."), *blocks] if blocks else []
+    return [Picture("sensitivity", "Assumptions in the order of their effect."), *blocks] if blocks else []
 
 
 OURS: Mapping[str, Callable[[Mapping], list[Block]]] = {

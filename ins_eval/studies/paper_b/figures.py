@@ -30,7 +30,7 @@ def forward_estimation(
     ).replace("-", "−")
     figure, (left, right) = sheet(3.2, "Estimation of the forward gain (Fig. 11)", note, columns=2)
     left.plot(n_fpga, 1e-6 * before, "o", color=BEFORE, markersize=5, label="before")
-    left.plot(n_fpga, 1e-6 * after, ".", color=AFTER, markersize=4, label="−200 ppm put in")
+    left.plot(n_fpga, 1e-6 * after, ".", color=AFTER, markersize=4, label="−200 ppm injected")
     left.set(xlabel="N_FPGA [count]", ylabel="N_out [10⁶ count]")
     difference = after - before
     slope = after_gain - before_gain
@@ -57,7 +57,7 @@ def feedback_estimation(
     ):
         at = np.arange(1, len(first) + 1)
         ax.plot(at, first, "o-", color=BEFORE, markersize=5, label="before")
-        ax.plot(at, second, "s-", color=AFTER, markersize=5, label="+200 ppm put in")
+        ax.plot(at, second, "s-", color=AFTER, markersize=5, label="+200 ppm injected")
         ax.set(xlabel="repetition", title=name, xticks=at)
         ax.ticklabel_format(axis="y", useOffset=False)
     panels[0].set_ylabel("N_on − N_off [count]")
@@ -71,8 +71,8 @@ def static_output(
 ) -> Figure:
     """N_out(0), N'_out(1), N_out(1) less 1 g (n,): "before", "after", "compensated"; and the printed changes."""
     note = (
-        "The identified unit, means of 50 ms. Dashed: the printed changes from N_out(0), of which the paper gives the "
-        "sizes, with the signs that the loop demands: 193 µg below, 24 µg above."
+        "The identified unit, means of 50 ms. Dashed: the printed changes from N_out(0), of which the paper gives "
+        "the magnitudes, with the signs that the loop requires: 193 µg below, 24 µg above."
     )
     figure, ax = sheet(3.2, "Output at 1 g, with and without compensation (Fig. 13)", note)
     tints = {
@@ -108,7 +108,7 @@ def estimates_by_repetition(
         low, high = population_ppm[channel]["interval95"]
         at = np.arange(1, len(printed_ppm[channel]) + 1)
         ax.axhspan(low, high, color="#ececec", linewidth=0, label="our units")
-        ax.axhline(injected_ppm[channel], color=QUIET, linewidth=1.0, linestyle=":", label="put in")
+        ax.axhline(injected_ppm[channel], color=QUIET, linewidth=1.0, linestyle=":", label="injected")
         ax.plot(at, printed_ppm[channel], "D", color=ACCENT, markersize=6, label="Paper B")
         ax.plot(at, identified_ppm[channel], "o", color=IDENTIFIED, markersize=5, label="identified unit")
         ax.set(xlabel="repetition", title=words, xticks=at)
@@ -123,7 +123,7 @@ def shift_distribution(*, shift_ppm: Mapping[str, np.ndarray], printed_ppm: Mapp
     size = len(next(iter(shift_ppm.values())))
     note = (
         f"{size} units, six repetitions each, warmed up by about 2 °C between reference and test, within the paper's "
-        "3 °C. The shift comes from temperature coefficients alone and has either sign; the paper's is one draw."
+        "3 °C. The shift comes from temperature coefficients alone and can have either sign; the paper has one value."
     )
     figure, panels = sheet(3.2, "Found less injected drift, over our units", note, columns=2, sharey=True)
     widest = max(np.abs(np.concatenate(list(shift_ppm.values()))).max(), *(abs(v) for v in printed_ppm.values()))
@@ -146,8 +146,8 @@ def shift_and_size(
     """Shift (n,) of the same tests with the paper's and with a larger drift put in."""
     small, large = sizes_ppm
     note = (
-        f"Each point is one repetition of one unit, at the same temperatures. On the line the shift is the same; a "
-        f"share that is not estimated would lie on a slope of {large / small:g}."
+        f"Each point is one repetition of one unit, at the same temperatures. On the line the shift is the same; if "
+        f"a share of the drift were not estimated, the points would lie on a slope of {large / small:g}."
     )
     figure, panels = sheet(
         3.4, "The shift does not grow with what is injected", note, columns=2, sharex=True, sharey=True
@@ -156,11 +156,11 @@ def shift_and_size(
     for ax, (channel, words) in zip(panels, CHANNELS.items(), strict=True):
         ax.plot([-widest, widest], [-widest, widest], color=INK, linewidth=1.0, label="the same shift")
         ax.plot([-widest, widest], [-widest * large / small, widest * large / small], color=QUIET, linewidth=1.0,
-                linestyle=":", label="a share")  # fmt: skip
+                linestyle=":", label="a share of the drift")  # fmt: skip
         ax.plot(small_ppm[channel], large_ppm[channel], ".", color=BEFORE, markersize=4, label="our units")
-        ax.set(xlabel=f"found − injected, {small:g} ppm put in [ppm]", title=words)
+        ax.set(xlabel=f"found − injected, {small:g} ppm injected [ppm]", title=words)
         ax.set(xlim=(-widest, widest), ylim=(-widest, widest))
-    panels[0].set_ylabel(f"with {large:g} ppm put in [ppm]")
+    panels[0].set_ylabel(f"with {large:g} ppm injected [ppm]")
     legend_below(figure, *panels)
     return figure
 
@@ -175,15 +175,15 @@ def stability_against_drift(
 ) -> Figure:
     """Phase margin and crossover over the drift, and responses name -> (time_s, output in g) to a step of 1 g."""
     note = (
-        "200 ppm cannot be seen on this scale: it is the forward gain's halving or doubling that matters. The static "
-        "output does not show it at all."
+        "200 ppm cannot be seen on this scale: the forward gain would have to halve or double. The static output does "
+        "not change at all."
     )
     figure, (left, right) = sheet(3.4, "Stability against drift of the forward gain", note, columns=2)
     percent = 1e-4 * np.asarray(forward_ppm)
     left.plot(percent, phase_margin_deg, color=AFTER, label="phase margin [°]")
     left.plot(percent, crossover_hz, color=BEFORE, label="crossover [Hz]")
     left.axvline(-0.02, color=ACCENT, linewidth=1.5, label="−200 ppm")
-    left.set(xlabel="drift of the forward gain [%]", ylabel="[°] and [Hz]", ylim=(0.0, None))
+    left.set(xlabel="drift of the forward gain [%]", ylabel="margin [°], crossover [Hz]", ylim=(0.0, None))
     _steps(right, steps)
     legend_below(figure, left, right, columns=6)
     return figure
@@ -202,17 +202,17 @@ def attraction_by_carrier(
 ) -> Figure:
     """What attraction on a held plate adds to the gain (n,) and to its scatter, by the amplitude of the carrier."""
     note = (
-        "The plate held at the middle of the bridge, which draws it most; a free plate is not drawn. What "
-        "attraction adds is the same in every excitation, and what it adds to the scatter is small against the bias."
+        "The plate is held at the middle of the bridge, where the attraction is largest; a free plate is not "
+        "attracted. The gain grows by the same in every excitation, and the added scatter is small beside the bias's."
     )
     figure, ax = sheet(3.2, "Attraction in the open-loop test with excitation", note)
     ax.loglog(volts, gain_ppm, color=BEFORE, label="added to the gain")
     ax.loglog(volts, added_scatter_ppm, color=AFTER, label="added to its scatter")
-    ax.axhline(scatter_ppm, color=QUIET, linewidth=1.0, linestyle=":", label="scatter by the bias")
+    ax.axhline(scatter_ppm, color=QUIET, linewidth=1.0, linestyle=":", label="scatter from the bias")
     ax.axhline(limit_ppm, color=ACCENT, linewidth=1.0, linestyle="--", label="10 ppm of Paper B")
     ax.axvline(carrier_v, color=INK, linewidth=1.2, label="our carrier")
     ax.axvline(excited_v, color=INK, linewidth=1.2, linestyle="--", label="pulled in")
-    ax.set(xlabel="amplitude of the carrier [V]", ylabel="[ppm]")
+    ax.set(xlabel="amplitude of the carrier [V]", ylabel="gain or scatter [ppm]")
     legend_below(figure, ax, columns=3)
     return figure
 
@@ -227,12 +227,12 @@ def temperature_calibrated(
 ) -> Figure:
     """RMS errors by arm, with intervals, after a change in the paper's room and after a large one; and their floor."""
     note = (
-        "RMS over our units with 95 % intervals, on a logarithmic scale. Grey strokes: the same errors at constant "
-        "temperature. With another unit's coefficients the errors grow, as they must."
+        "RMS over our units with 95 % intervals, on a logarithmic scale. Grey lines: the same errors at constant "
+        "temperature. With another unit's coefficients the errors grow, as expected."
     )
-    figure, panels = sheet(3.4, "Errors with temperature taken out", note, columns=2, sharey=True)
+    figure, panels = sheet(3.4, "Errors after correction for temperature", note, columns=2, sharey=True)
     tints = {"none": INK, "tests": BEFORE, "tests_and_output": COMPENSATED, "other_unit": AFTER}
-    words = ("as measured", "tests put back", "tests and output put back", "with another unit's coefficients")
+    words = ("as measured", "tests corrected", "tests and output corrected", "with another unit's coefficients")
     errors = {"forward_ppm": "forward gain", "feedback_ppm": "feedback gain", "output_ug": "output"}
     at = np.arange(len(errors))
     for ax, arms, change_c in zip(panels, (room, far), changes_c, strict=True):
@@ -244,7 +244,7 @@ def temperature_calibrated(
         ax.hlines(floors, at - 0.35, at + 0.35, color=QUIET, linewidth=2.0, label="no change of temperature")
         ax.set(yscale="log", title=f"{change_c:.0f} °C from the reference", xlabel="error of gains [ppm], output [µg]")
         ax.set_xticks(at, errors.values())
-    panels[0].set_ylabel("RMS [ppm], [µg]")
+    panels[0].set_ylabel("RMS [ppm] or [µg]")
     legend_below(figure, *panels, columns=3)
     return figure
 
@@ -253,8 +253,8 @@ def temperature_calibrated(
 def loop_in_flight(*, stretches: Mapping[str, Mapping[str, np.ndarray]]) -> Figure:
     """By name of the flight "time_s", "force_g", "off_ug" and "linear_ug" (n,), of samples of 10 ms."""
     note = (
-        "Above the specific force along the axis that changes most, below the loop less its steady state without "
-        "noise, in samples of 10 ms: what the transfer function says, and the steps of the converters."
+        "Above: the specific force along the axis that changes most. Below: the loop less its steady state, without "
+        "noise, in samples of 10 ms: the response of the transfer function, and the steps of the converters."
     )
     figure, panels = sheet(
         4.8, "The sampled loop beside its steady state, where a flight has the most motion", note, rows=2, columns=2
@@ -265,8 +265,8 @@ def loop_in_flight(*, stretches: Mapping[str, Mapping[str, np.ndarray]]) -> Figu
         upper.plot(*decimate(time_s, one["force_g"]), color=INK)
         upper.set(title=name, xlabel="time [s]", ylabel="specific force [g]")
         lower.plot(*decimate(time_s, one["off_ug"]), color=BEFORE, linewidth=0.6, label="loop − steady state")
-        lower.plot(*decimate(time_s, one["linear_ug"]), color=AFTER, label="by the transfer function")
-        lower.set(xlabel="time [s]", ylabel="[µg]")
+        lower.plot(*decimate(time_s, one["linear_ug"]), color=AFTER, label="from the transfer function")
+        lower.set(xlabel="time [s]", ylabel="difference [µg]")
     legend_below(figure, *panels[1])
     return figure
 

@@ -48,12 +48,16 @@ def paper_b_content(rows: Sequence[Row], results: Mapping) -> tuple[str, list[Se
 def _glance(population: Mapping) -> Section:
     """How far the estimates of our units are off, and what the compensation leaves."""
     wanted = (
-        ("forward_shift_ppm", "forward gain: found less injected drift", "ppm"),
-        ("feedback_shift_ppm", "feedback gain: found less injected drift", "ppm"),
-        ("compensated_ug", "output that compensation leaves, size", "ug"),
+        ("forward_shift_ppm", "forward gain: found less injected drift", "ppm", "units"),
+        ("feedback_shift_ppm", "feedback gain: found less injected drift", "ppm", "units"),
+        ("compensated_ug", "output change after compensation, magnitude", "ug", "repetitions"),
     )
-    numbers = [measured(words, population[key], unit, 0) for key, words, unit in wanted if key in population]
-    picture = Picture("shift_distribution", "What the estimates of our units are off, beside the paper's.")
+    numbers = []
+    for key, words, unit, over in wanted:
+        if key in population:
+            found = measured(words, population[key], unit, 0)
+            numbers.append(found._replace(interval=found.interval.replace("95 %", f"95 % of {over}", 1)))
+    picture = Picture("shift_distribution", "Error of the estimates of our units, and of the paper's.")
     step = "Identify your own loop: ins-eval loop simulate writes tests, ins-eval loop calibrate gains from them."
     return at_a_glance(numbers, picture, step)
 
@@ -90,12 +94,15 @@ def _sight(results: Mapping) -> list[Block]:
     text = ""
     if blind and false:
         text = (
-            f"Drifts of {joined(blind)} change the output and are seen by neither test, so they are not compensated. A "
-            f"drift of {joined(false)} is seen as one of the feedback gain, so that compensation puts it in."
+            f"Drifts of {joined(blind)} change the output, and neither test detects them, so they are not compensated. "
+            f"A drift of {joined(false)} is taken for one of the feedback gain, so that compensation adds it."
         )
-    note = "Each part drifted by 200 ppm alone; with the same noise in every test. Below 0.01 of it counts as not seen."
-    header = ("part", "of", "scan [ppm]", "constant current [ppm]", "output at 1 g [µg]", "seen by")
-    return [*paragraphs(text), *table("What each test reads of a drift by +200 ppm", header, rows, note, "llrrrl")]
+    note = "Each part drifted by 200 ppm on its own, with the same noise in every test. Below 1 % of it: not detected."
+    header = ("part", "of", "scan [ppm]", "constant current [ppm]", "output at 1 g [µg]", "detected by")
+    return [
+        *paragraphs(text),
+        *table("Reading of each test when a part drifts by +200 ppm", header, rows, note, "llrrrl"),
+    ]
 
 
 def _size(value: float) -> str:
@@ -113,9 +120,9 @@ def _identified(results: Mapping) -> list[Block]:
     outputs = unit["outputs_ug"]
     note = (
         "Three temperature coefficients of this unit (forward amplifier, current source, magnet) were chosen after "
-        "these tables, so that the means agree shows nothing; the 24 µg follow from the rest (B21). Its output changes "
-        f"by {fixed(outputs['uncompensated'], 0)} µg, and by +{fixed(outputs['compensated'], 0)} after compensation; "
-        "Paper B: 193 and 24."
+        "these tables, so the agreement of the means shows nothing; the 24 µg follow from the rest (B21). Its output "
+        f"changes by {fixed(outputs['uncompensated'], 0)} µg, and after compensation by "
+        f"+{fixed(outputs['compensated'], 0)} µg; Paper B: 193 and 24 µg."
     )
     return table("The identified unit against Tables 3 and 4", header, rows, note)
 
@@ -128,8 +135,8 @@ def _stability(results: Mapping) -> list[Block]:
         if all(state in margins for state in STATES)
     ]
     note = (
-        "From the sampled loop with its delay. An overshoot without a prefilter is that of a PI controller. It takes "
-        f"{number(margins['degree_percent'], 2)} % of forward gain to change the phase margin by a degree."
+        "From the sampled loop with its delay. The overshoot is that of a PI controller without a prefilter. A "
+        f"change of the forward gain by {number(margins['degree_percent'], 2)} % changes the phase margin by 1°."
         if margins
         else ""
     )
@@ -138,14 +145,14 @@ def _stability(results: Mapping) -> list[Block]:
 
 def _parameters(results: Mapping) -> list[Block]:
     rows = [(symbol, signed(words)) for symbol, words in (results.get("loop") or {}).items()]
-    note = "The paper prints no value. All stand with unit and source in the preset digital-qfa."
+    note = "The paper prints none of these values. All are in the preset digital-qfa, with units and sources."
     return table("Values of our loop, by the paper's symbols", ("symbol", "value"), rows, note, "ll")
 
 
 OURS: Mapping[str, Callable[[Mapping], list[Block]] | None] = {  # None: all of it stands in words.toml
-    "Ours: what each test sees": _sight,
+    "Ours: what each test detects": _sight,
     "Ours: many units through the procedure": None,
-    "Ours: temperature taken out": None,
+    "Ours: correction for temperature": None,
     "Ours: electrostatic attraction": None,
     "Ours: the loop in flight": None,
     "Ours: the identified unit": _identified,

@@ -27,8 +27,8 @@ def refusal(format_name: str, path, content: bytes) -> str:
 def test_a_rocket_has_no_start_and_nothing_to_judge_by(tmp_path, packed):
     content = gzip.compress(ROCKET.encode()) if packed else ROCKET.encode()
     message = refusal("cats", tmp_path / "imu.csv", content)
-    assert "50 samples at 100 Hz, only 0.05 s of them before lift-off (9.8 +- 0" in message
-    assert "record a minute at rest" in message
+    assert "50 samples at 100 Hz, only 0.05 s of them before lift-off (specific force 9.8 +- 0" in message
+    assert "expected a minute at rest and the receiver's full solution" in message
 
 
 @pytest.mark.parametrize("packed", [False, True])

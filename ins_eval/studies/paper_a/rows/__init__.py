@@ -25,7 +25,7 @@ REQUIRED = (
     *(f"A{k}" for k in range(1, 31)),
 )
 
-BESIDE = f"{CHOSEN_WITH_TABLE_7}; Table 6 and the CEP stood beside it"
+BESIDE = f"{CHOSEN_WITH_TABLE_7}; Table 6 and the CEP were known as well"
 # Numbers of the simulation that were chosen with the printed ones in view, by what stands before the first "/".
 CHOSEN = {
     "A-T4": "the size of the magnet's loop, 200 ppm, was chosen after the residual of the proposed model in this table",

@@ -114,7 +114,7 @@ def _cep(results: Mapping) -> dict[str, dict[str, Any]]:
         found[f"A24/{arm}"] = of = {"arm": arm, "kind": "open", "recomputed": quotient, "others": None}
         if velocity and rates:
             ratios = {d: _quotient(rates[d], velocity, NMI / HOUR) for d in DEFINITIONS if d in rates}
-            of |= {"kind": "simulated", "printed": quotient, "recomputed": None, "ours": ratios.pop("final")}
+            of |= {"kind": "simulated", "printed": round(quotient, 3), "recomputed": None, "ours": ratios.pop("final")}
             of["others"] = ", ".join(f"{d.replace('_', ' ')} {number(r['value'])}" for d, r in ratios.items())
     return found
 
@@ -143,7 +143,11 @@ def _rest(results: Mapping) -> dict[str, dict[str, Any]]:
             flight = pick(results, "flight", "ensemble", FIRST, "velocity_rms_mps", axis)
             oven = pick(results, "oven", case, FIRST, axis)
             found[f"A30/{case}/{axis}"] = {
-                **{"axis": axis.capitalize(), "attitude": attitude, "printed": navigation.flight_to_oven(FIRST, axis)},
+                **{
+                    "axis": axis.capitalize(),
+                    "attitude": attitude,
+                    "printed": round(navigation.flight_to_oven(FIRST, axis), 3),
+                },
                 "ours": _quotient(flight, oven) if flight and oven else None,
             }
     return found | {
