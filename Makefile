@@ -59,6 +59,11 @@ REAL_SEED ?= 1
 REAL_LIMIT ?= 300
 REAL_SET = .cache/concealed/real-$(REAL_SEED)
 
+# Effects in simulated drives and flights of MEMS units.
+MEMS_SEED ?= 1
+MEMS_COUNT ?= 100
+MEMS_SET = .cache/concealed/mems-$(MEMS_SEED)
+
 ifdef QUICK
 concealed: env
 	@$(VENV)/bin/python -m benchmark.runners.quick --workers $(or $(WORKERS),2) $(if $(SEED),--seed "$(SEED)") $(if $(WITHOUT),--without "$(WITHOUT)")
@@ -67,8 +72,13 @@ concealed: env
 	@$(VENV)/bin/python -m benchmark.runners.make_real --seed $(REAL_SEED) -o $(REAL_SET)
 	@$(VENV)/bin/python -m benchmark.runners.run $(REAL_SET)/recordings $(REAL_SET)/answers --workers $(or $(WORKERS),2) $(CLUSTER) --limit $(REAL_LIMIT)
 	@$(VENV)/bin/python -m benchmark.runners.report_real $(REAL_SET) $(REAL_SET)/answers --output reports/concealed-real
+else ifdef MEMS
+concealed: env
+	@$(VENV)/bin/python -m benchmark.runners.make_mems --seed $(MEMS_SEED) --count $(MEMS_COUNT) --workers $(or $(WORKERS),2) -o $(MEMS_SET)
+	@$(VENV)/bin/python -m benchmark.runners.run $(MEMS_SET)/recordings $(MEMS_SET)/answers --workers $(or $(WORKERS),2) $(CLUSTER) --limit $(REAL_LIMIT)
+	@$(VENV)/bin/python -m benchmark.runners.report_real $(MEMS_SET) $(MEMS_SET)/answers --output reports/concealed-mems
 else
-concealed: env ## effects concealed in recordings: does diagnose find them? writes reports/concealed/ (SEALED_SEED= WORKERS= QUICK=1: 40 cases in 5 minutes, reports/concealed-quick/ REAL=1: in real ones, reports/concealed-real/)
+concealed: env ## effects concealed in recordings: does diagnose find them? writes reports/concealed/ (SEALED_SEED= WORKERS= QUICK=1: 40 cases in 5 minutes, reports/concealed-quick/ REAL=1: in real ones, reports/concealed-real/ MEMS=1: in drives and flights of MEMS units, reports/concealed-mems/)
 	@for each in $(SEALED); do \
 	    $(VENV)/bin/python -m benchmark.runners.make --set sealed --seed $(SEALED_SEED) --rate 20 --kind $${each%:*} \
 	        --count $${each#*:} --workers $(or $(WORKERS),2) $(CLUSTER) -o $(CONCEALED) || exit 1; done

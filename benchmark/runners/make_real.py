@@ -19,6 +19,7 @@ from benchmark.runners.make import code_hash
 from benchmark.scores.detectable import Oracle
 from benchmark.worlds import real
 from benchmark.worlds.cases import plain
+from benchmark.worlds.recorded import Recorded
 
 SET = "real"
 
@@ -33,25 +34,27 @@ def make(source: real.Source, recordings: Path, folder: Path, seed: int) -> int:
         return len(drawn)
     oracle = Oracle(recorded, source.arc_s)
     for case in drawn:
-        path = folder / "truth" / f"{case.name}.json"
-        if path.exists():
-            continue
-        truth = case.truth(seed)
-        if case.effect is not None:
-            truth["oracle"] = _seen(oracle, case)
-        shutil.rmtree(folder / "recordings" / case.name, ignore_errors=True)  # a half of it
-        case.recorded.save(folder / "recordings" / case.name)
-        path.write_text(json.dumps(plain(truth), indent=1) + "\n")
+        if not (folder / "truth" / f"{case.name}.json").exists():
+            seen = None if case.effect is None else numbers(oracle, case, case.recorded)
+            write(case, folder, case.truth(seed, SET) | {"oracle": seen})
     return len(drawn)
 
 
-def _seen(oracle: Oracle, case: real.Case) -> dict | None:
-    """The oracle's numbers in the unit of the effect; `own`: what the recording shows of it before, where it is known.
+def write(case: real.Case, folder: Path, truth: dict) -> None:
+    """A case, and its truth once it is whole."""
+    shutil.rmtree(folder / "recordings" / case.name, ignore_errors=True)  # a half of it
+    case.recorded.save(folder / "recordings" / case.name)
+    (folder / "truth" / f"{case.name}.json").write_text(json.dumps(plain(truth), indent=1) + "\n")
 
-    Of a clock offset it is the delay that the oracle fitted. Constants and laws of temperature are taken off the
-    unmodified recording as its own, so that nothing is known of them.
+
+def numbers(oracle: Oracle, case: real.Case, after: Recorded) -> dict | None:
+    """The oracle's numbers of what the effect of a case made `after` of its recording, in the unit of the effect.
+
+    `own`: what the recording shows of it before, where it is known. Of a clock offset it is the delay that the oracle
+    fitted. Constants and laws of temperature are taken off the unmodified recording as its own, so that nothing is known
+    of them.
     """
-    seen, effect = oracle.seen(case.recorded), case.effect
+    seen, effect = oracle.seen(after), case.effect
     if seen is None:
         return None
     own: float | None = effect.value * seen.own

@@ -1,7 +1,7 @@
 """`python -m benchmark.runners.report_real FOLDER ANSWERS [--output DIR]`: what was found of what hid.
 
-FOLDER is what `benchmark.runners.make_real` wrote, ANSWERS what `benchmark.runners.run` made of it. Writes the page,
-``metrics.json`` (each rate, and the record of each case) and ``manifest.json``.
+FOLDER is what `benchmark.runners.make_real` or `make_mems` wrote, ANSWERS what `benchmark.runners.run` made of it.
+Writes the page, ``metrics.json`` (each rate, and the record of each case) and ``manifest.json``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from benchmark.runners.pages import number
 from benchmark.runners.targets import MET, MISSED, OPEN, TONES, spoken
 from benchmark.scores.against import ENDED, FAULT, REFUSED, judged, summary, targets
 from benchmark.scores.score import CLEAR, read
-from benchmark.worlds.real import SOURCES
 from ins_eval.figures.style import FAINT, QUIET, legend_below, sheet, styled
 from ins_eval.files import write_whole
 from ins_eval.report.content import Block, Picture, Section, Table, at_a_glance, paragraphs, table
@@ -31,10 +30,9 @@ from ins_eval.report.json_file import as_json
 from ins_eval.report.results import write_results
 from ins_eval.wording import MISSING, fixed
 
-TITLE = "Effects concealed in real recordings"
+SETS = {"real": "real recordings", "mems": "simulated drives and flights of MEMS units"}
 WHAT = ("detected", "right channel", "named first or listed")
 RATE = ("", "cases", "share", "95 % interval")
-PLACES = {one.name: one.title for one in SOURCES}
 
 
 def result_of(folder: Path, answers: Path) -> dict:
@@ -48,7 +46,8 @@ def result_of(folder: Path, answers: Path) -> dict:
         for name, one in sorted(truths.items())
     ]  # fmt: skip
     result = summary(records)
-    return result | {"targets": targets(result)}
+    made = json.loads((folder / "manifest.json").read_text())
+    return {"concealed_in": SETS[made["set"]]} | result | {"targets": targets(result)}
 
 
 def manifest(folder: Path, answers: Path) -> dict:
@@ -88,8 +87,8 @@ def _answer(result: dict) -> str:
     count = sum(one["kind"] == "single" for one in result["records"])
     unanswered = sum(not one["answered"] for one in result["records"])
     lines = [
-        f"{count} effects concealed in real recordings, {result['cases']} cases with the recordings as they are and "
-        f"nulls: {met} of {len(said) - open_} targets met."
+        f"{count} effects concealed in {result['concealed_in']}, {result['cases']} cases with the recordings as they "
+        f"are and nulls: {met} of {len(said) - open_} targets met."
     ]
     if missed:
         lines.append(f"Missed: {'; '.join(missed)}.")
@@ -115,7 +114,7 @@ def _targets(result: dict) -> Table:
 
 
 def _rates(title: str, group: dict, note: str = "") -> list[Table]:
-    rows = [(PLACES.get(name, name), *spoken(one)) for name, one in group.items()]
+    rows = [(name, *spoken(one)) for name, one in group.items()]
     return table(title, RATE, rows, note)
 
 
@@ -125,7 +124,7 @@ def _three(title: str, group: dict) -> list[Table]:
     rows = []
     for name in names:
         here = [group[f"{name}: {what}"] for what in WHAT]
-        rows.append((PLACES.get(name, name), str(here[0]["count"]), *map(_with_interval, here)))
+        rows.append((name, str(here[0]["count"]), *map(_with_interval, here)))
     return table(title, ("", "cases", *WHAT), rows, "In per cent, with exact 95 % intervals.")
 
 
@@ -188,7 +187,7 @@ def _failing(hidden: Sequence[dict]) -> list[Block]:
 def _by_recording(result: dict) -> list[Block]:
     return [
         FIGURE,
-        *_three("Recordings, D of at least 16", result["by source"]),
+        *_three("Recordings, D of at least 16", result["by place"]),
         *_rates("All", result["all"], "Detected: an effect is named that is not named for the unmodified recording."),
     ]
 
@@ -203,7 +202,7 @@ def _nulls(result: dict, nulls: Sequence[dict]) -> list[Table]:
 
 
 def _unmodified(result: dict) -> list[Table]:
-    rows = [(PLACES[one["source"]], one["verdict"], _words(one["named"]))
+    rows = [(one["place"], one["verdict"], _words(one["named"]))
             for one in result["records"] if one["kind"] == "unmodified"]  # fmt: skip
     return table("The recordings as they are", ("recording", "verdict", "named"), rows, align="lll")
 
@@ -230,15 +229,20 @@ def _how() -> list[Block]:
 
 def _time(result: dict) -> list[Table]:
     rows = []
-    for name, title in PLACES.items():
-        here = [one for one in result["records"] if one["source"] == name and one["seconds"] is not None]
+    for place in _places(result["records"]):
+        here = [one for one in result["records"] if one["place"] == place and one["seconds"] is not None]
         for words, key in (("elapsed", "seconds"), ("CPU", "processor_s")):
             taken = [one[key] for one in here if one[key] is not None]
             if taken:
                 at = np.quantile(taken, (0.5, 0.95, 1.0))
-                rows.append((title, words, str(len(taken)), *(fixed(float(x), 1) for x in at)))
+                rows.append((place, words, str(len(taken)), *(fixed(float(x), 1) for x in at)))
     header = ("recording", "seconds", "cases", "median", "95 %", "longest")
     return table("Seconds for a case", header, rows, align="llrrrr")
+
+
+def _places(records: Sequence[dict]) -> list[str]:
+    """Recordings of records, each once, in their order."""
+    return list(dict.fromkeys(one["place"] for one in records))
 
 
 # ------------------------------------------------------------------------------------------------ the figure
@@ -264,14 +268,14 @@ def outcome(one: dict) -> str:
 @styled
 def by_recording(hidden: Sequence[dict]) -> Figure:
     """Each concealed effect at its D, a row a recording."""
-    names = [name for name in PLACES if any(one["source"] == name for one in hidden)]
+    places = _places(hidden)
     note = (
         "One mark an effect, by the D of the oracle and the answer. Above 16 nats (line) it should be found. "
         "Diamonds: the recording was refused, or there was no answer in time."
     )
-    figure, ax = sheet(1.7 + 0.62 * len(names), "Concealed in real recordings", note)
+    figure, ax = sheet(1.7 + 0.62 * len(places), "Concealed effects", note)
     for label, (tone, mark) in MARKS.items():
-        here = [(max(one["d"] or 0.0, 0.1), names.index(one["source"]) + _apart(one)) for one in hidden
+        here = [(max(one["d"] or 0.0, 0.1), places.index(one["place"]) + _apart(one)) for one in hidden
                 if (outcome(one) if one["answered"] else NONE) == label]  # fmt: skip
         if here:
             edge = QUIET if label == NONE else tone
@@ -279,8 +283,8 @@ def by_recording(hidden: Sequence[dict]) -> Figure:
                     markersize=4.5, linestyle="none", label=f"{label} ({len(here)})")  # fmt: skip
     ax.axvline(16.0, color=QUIET, linestyle="--", linewidth=0.8)
     ax.set_xscale("log")
-    ax.set_yticks(range(len(names)), [PLACES[name] for name in names])
-    ax.set_ylim(len(names) - 0.4, -0.6)
+    ax.set_yticks(range(len(places)), places)
+    ax.set_ylim(len(places) - 0.4, -0.6)
     ax.set_xlabel("D of the oracle [nats]")
     legend_below(figure, ax, columns=3)
     return figure
@@ -312,7 +316,8 @@ def main(arguments: list[str] | None = None) -> int:
     hidden = [one for one in result["records"] if one["kind"] == "single"]
     write_whole(chosen.output / "manifest.json", as_json(made))
     drawn = {"by_recording": by_recording(hidden)} if hidden else {}
-    write_results(chosen.output, TITLE, answer, sections, result, drawn, chosen.quiet)
+    title = f"Effects concealed in {result['concealed_in']}"
+    write_results(chosen.output, title, answer, sections, result, drawn, chosen.quiet)
     return 0
 
 

@@ -29,18 +29,6 @@ WRONG_SHARE = 0.5
 SENTENCE, DEFECT = "refused", "defect"
 
 
-def cut(made: Made, begin_s: float, length_s: float) -> None:
-    """Keep the rows of `length_s` seconds from `begin_s` on; the start is where the unit truly is then."""
-    for name, columns in made.tables.items():
-        rows = (columns["time_s"] > begin_s) & (columns["time_s"] <= begin_s + length_s)
-        made.tables[name] = {key: values[rows] for key, values in columns.items()}
-    lla, velocity, _, _ = made.felt.truth.state([begin_s])
-    made.head["start"] |= {
-        "time_s": begin_s, "latitude_deg": float(np.rad2deg(lla[0, 0])),
-        "longitude_deg": float(np.rad2deg(lla[0, 1])), "height_m": float(lla[0, 2]), "velocity_ned_mps": velocity[0],
-    }  # fmt: skip
-
-
 def reversed_axis(rng: np.random.Generator, imu: dict) -> str:
     """One column with the other sign."""
     column = f"{rng.choice(['gyro', 'accel'])}_{rng.choice(list('xyz'))}"
@@ -73,7 +61,7 @@ def a_short_recording(seed: int, index: int) -> tuple[Made, str]:
     made = grades.a_recording(rng, grade, trajectory, RATE_HZ)
     length_s = float(rng.uniform(*LENGTHS_S))
     begin_s = round(float(rng.uniform(0.0, made.felt.time_s[-1] - length_s)))
-    cut(made, begin_s, length_s)
+    grades.cut(made, begin_s, length_s)
     wrong = WRONG[rng.integers(len(WRONG))](rng, made.tables["imu"]) if rng.random() < WRONG_SHARE else "as it is"
     return made, f"{grade}, {trajectory}, {length_s:.0f} s from {begin_s} s, {wrong}"
 

@@ -28,9 +28,9 @@ SWAY_MPS = (2e-4, 1e-3)
 SCALE_PPM = {"consumer": 5000.0, "industrial": 2000.0, "tactical": 100.0}
 
 
-def a_unit(rng: np.random.Generator, grade: str) -> Unit:
-    """A unit of that grade, in increments, with its receiver."""
-    sheet, true = noise.draw(rng, "plain")
+def a_unit(rng: np.random.Generator, grade: str, form: str = "plain") -> Unit:
+    """A unit of that grade, in increments, with its receiver; `form` of the noise is plain or adversarial."""
+    sheet, true = noise.draw(rng, form)
     gyro, walk, force, density = RANGES[grade]
     sheet |= {
         "gyro_bias_deg_per_h": float(f"{log_uniform(rng, *gyro):.3g}"),
@@ -54,12 +54,26 @@ def wander(tau_s: float) -> float:
     return WANDER_IN_MINUTE / math.sqrt(-2.0 * math.expm1(-60.0 / tau_s))
 
 
-def a_recording(rng: np.random.Generator, grade: str, trajectory: str, rate_hz: float = 50.0) -> Made:
+def a_recording(
+    rng: np.random.Generator, grade: str, trajectory: str, rate_hz: float = 50.0, form: str = "plain"
+) -> Made:
     """A drive or flight of a unit of that grade, which states nothing of its attitude."""
-    unit = a_unit(rng, grade)
+    unit = a_unit(rng, grade, form)
     felt = feel(rng, trajectory, rate_hz, unit.apart, sway_mps=log_uniform(rng.spawn(1)[0], *SWAY_MPS))
     ppm = SCALE_PPM[grade] * rng.standard_normal((2, 3))
     departures = Departures(accel_ppm=ppm[0], gyro_deg_per_h=1e-6 * ppm[1] * np.rad2deg(felt.turn) * 3600.0)
     made = measure(rng, felt, unit, departures, trajectory, f"{grade} {trajectory}")
     del made.head["start"]["attitude_deg"], made.head["start"]["attitude_sigma_deg"]
     return made
+
+
+def cut(made: Made, begin_s: float, length_s: float) -> None:
+    """Keep the rows of `length_s` seconds from `begin_s` on; the start is where the unit truly is then."""
+    for name, columns in made.tables.items():
+        rows = (columns["time_s"] > begin_s) & (columns["time_s"] <= begin_s + length_s)
+        made.tables[name] = {key: values[rows] for key, values in columns.items()}
+    lla, velocity, _, _ = made.felt.truth.state([begin_s])
+    made.head["start"] |= {
+        "time_s": begin_s, "latitude_deg": float(np.rad2deg(lla[0, 0])),
+        "longitude_deg": float(np.rad2deg(lla[0, 1])), "height_m": float(lla[0, 2]), "velocity_ned_mps": velocity[0],
+    }  # fmt: skip

@@ -93,6 +93,17 @@ FLYING = (
 )
 
 
+INDUSTRIAL = (
+    *_rows("gyro", INDUSTRIAL_GYRO),
+    *_rows("accelerometer", "bias x 10000 ug; bias_step x 10000 ug; bias_step z 10000 ug; scale z 10000 ppm"),
+    Row("gps.time_offset", None, 0.15, "s"),
+    *CLOCKS,
+    _of_file("axis_sign", "z", "gyro"),
+    _of_file("axes_exchanged", "x", "gyro", 1.0, "y"),
+    _of_file("unit", None, "gyro", DEGREES),
+)
+
+
 @dataclass(frozen=True)
 class Source:
     """A real recording: where it lies below ../shared/recordings, how it is imported, what is concealed in it."""
@@ -211,13 +222,13 @@ class Case:
     recorded: Recorded
     effect: Applied | None = None
 
-    def truth(self, seed: int) -> dict:
+    def truth(self, seed: int, of_set: str) -> dict:
         """What only the maker knows; the oracle is added later."""
         effects, channels = [], []
         if self.effect is not None:
             effects, channels = [self.effect.record()], list(self.effect.channels)
         return {
-            "case": self.name, "kind": self.kind, "set": "real", "seed": seed, "source": self.source.name,
+            "case": self.name, "kind": self.kind, "set": of_set, "seed": seed, "source": self.source.name,
             "what": self.what, "recordings": [{"name": self.source.title, "kind": self.recorded.kind}],
             "effects": effects, "channels": channels, "outside": False, "oracle": None,
         }  # fmt: skip
