@@ -51,8 +51,8 @@ def numbers(oracle: Oracle, case: real.Case, after: Recorded) -> dict | None:
     """The oracle's numbers of what the effect of a case made `after` of its recording, in the unit of the effect.
 
     `own`: what the recording shows of it before, where it is known. Of a clock offset it is the delay that the oracle
-    fitted. Constants and laws of temperature are taken off the unmodified recording as its own, so that nothing is known
-    of them.
+    fitted. Constants and laws of temperature are taken off the unmodified recording as its own: nothing is known of
+    them.
     """
     seen, effect = oracle.seen(after), case.effect
     if seen is None:

@@ -187,7 +187,7 @@ def _failing(hidden: Sequence[dict]) -> list[Block]:
 def _by_recording(result: dict) -> list[Block]:
     return [
         FIGURE,
-        *_three("Recordings, D of at least 16", result["by place"]),
+        *_three("Recordings, D of at least 16", result["by recording"]),
         *_rates("All", result["all"], "Detected: an effect is named that is not named for the unmodified recording."),
     ]
 
@@ -202,7 +202,7 @@ def _nulls(result: dict, nulls: Sequence[dict]) -> list[Table]:
 
 
 def _unmodified(result: dict) -> list[Table]:
-    rows = [(one["place"], one["verdict"], _words(one["named"]))
+    rows = [(one["recording"], one["verdict"], _words(one["named"]))
             for one in result["records"] if one["kind"] == "unmodified"]  # fmt: skip
     return table("The recordings as they are", ("recording", "verdict", "named"), rows, align="lll")
 
@@ -229,20 +229,20 @@ def _how() -> list[Block]:
 
 def _time(result: dict) -> list[Table]:
     rows = []
-    for place in _places(result["records"]):
-        here = [one for one in result["records"] if one["place"] == place and one["seconds"] is not None]
+    for name in _recordings(result["records"]):
+        here = [one for one in result["records"] if one["recording"] == name and one["seconds"] is not None]
         for words, key in (("elapsed", "seconds"), ("CPU", "processor_s")):
             taken = [one[key] for one in here if one[key] is not None]
             if taken:
                 at = np.quantile(taken, (0.5, 0.95, 1.0))
-                rows.append((place, words, str(len(taken)), *(fixed(float(x), 1) for x in at)))
+                rows.append((name, words, str(len(taken)), *(fixed(float(x), 1) for x in at)))
     header = ("recording", "seconds", "cases", "median", "95 %", "longest")
     return table("Seconds for a case", header, rows, align="llrrrr")
 
 
-def _places(records: Sequence[dict]) -> list[str]:
+def _recordings(records: Sequence[dict]) -> list[str]:
     """Recordings of records, each once, in their order."""
-    return list(dict.fromkeys(one["place"] for one in records))
+    return list(dict.fromkeys(one["recording"] for one in records))
 
 
 # ------------------------------------------------------------------------------------------------ the figure
@@ -268,14 +268,14 @@ def outcome(one: dict) -> str:
 @styled
 def by_recording(hidden: Sequence[dict]) -> Figure:
     """Each concealed effect at its D, a row a recording."""
-    places = _places(hidden)
+    names = _recordings(hidden)
     note = (
         "One mark an effect, by the D of the oracle and the answer. Above 16 nats (line) it should be found. "
         "Diamonds: the recording was refused, or there was no answer in time."
     )
-    figure, ax = sheet(1.7 + 0.62 * len(places), "Concealed effects", note)
+    figure, ax = sheet(1.7 + 0.62 * len(names), "Concealed effects", note)
     for label, (tone, mark) in MARKS.items():
-        here = [(max(one["d"] or 0.0, 0.1), places.index(one["place"]) + _apart(one)) for one in hidden
+        here = [(max(one["d"] or 0.0, 0.1), names.index(one["recording"]) + _apart(one)) for one in hidden
                 if (outcome(one) if one["answered"] else NONE) == label]  # fmt: skip
         if here:
             edge = QUIET if label == NONE else tone
@@ -283,8 +283,8 @@ def by_recording(hidden: Sequence[dict]) -> Figure:
                     markersize=4.5, linestyle="none", label=f"{label} ({len(here)})")  # fmt: skip
     ax.axvline(16.0, color=QUIET, linestyle="--", linewidth=0.8)
     ax.set_xscale("log")
-    ax.set_yticks(range(len(places)), places)
-    ax.set_ylim(len(places) - 0.4, -0.6)
+    ax.set_yticks(range(len(names)), names)
+    ax.set_ylim(len(names) - 0.4, -0.6)
     ax.set_xlabel("D of the oracle [nats]")
     legend_below(figure, ax, columns=3)
     return figure

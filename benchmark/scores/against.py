@@ -60,7 +60,8 @@ def judged(truth: dict, answer: dict | None, unmodified: dict | None, run: dict,
     oracle = truth["oracle"] or {}
     new, channels = beyond(given, base)
     record = {
-        "case": truth["case"], "place": truth["recordings"][0]["name"], "kind": truth["kind"], "what": truth["what"],
+        "case": truth["case"], "recording": truth["recordings"][0]["name"], "kind": truth["kind"],
+        "what": truth["what"],
         "truth": [words(one) for one in truth["effects"]], "d": oracle.get("log_bayes_factor"), "verdict": verdict,
         "band": band(oracle.get("log_bayes_factor")), "answered": answer is not None, "said": error,
         "named": [words(one) for one in given.get("effects") or ()], "new": new, "seconds": run.get("seconds"),
@@ -104,10 +105,10 @@ def summary(records: list[dict]) -> dict:
 
     Without an answer nothing is detected; alarms and confidently wrong ones are counted among answers only.
     """
-    counts = {name: Count() for name in ("all", "by place", "by effect", "nulls", "times")}
+    counts = {name: Count() for name in ("all", "by recording", "by effect", "nulls", "times")}
     for one in records:
         if one["kind"] == "null" and one["answered"]:
-            for name in ("all", one["place"]):
+            for name in ("all", one["recording"]):
                 counts["nulls"].add(name, one["alarm"])
         if one["kind"] == "single":
             _hidden(counts, one)
@@ -131,7 +132,7 @@ def _hidden(counts: dict, one: dict) -> None:
         if not clear:
             continue
         name = one["truth"][0].split()[0]
-        counts["by place"].add(f"{one['place']}: {label}", one[word])
+        counts["by recording"].add(f"{one['recording']}: {label}", one[word])
         counts["by effect"].add(f"{name}: {label}", one[word])
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-from benchmark.runners import make_real, report_real, run
+from benchmark.runners import make_mems, make_real, report_real, run
 from benchmark.scores import against
 from benchmark.scores.detectable import Oracle
 from benchmark.worlds import into_data, real
@@ -230,7 +230,8 @@ def entry(name: str, axis: str | None, low: float, high: float, **further) -> di
 OWN = {"verdict": "explained", "effects": [entry("gps.time_offset", None, 0.24, 0.26)], "indistinguishable": [],
        "mismatch": [{"channel": "gps.velocity", "interval_s": [0.0, 100.0]}]}  # fmt: skip
 TRUTH = {
-    "case": "case-plane-hidden-00", "kind": "single", "source": "plane", "what": "one effect", "recordings": [],
+    "case": "case-plane-hidden-00", "kind": "single", "source": "plane", "what": "one effect",
+    "recordings": [{"name": "aeroplane", "kind": "flight"}],
     "effects": [{"name": "gps.time_offset", "axis": None, "value": 0.15, "unit": "s"}], "channels": ["gps.velocity"],
     "oracle": {"log_bayes_factor": 100.0, "own": 0.25, "sigma": 0.005},
 }  # fmt: skip
@@ -338,3 +339,23 @@ def test_a_case_that_takes_too_long_is_ended(tmp_path: Path, still) -> None:
     still.save(tmp_path / "case")
     assert run.run({"case-1": [tmp_path / "case"]}, tmp_path / "answers", limit_s=0.05) == ["case-1"]
     assert (tmp_path / "answers" / "case-1.error").read_text().startswith(f"exit code {run.TIMEOUT}")
+
+
+def test_a_journey_is_as_it_is_and_with_an_effect_that_the_oracle_sees(tmp_path: Path) -> None:
+    """The same bytes whenever it is made; the effect is what the two recordings differ by, and no attitude is told."""
+    for folder in (tmp_path / "first", tmp_path / "again"):
+        assert make_mems.main(["--seed", "4", "--count", "1", "-o", str(folder)]) == 0
+    truth = json.loads((tmp_path / "first/truth/case-mems-000-hidden-00.json").read_text())
+    assert truth == json.loads((tmp_path / "again/truth/case-mems-000-hidden-00.json").read_text())
+    plain, hidden = (read(tmp_path / f"first/recordings/case-mems-000-{name}") for name in ("unmodified", "hidden-00"))
+    assert "attitude_deg" not in plain.head["start"] and "reference" not in plain.tables
+    (effect,) = truth["effects"]
+    parameters = {name: effect[name] for name in ("other_axis", "sensor", "at_s") if name in effect}
+    wanted = apply(plain, Applied(effect["name"], effect["axis"], effect["value"], effect["unit"], parameters))
+    changed = False
+    for name, table in wanted.tables.items():
+        for column, values in table.items():
+            np.testing.assert_array_equal(hidden.tables[name][column], values)
+            changed |= not np.array_equal(plain.tables[name][column], values)
+    assert changed
+    assert truth["oracle"]["log_bayes_factor"] > 0.0
