@@ -3,7 +3,7 @@
 All persistent errors of all sensors are free at once, normal with the sigmas from which they were drawn, and so are the
 turn-on biases, the start and the branch on which each magnet begins. It knows every level of the noise, and linearises
 about the truth. It does not know time constants and widths: values on a grid stand side by side, each with its part of
-the variance. In a chamber it takes a magnet to begin alike in every run, which it does not.
+the variance. A magnet begins anew in each flight and in each run of a chamber.
 """
 
 from __future__ import annotations
@@ -40,22 +40,32 @@ def candidates(population: str) -> tuple[list[Effect], list[Effect]]:
 
 def observed(instrument: Instrument, recordings: Sequence[Made]) -> list[Effect]:
     """The errors that the observer believes after these recordings: posterior means."""
+    own, _ = candidates(instrument.population)
+    parts = [sums(instrument, made) for made in recordings]
+    a, b = sum(one[0] for one in parts), sum(one[1] for one in parts)
+    mean = np.linalg.solve(a + np.eye(len(own)), b)
+    return [Effect(e.name, e.axis, float(m * e.value), e.parameters) for e, m in zip(own, mean, strict=True)]
+
+
+def sums(instrument: Instrument, made: Made) -> tuple[np.ndarray, np.ndarray, float, int]:
+    """A (k, k) and b (k,) of the persistent errors in one recording, and the square of its n data; and n.
+
+    What belongs to the recording is integrated out of all.
+    """
     own, of_day = candidates(instrument.population)
     k = len(own)
     places = [next(i for i, one in enumerate(own) if _same(one, other)) for other in of_day]
-    a, b = np.zeros((k, k)), np.zeros(k)
-    for made in recordings:
-        every = [*own, *of_day]
-        sheet, true = instrument.unit.sheet, instrument.unit.noise
-        if made.kind == "chamber":
-            data, columns, nuisances = chamber_whitened(made, sheet, true, every)
-        else:
-            data, columns, nuisances = Moving(made, sheet, true).whitened(every)
-        begins = columns[:, k:] - columns[:, places]  # a magnet that begins at one end, less one in the middle
-        one = reduced(data, columns[:, :k], np.column_stack([nuisances, begins]))
-        a, b = a + one[0], b + one[1]
-    mean = np.linalg.solve(a + np.eye(k), b)
-    return [Effect(e.name, e.axis, float(m * e.value), e.parameters) for e, m in zip(own, mean, strict=True)]
+    every = [*own, *of_day]
+    sheet, true = instrument.unit.sheet, instrument.unit.noise
+    if made.kind == "chamber":
+        data, columns, nuisances = chamber_whitened(made, sheet, true, every)
+    else:
+        data, columns, nuisances = Moving(made, sheet, true).whitened(every)
+    begins = columns[:, k:] - columns[:, places]  # a magnet that begins at one end, less one in the middle
+    if made.kind == "chamber":
+        run = made.tables["chamber"]["run"]
+        begins = np.hstack([begins * (run == one)[:, None] for one in np.unique(run)])
+    return *reduced(data, columns[:, :k], np.column_stack([nuisances, begins])), data.size
 
 
 def _same(a: Effect, b: Effect) -> bool:

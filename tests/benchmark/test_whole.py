@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from benchmark.runners.whole_instruments import summary, unit
+from benchmark.scores.observer import sums
 from benchmark.worlds.effects import AXES
 from benchmark.worlds.whole import POPULATIONS, an_instrument
 
 RATE_HZ = 2.5
 COUNT_STEP = 2.0  # pulses: what whole counts leave of a difference
+SIGMAS = 5.0  # of a chi-square
 BEST_SHARE = 0.95  # of the velocity RMS of own errors, that a model has to stay below in the slow test
 
 
@@ -35,6 +37,19 @@ def test_a_day_is_the_same_whatever_the_errors_of_the_instrument() -> None:
         left = np.abs(rest.tables["imu"][f"accel_{axis}"] - twin.tables["imu"][f"accel_{axis}"])
         assert left.max() <= COUNT_STEP + hysteresis * np.abs(twin.tables["imu"][f"accel_{axis}"]).max()
         assert (flight.tables["imu"][f"gyro_{axis}"] != twin.tables["imu"][f"gyro_{axis}"]).any()
+
+
+@pytest.mark.parametrize("population", POPULATIONS)
+def test_the_observer_leaves_white_noise(population: str) -> None:
+    """With y = X c + white noise and c ~ N(0, I), y'(I + X X')^-1 y is chi-square of as many degrees as there are data.
+
+    Flights and chambers alike: whoever took a magnet to begin alike in every run would leave up to twice as much.
+    """
+    instrument = an_instrument(population, 3, 0)
+    for made in (instrument.flight(0), instrument.chamber("x"), instrument.chamber("z")):
+        a, b, square, count = sums(instrument, made)
+        left = square - b @ np.linalg.solve(a + np.eye(b.size), b)
+        assert abs(left - count) < SIGMAS * np.sqrt(2.0 * count)
 
 
 def test_shares_are_counted_with_their_intervals() -> None:
