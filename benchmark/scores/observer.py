@@ -19,6 +19,7 @@ from benchmark.worlds.whole import POPULATIONS, Instrument, others
 
 TIMES_S = tuple(np.geomspace(300.0, 15000.0, 6))
 WIDTHS_C = tuple(np.geomspace(0.5, 9.0, 5))
+DRAWS = 1000
 
 
 def candidates(population: str) -> tuple[list[Effect], list[Effect]]:
@@ -38,16 +39,36 @@ def candidates(population: str) -> tuple[list[Effect], list[Effect]]:
     return found, of_day
 
 
-def observed(instrument: Instrument, recordings: Sequence[Made]) -> list[Effect]:
-    """The errors that the observer believes after these recordings: posterior means."""
+Sums = tuple[np.ndarray, np.ndarray, float, int]
+
+
+def observed(instrument: Instrument, parts: Sequence[Sums]) -> list[Effect]:
+    """The errors that the observer believes after recordings with these `sums`: posterior means."""
     own, _ = candidates(instrument.population)
-    parts = [sums(instrument, made) for made in recordings]
     a, b = sum(one[0] for one in parts), sum(one[1] for one in parts)
     mean = np.linalg.solve(a + np.eye(len(own)), b)
     return [Effect(e.name, e.axis, float(m * e.value), e.parameters) for e, m in zip(own, mean, strict=True)]
 
 
-def sums(instrument: Instrument, made: Made) -> tuple[np.ndarray, np.ndarray, float, int]:
+def reachable(instrument: Instrument, parts: Sequence[Sums], later: Made) -> np.ndarray:
+    """Shares (n,) of the velocity RMS on a later flight that the observer leaves of instruments of its population.
+
+    Each is another instrument on the same days: c ~ N(0, I), b ~ N(A c, A). So they say what the best that could be
+    known gains, free of the luck of one instrument.
+    """
+    own, _ = candidates(instrument.population)
+    v = Moving(later, instrument.unit.sheet, instrument.unit.noise).velocities(own)
+    square = np.einsum("tci,tcj->ij", v, v)
+    a = sum(one[0] for one in parts)
+    rng = np.random.default_rng(0)
+    c, white = rng.standard_normal((2, DRAWS, len(own)))
+    values, vectors = np.linalg.eigh(a)
+    b = c @ a + (white * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    left = c - np.linalg.solve(a + np.eye(len(own)), b.T).T
+    return np.sqrt(np.einsum("ni,ni->n", left @ square, left) / np.einsum("ni,ni->n", c @ square, c))
+
+
+def sums(instrument: Instrument, made: Made) -> Sums:
     """A (k, k) and b (k,) of the persistent errors in one recording, and the square of its n data; and n.
 
     What belongs to the recording is integrated out of all.
