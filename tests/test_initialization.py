@@ -17,6 +17,8 @@ from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, GYRO_BIAS, Initialization, find
 from ins_eval.initialization.rest import Felt, seconds_at_rest, velocity_sigma
+from ins_eval.initialization.search import track
+from ins_eval.initialization.windows import first_window
 from ins_eval.navigation import beginning, evaluate
 from ins_eval.readers import apm_mat, apm_text
 from ins_eval.recording import Imu, Recording, form
@@ -32,6 +34,9 @@ ONBOARD_RAD = 10.0 * DEG  # an autopilot's own attitude: heading by a magnetomet
 CONSUMER_HEADING_RAD = 3.0 * DEG  # found after a minute of motion
 ENOUGH = 3.0  # sigmas
 MOST_REFUSED = 6  # of 200, upper end of the 95 % interval at the 1 that was measured
+BEFORE_TAKE_OFF_S = 190.0  # it taxies, and begins to take off within the last minute of them
+TURNED_RAD = 20.0 * DEG
+ROUNDING_MPS = 1e-5
 GROWN_M = 5.0  # after ten seconds of an industrial unit, beside the noise of two fixes
 
 
@@ -206,6 +211,36 @@ def test_a_stated_heading_is_kept_at_rest(drive: Recording) -> None:
     begin = find(parked, parked.imu.gyro, parked.imu.accelerometer)
     assert abs(begin.start.attitude_rad[2] - 1.0) < ENOUGH * 0.02
     assert begin.heading_sigma_rad < 0.03
+
+
+def test_a_stated_attitude_is_carried_to_a_window_that_begins_later(tmp_path: Path) -> None:
+    """A tactical unit that is told its attitude while the aircraft taxies, and turns before it takes off."""
+    made = a_recording(np.random.default_rng(5), "tactical", "climb, cruise, landing", RATE_HZ)
+    made.save(tmp_path / "r")
+    whole = form.read(tmp_path / "r")
+    taxi_s = first_window(whole)[1] - BEFORE_TAKE_OFF_S
+    recording, rows = whole.between(taxi_s, whole.imu.time_s[-1])
+    euler = made.felt.truth.state([recording.start.time_s])[2][0]
+    stated = replace(recording.start, attitude_rad=tuple(euler.tolist()), attitude_sigma_rad=(0.1 * DEG,) * 3)
+    found = find(replace(recording, start=stated), whole.imu.gyro[rows], whole.imu.accelerometer[rows])
+    end = made.felt.truth.state([found.start.time_s])[2][0]
+    assert abs(np.sin(made.felt.truth.state([found.window.start_s])[2][0, 2] - euler[2])) > TURNED_RAD
+    assert abs(np.sin(found.start.attitude_rad[2] - end[2])) < ENOUGH * found.sigmas[ATTITUDE][2]
+
+
+@pytest.mark.parametrize("velocities", [True, False])
+def test_the_date_line_changes_nothing(drive: Recording, velocities: bool) -> None:
+    """The Earth is the same all around: a drive across 180 degrees is the one that it is elsewhere."""
+    gps = drive.gps if velocities else replace(drive.gps, velocity_n=np.full_like(drive.gps.velocity_n, np.nan))
+    east = np.pi - float(np.nanmedian(gps.longitude_rad))
+    around = np.remainder(gps.longitude_rad + east + np.pi, 2.0 * np.pi) - np.pi
+    assert np.abs(np.diff(around)).max() > np.pi
+    increments = drive.imu.gyro, drive.imu.accelerometer
+    paths = []
+    for fixes in (gps, replace(gps, longitude_rad=around)):
+        recording = replace(drive, gps=fixes)
+        paths.append(track(recording, find(recording, *increments), *increments))
+    np.testing.assert_allclose(paths[1].velocity_n, paths[0].velocity_n, atol=ROUNDING_MPS)
 
 
 def test_an_attitude_sigma_of_any_size_is_a_start(drive: Recording, begin: Initialization) -> None:

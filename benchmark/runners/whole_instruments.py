@@ -14,6 +14,8 @@ RMS of own errors is that of the difference between the horizontal velocities of
 navigated twin; the share that is left is this RMS with the model, over that without. So what a day draws anew, which
 nobody could know, is in neither. `ins-eval predict` says before how much is left; `covered` counts how often it is
 within its interval.
+`reachable` is what the observer leaves of other instruments of the population on the same days: its median, and the
+chance that a flight gets worse. Turn-on biases hide from every recording what is constant in it.
 """
 
 from __future__ import annotations
@@ -30,9 +32,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from benchmark.scores.observer import observed
-from benchmark.worlds.record import Made
-from benchmark.worlds.whole import POPULATIONS, Instrument, an_instrument
+from benchmark.scores.observer import observed, reachable, sums
+from benchmark.worlds.whole import POPULATIONS, an_instrument
 from ins_eval.cli import main as ins_eval
 from ins_eval.compensation.file import believed_model
 from ins_eval.effects import without_effects
@@ -45,13 +46,9 @@ from ins_eval.tables import parse, read_toml
 MODES = {"one": (0,), "two": (0, 1), "chamber": (0, "x", "y", "z")}
 LATER = 2  # the day on which a model is flown
 RESAMPLES, INTERVAL = 4000, (2.5, 97.5)
+PERCENT = range(1, 100)
 ABOUT_A_SECOND = 5  # steps of four samples at 20 Hz
 TARGETS = {"one": 0.45, "two": 0.35, "chamber": 0.30}
-
-
-def recordings(instrument: Instrument, days: Sequence[int | str]) -> list[Made]:
-    """Flights by day, chamber runs by axis."""
-    return [instrument.chamber(day) if isinstance(day, str) else instrument.flight(day) for day in days]
 
 
 def velocities(folder: Path, model: Path | None = None) -> np.ndarray:
@@ -75,26 +72,30 @@ def unit(population: str, seed: int, index: int, modes: Sequence[str]) -> dict[s
     instrument = an_instrument(population, seed, index)
     with tempfile.TemporaryDirectory() as place:
         where = Path(place)
-        instrument.flight(LATER).save(where / "later")
+        later = instrument.flight(LATER)
+        later.save(where / "later")
         instrument.flight(LATER, own=False).save(where / "twin")
         twin = velocities(where / "twin")
         before = rms(velocities(where / "later") - twin)
         out: dict[str, Any] = {"population": population, "index": index, "own_rms_mps": before, "modes": {}}
+        seen = {}
+        for day in dict.fromkeys(day for mode in modes for day in MODES[mode]):
+            made = instrument.chamber(day) if isinstance(day, str) else instrument.flight(day)
+            made.save(where / f"{day}")
+            seen[day] = sums(instrument, made)
         for mode in modes:
-            made = recordings(instrument, MODES[mode])
-            for day, one in zip(MODES[mode], made, strict=True):
-                if not (where / f"{day}").exists():
-                    one.save(where / f"{day}")
             model, answer, expected = (where / f"{mode}.{kind}" for kind in ("toml", "json", "expected.json"))
             folders = [str(where / f"{day}") for day in MODES[mode]]
             assert not ins_eval(["diagnose", *folders, "--write-model", str(model), "--json", str(answer), "--quiet"])
             assert not ins_eval(["predict", str(model), str(where / "later"), "--json", str(expected), "--quiet"])
             told = json.loads(expected.read_text())["velocity_rms"]
-            instrument.flight(LATER, believed=observed(instrument, made)).save(where / f"seen-{mode}")
+            parts = [seen[day] for day in MODES[mode]]
+            instrument.flight(LATER, believed=observed(instrument, parts)).save(where / f"seen-{mode}")
             share = rms(velocities(where / "later", model) - twin) / before
             out["modes"][mode] = {
                 "share": share,
                 "observer": rms(velocities(where / f"seen-{mode}") - twin) / before,
+                "reachable": np.percentile(reachable(instrument, parts, later), PERCENT).tolist(),
                 "expected": told,
                 "covered": told["own_after"]["low"] <= share * before <= told["own_after"]["high"],
                 "verdict": json.loads(answer.read_text())["verdict"],
@@ -123,6 +124,8 @@ def summary(found: Sequence[dict[str, Any]], mode: str, seed: int = 0) -> dict[s
         "share": float(np.median(share)),
         "share_interval": np.percentile(np.median(share[rows], axis=1), INTERVAL).tolist(),
         "observer": float(np.median(observer)),
+        "reachable": float(np.median([one["reachable"] for one in each])),
+        "reachable_worse": float(np.mean([np.array(one["reachable"]) > 1.0 for one in each])),
         "observer_less": float(np.median(share - observer)),
         "observer_less_interval": np.percentile(np.median((share - observer)[rows], axis=1), INTERVAL).tolist(),
         "worse_than_without": worse,

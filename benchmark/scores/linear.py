@@ -48,6 +48,21 @@ def _cross(v):
 
 
 @numba.njit(cache=True)
+def dynamics(force, up, g_over_r):
+    """The matrix (9, 9) of psi, v and r."""
+    f, spin = np.zeros((9, 9)), _cross(np.array((0.0, 0.0, W)))
+    f[:3, :3] = -spin
+    f[3:6, :3] = _cross(force)
+    f[3:6, 3:6] = -2.0 * spin
+    for i in range(3):
+        for j in range(3):
+            f[3 + i, 6 + j] = 3.0 * g_over_r * up[i] * up[j]
+        f[3 + i, 6 + i] -= g_over_r
+        f[6 + i, 3 + i] = 1.0
+    return f
+
+
+@numba.njit(cache=True)
 def whiten(c, force, up, g_over_r, u, x0, row_of, y, r, q_gyro, q_accel, tau, sigma):
     """Whitened observations of every column.
 
@@ -72,7 +87,6 @@ def whiten(c, force, up, g_over_r, u, x0, row_of, y, r, q_gyro, q_accel, tau, si
         h[i, 6 + i] = h[i, 15 + i] = h[3 + i, 3 + i] = h[3 + i, 18 + i] = 1.0
         if d == 9:
             h[6 + i, i] = h[6 + i, 21 + i] = 1.0
-    spin = _cross(np.array((0.0, 0.0, W)))
     eye = np.eye(9)
     for k in range(seconds + 1):
         row = row_of[k]
@@ -89,15 +103,7 @@ def whiten(c, force, up, g_over_r, u, x0, row_of, y, r, q_gyro, q_accel, tau, si
             p = 0.5 * (p + p.T)
         if k == seconds:
             break
-        f = np.zeros((9, 9))
-        f[:3, :3] = -spin
-        f[3:6, :3] = _cross(force[k])
-        f[3:6, 3:6] = -2.0 * spin
-        for i in range(3):
-            for j in range(3):
-                f[3 + i, 6 + j] = 3.0 * g_over_r * up[k, i] * up[k, j]
-            f[3 + i, 6 + i] -= g_over_r
-            f[6 + i, 3 + i] = 1.0
+        f = dynamics(force[k], up[k], g_over_r)
         ff = f @ f
         phi9 = eye + f + 0.5 * ff + ff @ f / 6.0
         gamma = np.ascontiguousarray((eye + 0.5 * f + ff / 6.0)[:, :6])
@@ -120,6 +126,26 @@ def whiten(c, force, up, g_over_r, u, x0, row_of, y, r, q_gyro, q_accel, tau, si
         for j in range(5):
             for i in range(3):
                 p[9 + 3 * j + i, 9 + 3 * j + i] += sigma[j] ** 2 * (1.0 - keep[j] ** 2)
+    return out
+
+
+@numba.njit(cache=True)
+def inertial(c, force, up, g_over_r, u):
+    """Velocity errors (s, 3, m), ECEF, of inertial navigation whose height is held from outside; `whiten` has the rest.
+
+    Nothing but the inputs u (s, 6, m) acts: the start is right and the vertical without error.
+    """
+    seconds, m = len(c), u.shape[2]
+    out, x = np.empty((seconds, 3, m)), np.zeros((9, m))
+    for k in range(seconds):
+        f = dynamics(force[k], up[k], g_over_r)
+        ff = f @ f
+        phi = np.eye(9) + f + 0.5 * ff + ff @ f / 6.0
+        gamma = np.ascontiguousarray((np.eye(9) + 0.5 * f + ff / 6.0)[:, :6])
+        x = phi @ x + gamma @ u[k]
+        level = np.eye(3) - np.outer(up[k], up[k])
+        x[3:6], x[6:9] = level @ np.ascontiguousarray(x[3:6]), level @ np.ascontiguousarray(x[6:9])
+        out[k] = x[3:6]
     return out
 
 

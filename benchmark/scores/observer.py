@@ -3,7 +3,7 @@
 All persistent errors of all sensors are free at once, normal with the sigmas from which they were drawn, and so are the
 turn-on biases, the start and the branch on which each magnet begins. It knows every level of the noise, and linearises
 about the truth. It does not know time constants and widths: values on a grid stand side by side, each with its part of
-the variance. In a chamber it takes a magnet to begin alike in every run, which it does not.
+the variance. A magnet begins anew in each flight and in each run of a chamber.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from benchmark.worlds.whole import POPULATIONS, Instrument, others
 
 TIMES_S = tuple(np.geomspace(300.0, 15000.0, 6))
 WIDTHS_C = tuple(np.geomspace(0.5, 9.0, 5))
+DRAWS = 1000
 
 
 def candidates(population: str) -> tuple[list[Effect], list[Effect]]:
@@ -38,24 +39,54 @@ def candidates(population: str) -> tuple[list[Effect], list[Effect]]:
     return found, of_day
 
 
-def observed(instrument: Instrument, recordings: Sequence[Made]) -> list[Effect]:
-    """The errors that the observer believes after these recordings: posterior means."""
+Sums = tuple[np.ndarray, np.ndarray, float, int]
+
+
+def observed(instrument: Instrument, parts: Sequence[Sums]) -> list[Effect]:
+    """The errors that the observer believes after recordings with these `sums`: posterior means."""
+    own, _ = candidates(instrument.population)
+    a, b = sum(one[0] for one in parts), sum(one[1] for one in parts)
+    mean = np.linalg.solve(a + np.eye(len(own)), b)
+    return [Effect(e.name, e.axis, float(m * e.value), e.parameters) for e, m in zip(own, mean, strict=True)]
+
+
+def reachable(instrument: Instrument, parts: Sequence[Sums], later: Made) -> np.ndarray:
+    """Shares (n,) of the velocity RMS on a later flight that the observer leaves of instruments of its population.
+
+    Each is another instrument on the same days: c ~ N(0, I), b ~ N(A c, A). So they say what the best that could be
+    known gains, free of the luck of one instrument.
+    """
+    own, _ = candidates(instrument.population)
+    v = Moving(later, instrument.unit.sheet, instrument.unit.noise).velocities(own)
+    square = np.einsum("tci,tcj->ij", v, v)
+    a = sum(one[0] for one in parts)
+    rng = np.random.default_rng(0)
+    c, white = rng.standard_normal((2, DRAWS, len(own)))
+    values, vectors = np.linalg.eigh(a)
+    b = c @ a + (white * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    left = c - np.linalg.solve(a + np.eye(len(own)), b.T).T
+    return np.sqrt(np.einsum("ni,ni->n", left @ square, left) / np.einsum("ni,ni->n", c @ square, c))
+
+
+def sums(instrument: Instrument, made: Made) -> Sums:
+    """A (k, k) and b (k,) of the persistent errors in one recording, and the square of its n data; and n.
+
+    What belongs to the recording is integrated out of all.
+    """
     own, of_day = candidates(instrument.population)
     k = len(own)
     places = [next(i for i, one in enumerate(own) if _same(one, other)) for other in of_day]
-    a, b = np.zeros((k, k)), np.zeros(k)
-    for made in recordings:
-        every = [*own, *of_day]
-        sheet, true = instrument.unit.sheet, instrument.unit.noise
-        if made.kind == "chamber":
-            data, columns, nuisances = chamber_whitened(made, sheet, true, every)
-        else:
-            data, columns, nuisances = Moving(made, sheet, true).whitened(every)
-        begins = columns[:, k:] - columns[:, places]  # a magnet that begins at one end, less one in the middle
-        one = reduced(data, columns[:, :k], np.column_stack([nuisances, begins]))
-        a, b = a + one[0], b + one[1]
-    mean = np.linalg.solve(a + np.eye(k), b)
-    return [Effect(e.name, e.axis, float(m * e.value), e.parameters) for e, m in zip(own, mean, strict=True)]
+    every = [*own, *of_day]
+    sheet, true = instrument.unit.sheet, instrument.unit.noise
+    if made.kind == "chamber":
+        data, columns, nuisances = chamber_whitened(made, sheet, true, every)
+    else:
+        data, columns, nuisances = Moving(made, sheet, true).whitened(every)
+    begins = columns[:, k:] - columns[:, places]  # a magnet that begins at one end, less one in the middle
+    if made.kind == "chamber":
+        run = made.tables["chamber"]["run"]
+        begins = np.hstack([begins * (run == one)[:, None] for one in np.unique(run)])
+    return *reduced(data, columns[:, :k], np.column_stack([nuisances, begins])), data.size
 
 
 def _same(a: Effect, b: Effect) -> bool:

@@ -273,6 +273,17 @@ class Moving:
             sigma[2:], tau[2:] = (0.3, 0.004, 0.002 * DEG), (400.0, 100.0, 300.0)
         return q_gyro, q_accel, tau, sigma
 
+    def velocities(self, candidates):
+        """Velocity errors (seconds, 3, m) that candidates cause in inertial navigation with its height held."""
+        inputs = []
+        for one in candidates:
+            departures = Departures()
+            one(self.felt, departures)
+            inputs.append(self.inputs(departures)[0])
+        u = np.ascontiguousarray(np.stack(inputs, axis=-1))
+        g = G0 / linear.mean_radius(self.lla)
+        return linear.inertial(np.ascontiguousarray(self.c), self.force, self.up, g, u)
+
     def whitened(self, candidates):
         """Whitened data (n,), candidates (n, m) and nuisances (n, k)."""
         columns = [self.realised()]

@@ -158,15 +158,17 @@ def _of_fixes(window: Window, solution: Solution, c, rate_b) -> list:
     x = np.clip((fixes.time_s[k] - time_s[j - 1]) / (time_s[j] - time_s[j - 1]), 0.0, 1.0)[:, None]
     meridian, transverse = (r + solution.height_m[0] for r in radii(solution.latitude_rad[0]))
     metre = np.array([meridian, transverse * np.cos(solution.latitude_rad[0]), -1.0])
-    place = np.column_stack([solution.latitude_rad, solution.longitude_rad, solution.height_m])
+    place = np.column_stack([solution.latitude_rad, np.unwrap(solution.longitude_rad), solution.height_m])
     seen = np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m])[k]
     arm_n = c[j] @ arm
     arm_v = np.einsum("nij,nj->ni", c[j], np.cross(rate_b[j - 1], arm))
     p = (1.0 - x) * place[j - 1] + x * place[j]
     v = (1.0 - x) * solution.velocity_n[j - 1] + x * solution.velocity_n[j]
+    away = seen - p
+    away[:, 1] = np.remainder(away[:, 1] + np.pi, 2.0 * np.pi) - np.pi  # across the date line
     sigma = [one[k, None] ** 2 for one in window.fix_sigma]
     return [
-        _part(0, j, (seen - p) * metre - arm_n, sigma[0], position=np.eye(3), attitude=-_cross(arm_n)),
+        _part(0, j, away * metre - arm_n, sigma[0], position=np.eye(3), attitude=-_cross(arm_n)),
         _part(1, j, fixes.velocity_n[k] - v - arm_v, sigma[1], velocity=np.eye(3), attitude=-_cross(arm_v)),
         *_of_course(window, solution, at),
     ]

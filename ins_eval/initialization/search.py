@@ -20,11 +20,12 @@ from ins_eval.initialization.state import (
     until,
     wrapped,
 )
-from ins_eval.initialization.windows import first_window, standstills, window_of
+from ins_eval.initialization.windows import WIDE_GYRO_BIAS_RADPS, first_window, standstills, window_of
 from ins_eval.recording import Recording
+from ins_eval.recording.consistency.rest import PARKED
 from ins_eval.recording.stillness import Stretch
-from ins_eval.strapdown import Solution
-from ins_eval.units import DEG
+from ins_eval.strapdown import Solution, navigate
+from ins_eval.units import DEG, DEG_PER_H
 
 ENOUGH_HEADING_RAD = 3.0 * DEG
 HEADINGS = 12  # first guesses
@@ -44,15 +45,36 @@ def find(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Initia
 
     The window holds the standstill before the first motion and a minute of motion, and is made longer, up to five
     minutes, while the heading is not known to 3 degrees. Without motion it is the standstill alone.
+    A stated attitude is that of the start: where the window begins later, gyros carry it there.
     Raises: DataRefused where there is neither a standstill nor fixes that move.
     """
     begin_s, moves_s, end_s, last_s = first_window(recording)
+    recording = _carried(recording, dtheta_b, dv_b, begin_s)
     while True:
         window = replace(window_of(recording, dtheta_b, dv_b, begin_s, end_s), moves_s=moves_s)
         found = _best(recording, window, begin_s)
         if end_s >= last_s or found.heading_sigma_rad < ENOUGH_HEADING_RAD:
             return found
         end_s = min(last_s, begin_s + 1.6 * (end_s - begin_s))
+
+
+def _carried(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray, begin_s: float) -> Recording:
+    """The recording with the attitude that is stated of its start as it is at `begin_s`, and a sigma of the heading.
+
+    It is the same of a vehicle that stands until then. Of another it is that of the gyros, and drifts with their bias.
+    """
+    start, time_s = recording.start, recording.imu.time_s
+    rows = time_s < begin_s + 1e-6
+    if start.attitude_rad is None or recording.kind in PARKED or not rows.any():
+        return recording
+    if any(s.start_s <= start.time_s + 1.0 and begin_s <= s.end_s for s in standstills(recording)):
+        return recording
+    stated = recording.belief.gyro.bias_sigma_deg_per_h
+    bias = WIDE_GYRO_BIAS_RADPS if stated is None else DEG_PER_H * stated
+    sigma = np.hypot(stated_heading_sigma(recording), bias * (begin_s - start.time_s))
+    attitude = navigate(time_s[rows], dtheta_b[rows], dv_b[rows], start).attitude_rad[-1]
+    carried = replace(start, attitude_rad=tuple(float(a) for a in attitude), attitude_sigma_rad=(sigma, sigma, sigma))
+    return replace(recording, start=carried)
 
 
 def _best(recording: Recording, window: Window, begin_s: float) -> Initialization:

@@ -100,10 +100,10 @@ def _differentiated(fixes: Fixes, sigma_m: float) -> Fixes:
     use = np.flatnonzero(fixes.valid & np.isfinite(fixes.latitude_rad + fixes.longitude_rad + fixes.height_m))
     velocity_n = np.full((len(fixes.time_s), 3), np.nan)
     if use.size > 1:
-        time_s, latitude = fixes.time_s[use], fixes.latitude_rad[use]
+        time_s, latitude, longitude = fixes.time_s[use], fixes.latitude_rad[use], np.unwrap(fixes.longitude_rad[use])
         meridian, transverse = (r + float(fixes.height_m[use[0]]) for r in radii(float(latitude[0])))
         metre = np.column_stack(
-            [meridian * latitude, transverse * np.cos(latitude[0]) * fixes.longitude_rad[use], -fixes.height_m[use]]
+            [meridian * latitude, transverse * np.cos(latitude[0]) * longitude, -fixes.height_m[use]]
         )
         behind = np.searchsorted(time_s, time_s - HALF_SPAN_S - 1e-6)
         ahead = np.searchsorted(time_s, time_s + HALF_SPAN_S + 1e-6) - 1

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 
 from benchmark.runners.whole_instruments import summary, unit
+from benchmark.scores import linear
+from benchmark.scores.observer import candidates, reachable, sums
 from benchmark.worlds.effects import AXES
 from benchmark.worlds.whole import POPULATIONS, an_instrument
 
 RATE_HZ = 2.5
 COUNT_STEP = 2.0  # pulses: what whole counts leave of a difference
+EXACT = 1e-5  # of a share
+SIGMAS = 5.0  # of a chi-square
 BEST_SHARE = 0.95  # of the velocity RMS of own errors, that a model has to stay below in the slow test
 
 
@@ -37,14 +41,54 @@ def test_a_day_is_the_same_whatever_the_errors_of_the_instrument() -> None:
         assert (flight.tables["imu"][f"gyro_{axis}"] != twin.tables["imu"][f"gyro_{axis}"]).any()
 
 
+@pytest.mark.parametrize("population", POPULATIONS)
+def test_the_observer_leaves_white_noise(population: str) -> None:
+    """With y = X c + white noise and c ~ N(0, I), y'(I + X X')^-1 y is chi-square of as many degrees as there are data.
+
+    Flights and chambers alike: whoever took a magnet to begin alike in every run would leave up to twice as much.
+    """
+    instrument = an_instrument(population, 3, 0)
+    for made in (instrument.flight(0), instrument.chamber("x"), instrument.chamber("z")):
+        a, b, square, count = sums(instrument, made)
+        left = square - b @ np.linalg.solve(a + np.eye(b.size), b)
+        assert abs(left - count) < SIGMAS * np.sqrt(2.0 * count)
+
+
+def test_an_accelerometer_bias_swings_as_schuler_found() -> None:
+    """On the equator, to the north: v = b / w sin(w t) of w^2 = g / R."""
+    seconds, bias, square = 4000, 1e-3, 9.8 / 6.4e6
+    along = np.tile((1.0, 0.0, 0.0), (seconds, 1))
+    u = np.zeros((seconds, 6, 1))
+    u[:, 5] = bias
+    found = linear.inertial(np.tile(np.eye(3), (seconds, 1, 1)), 9.8 * along, along, square, u)[:, :, 0]
+    swing = np.sqrt(square) * np.arange(1, seconds + 1)
+    np.testing.assert_allclose(found[:, 2], bias / np.sqrt(square) * np.sin(swing), atol=1e-6 * bias / np.sqrt(square))
+    assert not found[:, :2].any()
+
+
+def test_what_is_reachable_lies_between_everything_and_nothing() -> None:
+    """Sums of no recording leave all; of one that told every error exactly, nothing."""
+    instrument = an_instrument("navigation", 3, 0)
+    later, k = instrument.flight(2, rate_hz=RATE_HZ), len(candidates("navigation")[0])
+    nothing = (np.zeros((k, k)), np.zeros(k), 0.0, 0)
+    np.testing.assert_allclose(reachable(instrument, [nothing], later), 1.0)
+    assert reachable(instrument, [(1e12 * np.eye(k), np.zeros(k), 0.0, 0)], later).max() < EXACT
+
+
 def test_shares_are_counted_with_their_intervals() -> None:
     shares = np.linspace(0.25, 1.15, 10)
     found = [
-        {"modes": {"one": {"share": float(x), "observer": float(x) - 0.1, "covered": k > 0}}}
+        {
+            "modes": {
+                "one": {"share": float(x), "observer": float(x) - 0.1, "reachable": [0.5 * float(x)], "covered": k > 0}
+            }
+        }
         for k, x in enumerate(shares)
     ]
     table = summary(found, "one")
     assert table["share"] == pytest.approx(np.median(shares))
+    assert table["reachable"] == pytest.approx(0.5 * np.median(shares))
+    assert table["reachable_worse"] == 0.0
     assert table["observer_less"] == pytest.approx(0.1)
     assert (table["worse_than_without"], table["covered"], table["instruments"]) == (2, 9, 10)
     low, high = table["share_interval"]

@@ -57,6 +57,13 @@ def test_one_column_is_a_set_of_one(centre: float) -> None:
     assert expected(2.0, 3.0, centre) == pytest.approx(several, rel=1e-12)
 
 
+def test_effects_apart_from_one_another_bring_the_sum_however_many_they_are() -> None:
+    """Z of columns at right angles is a product; twelve with every combination of scales would be 5^12 of them."""
+    a, size = np.geomspace(0.01, 100.0, 12), np.linspace(-3.0, 30.0, 12)
+    found = expected_log_evidence(np.diag(a), dict(enumerate(size)), range(12), np.zeros(12))
+    assert found == pytest.approx(sum(expected(*one) for one in zip(a, size, strict=True)), rel=1e-9)
+
+
 def test_the_size_that_shows_is_expected_to_bring_enough() -> None:
     sizes = [shows_from(a, ENOUGH) for a in (0.01, 1.0, 100.0)]
     for a, size in zip((0.01, 1.0, 100.0), sizes, strict=True):

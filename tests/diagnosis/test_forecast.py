@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from ins_eval.diagnosis.estimate.forecast import gain, lessened, posterior_of, root_of
+from ins_eval.diagnosis.estimate.forecast import COMMON, factors, gain, lessened, posterior_of, root_of
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.tables import parse, read_toml
 
 ROWS, COUNT = 40, 6
 ROUNDING = 1e-9
+FEW_AXES = 0.02  # what a prior of one moves a logarithm that a hundred axes tell
 
 
 @pytest.fixture
@@ -55,6 +58,24 @@ def test_what_differs_from_recording_to_recording_stays_with_each(problem) -> No
     assert mean == pytest.approx(expected[:COUNT], rel=1e-7)
     whole = np.linalg.inv(stacked.T @ stacked)
     assert covariance == pytest.approx(whole[:COUNT, :COUNT], rel=1e-7)
+
+
+def test_a_sensor_whose_errors_are_small_where_they_show_is_small_where_they_do_not() -> None:
+    """Of names that are seen exactly on many axes the factors are known: the others' are conditional means of a normal.
+
+    The logarithms have one variance, of which names of a kind share a part p: after n names with the logarithm x that
+    of another of the kind is n p x / (n p + 1 - p), and of another kind 0.
+    """
+    axes, log, seen = 100, -1.5, ("gyro.scale", "gyro.asymmetry", "gyro.misalignment")
+    name = [one for one in seen for _ in range(axes)] + ["gyro.g_sensitivity", "gyro.bias"]
+    of = SimpleNamespace(persistent=[SimpleNamespace(candidate=SimpleNamespace(name=one)) for one in name])
+    values = np.append(np.exp(log) * np.where(np.arange(len(seen) * axes) % 2, 1.0, -1.0), [0.0, 0.0])
+    certain = np.append(np.full(len(seen) * axes, 1e6), [0.0, 0.0])
+    found = factors(of, np.diag(certain), certain * values)
+    assert found[:-2] == pytest.approx(log, abs=FEW_AXES)
+    n = len(seen)
+    assert found[-2] == pytest.approx(n * COMMON * log / (n * COMMON + 1.0 - COMMON), abs=FEW_AXES)
+    assert found[-1] == pytest.approx(0.0, abs=ROUNDING)
 
 
 def test_a_written_model_is_read_with_its_covariance(tmp_path) -> None:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.whitening import Whitened
 
 SCALES = (0.3, 1.0, 4.0, 16.0, 64.0)  # of the nominal size; one Gaussian of nominal size loses large effects
+PRODUCT = 6  # effects up to which every combination of scales is summed over
+SWEEPS = 2  # over the scales of more, one at a time
 
 
 def log_evidence(whitened: Whitened) -> float:
@@ -164,7 +166,8 @@ def expected_log_evidence(
 ) -> float:
     """Expected log Z of the columns `model`, coefficients `truth` by column, as `answer.experiments` derives it.
 
-    `normal` (m, m) is the reduced A of all columns, `centre` (m,) the coefficients that physics fixes, else 0.
+    `normal` (m, m) is the reduced A of all columns, `centre` (m,) the coefficients that physics fixes, else 0. Of more
+    than `PRODUCT` columns the scales of one at a time are summed over, those of the others at their best.
     """
     m = list(model)
     if not m:
@@ -173,10 +176,29 @@ def expected_log_evidence(
     v = np.zeros(len(normal))
     v[list(truth)] = list(truth.values())
     mean, c = normal[m] @ v, centre[m]
-    scales = np.array(list(product(*(SCALES if x == 0.0 else (1.0,) for x in c))))
     left = mean - a @ c
-    spread = np.eye(len(m)) + scales[:, :, None] * a * scales[:, None, :]
-    second = scales[:, :, None] * (np.outer(left, left) + a) * scales[:, None, :]
-    gain = 0.5 * np.trace(np.linalg.solve(spread, second), axis1=1, axis2=2)
-    each = c @ mean - 0.5 * c @ a @ c + gain - 0.5 * np.linalg.slogdet(spread)[1]
-    return float(np.logaddexp.reduce(each) - np.log(len(scales)))
+
+    def at(scales: np.ndarray) -> np.ndarray:
+        spread = np.eye(len(m)) + scales[:, :, None] * a * scales[:, None, :]
+        second = scales[:, :, None] * (np.outer(left, left) + a) * scales[:, None, :]
+        gain = 0.5 * np.trace(np.linalg.solve(spread, second), axis1=1, axis2=2)
+        return c @ mean - 0.5 * c @ a @ c + gain - 0.5 * np.linalg.slogdet(spread)[1]
+
+    choices = [SCALES if x == 0.0 else (1.0,) for x in c]
+    if len(m) <= PRODUCT:
+        return _mean(at(np.array(list(product(*choices)))))
+    best = np.array([one[len(one) // 2] for one in choices])
+    for _ in range(SWEEPS):
+        means = []
+        for k, one in enumerate(choices):
+            scales = np.tile(best, (len(one), 1))
+            scales[:, k] = one
+            each = at(scales)
+            best = scales[int(np.argmax(each))]
+            means.append(_mean(each) - float(each.max()))
+    return float(at(best[None])[0]) + sum(means)
+
+
+def _mean(nats: np.ndarray) -> float:
+    """Logarithm of the mean of what has these logarithms."""
+    return float(np.logaddexp.reduce(nats) - np.log(len(nats)))

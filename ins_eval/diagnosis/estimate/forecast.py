@@ -13,8 +13,11 @@ only, are free beside the others.
 
 The noise is that of the maximum of the evidence with all these effects free: the wander of a sensor is then only what
 no effect accounts for. The priors of all effects of one name, on every axis, are larger or smaller than usual by one
-factor, log-normal, at the maximum of the evidence. One recording may differ from the next in each coefficient
-by `OF_DAY` of its prior; that part is integrated out of each.
+factor, at the maximum of the evidence. It is the product of two, each log-normal: one of the name, and one that all
+effects of its kind share, offsets of a sensor or errors that follow what it feels. For a sensor whose errors are small
+where they show is a finer one, and small where they do not: a flight tells next to nothing of what gravity drives in a
+gyro, and under a prior that is too wide it takes the offset that a switch-on drew over to the next. One recording may
+differ from the next in each coefficient by `OF_DAY` of its prior; that part is integrated out of each.
 
 Sources: MacKay, Neural Computation 4 (1992) 415 (evidence of the sizes of priors); Bishop 2006, Pattern Recognition and
 Machine Learning, 3.3 to 3.5.
@@ -42,6 +45,7 @@ if TYPE_CHECKING:
 
 BEGIN = "branch_begin"
 FACTOR_SPREAD = 1.0  # of the logarithm of the factor by which effects of a name are larger than usual
+COMMON = 0.5  # of the variance of that logarithm, which all effects of a kind share; by reasoning
 WITHIN_PRIOR = 3.0  # sigmas of its prior within which an effect that was named lies
 WANDER = ("accelerometer_wander", "gyro_wander")
 CALIBRATED_RUNS = 4.0  # over which a calibrated constant is a mean: the positions of Paper A, section 3.1
@@ -94,10 +98,10 @@ def forecast(
         return Forecast((), np.zeros(0), np.zeros((0, 0)))
     fitted = fit_noise(cases, of.columns, starts)
     quiet = [_quiet(case, one) for case, one in zip(cases, fitted, strict=True)]
-    of = replace(of, sigma=of.sigma * np.exp(_factors(of, *_sums(cases, of, quiet))))
-    fitted = fit_noise(cases, of.columns, quiet)
+    sized = replace(of, sigma=of.sigma * np.exp(factors(of, *_sums(cases, of, quiet))))
+    fitted = fit_noise(cases, sized.columns, quiet)
     a, b = _sums(cases, of, fitted)
-    mean, covariance = posterior_of(a, b, np.exp(_factors(of, a, b)))
+    mean, covariance = posterior_of(a, b, np.exp(factors(of, a, b)))
     return Forecast(of.persistent, of.sigma * mean, of.sigma[:, None] * covariance * of.sigma)
 
 
@@ -167,10 +171,18 @@ def _begins(one: Hypothesis, found: Sequence[Hypothesis], sigma: float, count: i
     return out
 
 
-def names(of: Pool) -> np.ndarray:
-    """A number (k,) for each persistent effect: those of one name have one, on every axis and with every time."""
-    each = [one.candidate.name for one in of.persistent]
-    return np.array([sorted(set(each)).index(name) for name in each])
+def shared(of: Pool) -> np.ndarray:
+    """Logarithms of the factors of the priors (k,) by independent standard normal numbers (m,): a matrix (k, m).
+
+    One number for each name, on every axis and with every time, and one for each kind.
+    """
+    names = [one.candidate.name for one in of.persistent]
+    kinds = [f"{name.partition('.')[0]} {VOCABULARY[name].multipliers == ('1',)}" for name in names]
+
+    def of_each(what: Sequence[str]) -> np.ndarray:
+        return np.equal.outer(np.array(what), np.array(sorted(set(what)))).astype(float)
+
+    return FACTOR_SPREAD * np.hstack([np.sqrt(1.0 - COMMON) * of_each(names), np.sqrt(COMMON) * of_each(kinds)])
 
 
 def lessened(a: np.ndarray, b: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -225,20 +237,20 @@ def _sums(cases: Sequence[Case], of: Pool, fitted: Sequence[Fitted]) -> tuple[np
     return a, b
 
 
-def _factors(of: Pool, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Logarithm (k,) of the factor of each prior at the maximum of the evidence, one for each name.
+def factors(of: Pool, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Logarithm (k,) of the factor of each prior at the maximum of the evidence, see `shared`.
 
     With s the sigma of a prior,  d log B / d log s = E[c^2] / s^2 - 1.
     """
-    of_name = names(of)
+    by_number = shared(of)
 
-    def down(logs: np.ndarray) -> tuple[float, np.ndarray]:
-        sigma = np.exp(logs)[of_name]
+    def down(numbers: np.ndarray) -> tuple[float, np.ndarray]:
+        sigma = np.exp(by_number @ numbers)
         mean, covariance = posterior_of(a, b, sigma)
-        by = np.bincount(of_name, (mean**2 + np.diag(covariance)) / sigma**2 - 1.0)
-        return -gain(a, b, sigma) + 0.5 * float(logs @ logs) / FACTOR_SPREAD**2, logs / FACTOR_SPREAD**2 - by
+        slope = ((mean**2 + np.diag(covariance)) / sigma**2 - 1.0) @ by_number
+        return -gain(a, b, sigma) + 0.5 * float(numbers @ numbers), numbers - slope
 
-    return minimize(down, np.zeros(of_name.max() + 1), jac=True, method="L-BFGS-B").x[of_name]
+    return by_number @ minimize(down, np.zeros(by_number.shape[1]), jac=True, method="L-BFGS-B").x
 
 
 def _without(a: np.ndarray, b: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
