@@ -18,8 +18,9 @@ from ins_eval.imu import Mission
 from ins_eval.laboratory import Chamber, draw_printed_units
 from ins_eval.profile import load
 from ins_eval.recording import ChamberReadings, Fixes, Recording, form
-from ins_eval.recording.belief import AxisBelief, Belief, BiasBelief, ScaleBelief
+from ins_eval.recording.belief import AxisBelief, Belief
 from ins_eval.recording.form.names import AIR
+from ins_eval.tables import parse
 
 ALL_UNITS = "all"
 RAMPS_C_PER_MIN = (0.01, 10.0)  # slower takes weeks, faster is over before its rate can be read
@@ -119,10 +120,11 @@ def _belief(recording: Recording, world: World, instrument: int) -> Belief:
         points = four_point(world.chamber.measure(unit, world.streams(instrument)))
         scale = line(points.temperature_c, points.rate_c_per_min, points.scale)
         bias = line(points.temperature_c, points.rate_c_per_min, points.bias_ug)
-        axes[axis] = AxisBelief(
-            scale=ScaleBelief(gamma=scale.coefficients["gamma"], mu=scale.coefficients["mu"]),
-            bias=BiasBelief(k0_ug=bias.coefficients["gamma"], omega_ug_per_c=bias.coefficients["mu"]),
-        )
+        found = {
+            "scale": {"gamma": scale.coefficients["gamma"], "mu": scale.coefficients["mu"]},
+            "bias": {"k0_ug": bias.coefficients["gamma"], "omega_ug_per_c": bias.coefficients["mu"]},
+        }
+        axes[axis] = parse(AxisBelief, found, f"--population {world.plan.population}, accelerometer {axis} calibrated")
     gps = believed.gps.model_copy(
         update={
             "position_sigma_m": profile.gps.position_sigma_m,

@@ -198,6 +198,20 @@ def test_a_population_that_no_number_can_hold(tmp_path: Path, soon, key: str, va
     assert name in soon(["simulate", "flight", "--population", file, "-o", tmp_path / "out"], 2)
 
 
+def test_a_population_whose_calibration_no_belief_can_hold(short_profile: Path, tmp_path: Path, soon) -> None:
+    """Each number may be, but what a chamber makes of them is no scale factor of any accelerometer."""
+    file = tmp_path / "mine.toml"
+    units = "".join(
+        f'[[scale_polynomial.units]]\nname = "{name}"\ngamma = 3.2e5\nmu = 0.0\nbeta = 1e15\nalpha = 0.0\neta = 0.0\n'
+        "epsilon = 0.0\n"
+        for name in "ab"
+    )
+    file.write_text(f'extends = "jb-kt8"\n[scale_polynomial]\nspread = 0.2\n{units}')
+    short = ["--profile", short_profile, "--rate", "5"]
+    said = soon(["simulate", "flight", *short, "--population", file, "-o", tmp_path / "out"], 2)
+    assert f"{file}, accelerometer" in said and "cannot be" in said
+
+
 @pytest.mark.parametrize("column", ["output", "temperature_c", "rate_c_per_min", "input_g"])
 def test_a_huge_number_of_a_chamber(tmp_path: Path, soon, column: str) -> None:
     folder = tmp_path / "chamber"
