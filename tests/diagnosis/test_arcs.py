@@ -150,6 +150,22 @@ def test_how_far_a_first_guess_was_off_is_held_against_no_start(ideal_recording,
         np.testing.assert_allclose(starts, 0.0, atol=NO_PRIOR)
 
 
+def test_what_an_alignment_uses_up_is_navigated_in_arcs(ideal_recording, monkeypatch) -> None:
+    """Of a unit that stands for minutes and then taxis no heading is found before the end; arcs begin without one."""
+    recording = climb(ideal_recording)
+    expected = cases.prepare(recording)
+    believe = null.believe
+
+    def used_up(recording: Recording, folder: Path) -> null.Believed:
+        believed = believe(recording, folder)
+        return replace(believed, time_s=believed.time_s[:0])
+
+    monkeypatch.setattr(null, "believe", used_up)
+    found = cases.prepare(recording)
+    assert len(found.believed.arcs) == len(expected.believed.arcs) > 3
+    np.testing.assert_array_equal(found.seen.residual, expected.seen.residual)
+
+
 def test_arcs_that_begin_after_the_end_by_another_clock_are_gone(ideal_recording) -> None:
     recording = climb(ideal_recording)
     case = cases.prepare(recording)

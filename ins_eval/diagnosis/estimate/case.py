@@ -109,11 +109,7 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
     if recording.kind in PARKED:
         return _in_arcs(recording, folder, (arcs.planned if planned else _settled)(recording, folder))
     believed = null.believe(recording, folder)
-    if not believed.time_s.size:
-        raise DataRefused(
-            f"{recording.name}: no sample is left after the alignment, expected some to diagnose; record longer"
-        )
-    if arcs.needed(believed) and not planned:
+    if not planned and (not believed.time_s.size or arcs.needed(believed)):  # arcs need no stretch to align on
         return _in_arcs(recording, folder, _settled(recording, folder))
     case = _around(recording, believed, nuisances(believed), folder)
     return _in_arcs(recording, folder, _settled(recording, folder)) if arcs.lost(case.seen) else case
