@@ -7,12 +7,10 @@ Each journey of `worlds.mems` as it is and with an effect: ``DIR/recordings/CASE
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
-from benchmark.runners.make import code_hash
-from benchmark.runners.make_real import numbers, write
+from benchmark.runners.make_real import begun, numbers, write
 from benchmark.scores.detectable import Oracle
 from benchmark.worlds import mems
 from benchmark.worlds.into_data import apply
@@ -41,13 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("-o", "--output", type=Path, required=True)
     chosen = parser.parse_args(arguments)
-    made_from = {"set": SET, "seed": chosen.seed, "generator_sha256": code_hash()}
-    manifest = chosen.output / "manifest.json"
-    if manifest.exists() and not made_from.items() <= json.loads(manifest.read_text()).items():
-        parser.error(f"{chosen.output}: holds cases of another seed or maker; remove it, or name another folder")
-    for part in ("truth", "recordings"):
-        (chosen.output / part).mkdir(parents=True, exist_ok=True)
-    manifest.write_text(json.dumps(made_from, indent=1) + "\n")
+    begun(parser, chosen.output, SET, chosen.seed)
     jobs = ((chosen.output, chosen.seed, index) for index in range(chosen.count))
     for index, words in enumerate(in_order(make, jobs, chosen.workers)):
         print(f"mems-{index:03d}: {words}", flush=True)

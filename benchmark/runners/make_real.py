@@ -21,7 +21,7 @@ from benchmark.worlds import real
 from benchmark.worlds.cases import plain
 from benchmark.worlds.recorded import Recorded
 
-SET = "real"
+SET, MANIFEST = "real", "manifest.json"
 
 
 def make(source: real.Source, recordings: Path, folder: Path, seed: int) -> int:
@@ -65,6 +65,19 @@ def numbers(oracle: Oracle, case: real.Case, after: Recorded) -> dict | None:
     return {"log_bayes_factor": seen.d, "own": own, "sigma": abs(effect.value) * seen.sigma}
 
 
+def begun(parser: argparse.ArgumentParser, folder: Path, of_set: str, seed: int) -> dict:
+    """What the cases of a folder are made from, written down before the first; ends where it holds others."""
+    made_from = {"set": of_set, "seed": seed, "generator_sha256": code_hash()}
+    manifest = folder / MANIFEST
+    before = json.loads(manifest.read_text()) if manifest.exists() else made_from
+    if not made_from.items() <= before.items():
+        parser.error(f"{folder}: holds cases of another seed or maker; remove it, or name another folder")
+    for part in ("truth", "recordings"):
+        (folder / part).mkdir(parents=True, exist_ok=True)
+    manifest.write_text(json.dumps(before, indent=1) + "\n")
+    return before
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmark.runners.make_real", description=__doc__.splitlines()[0])
     parser.add_argument("--recordings", type=Path, default=imported.RECORDINGS)
@@ -77,13 +90,7 @@ def main(arguments: list[str] | None = None) -> int:
     if unknown:
         known = ", ".join(one.name for one in real.SOURCES)
         parser.error(f"--only {sorted(unknown)[0]}: no such recording; expected some of {known}")
-    made_from = {"set": SET, "seed": chosen.seed, "generator_sha256": code_hash()}
-    manifest = chosen.output / "manifest.json"
-    before = json.loads(manifest.read_text()) if manifest.exists() else made_from
-    if not made_from.items() <= before.items():
-        parser.error(f"{chosen.output}: holds cases of another seed or maker; remove it, or name another folder")
-    for part in ("truth", "recordings"):
-        (chosen.output / part).mkdir(parents=True, exist_ok=True)
+    before = begun(parser, chosen.output, SET, chosen.seed)
     made = before.get("cases", {})
     for source in real.SOURCES:
         if source.name not in names:
@@ -92,7 +99,7 @@ def main(arguments: list[str] | None = None) -> int:
         made[source.name] = make(source, chosen.recordings, chosen.output, chosen.seed)
         said = f"{made[source.name]} cases, {time.perf_counter() - begin:.0f} s"
         print(f"{source.name}: {said if made[source.name] else f'left out, {source.file} is absent here'}", flush=True)
-        manifest.write_text(json.dumps(made_from | {"cases": made}, indent=1) + "\n")
+        (chosen.output / MANIFEST).write_text(json.dumps(before | {"cases": made}, indent=1) + "\n")
     return 0 if any(made.values()) else 1
 
 

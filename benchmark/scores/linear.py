@@ -48,8 +48,8 @@ def _cross(v):
 
 
 @numba.njit(cache=True)
-def dynamics(force, up, g_over_r):
-    """The matrix (9, 9) of psi, v and r."""
+def transition(force, up, g_over_r):
+    """Of psi, v and r over a second: the transition matrix (9, 9), and what inputs add (9, 6)."""
     f, spin = np.zeros((9, 9)), _cross(np.array((0.0, 0.0, W)))
     f[:3, :3] = -spin
     f[3:6, :3] = _cross(force)
@@ -59,7 +59,8 @@ def dynamics(force, up, g_over_r):
             f[3 + i, 6 + j] = 3.0 * g_over_r * up[i] * up[j]
         f[3 + i, 6 + i] -= g_over_r
         f[6 + i, 3 + i] = 1.0
-    return f
+    eye, ff = np.eye(9), f @ f
+    return eye + f + 0.5 * ff + ff @ f / 6.0, np.ascontiguousarray((eye + 0.5 * f + ff / 6.0)[:, :6])
 
 
 @numba.njit(cache=True)
@@ -87,7 +88,6 @@ def whiten(c, force, up, g_over_r, u, x0, row_of, y, r, q_gyro, q_accel, tau, si
         h[i, 6 + i] = h[i, 15 + i] = h[3 + i, 3 + i] = h[3 + i, 18 + i] = 1.0
         if d == 9:
             h[6 + i, i] = h[6 + i, 21 + i] = 1.0
-    eye = np.eye(9)
     for k in range(seconds + 1):
         row = row_of[k]
         if row >= 0:
@@ -103,10 +103,7 @@ def whiten(c, force, up, g_over_r, u, x0, row_of, y, r, q_gyro, q_accel, tau, si
             p = 0.5 * (p + p.T)
         if k == seconds:
             break
-        f = dynamics(force[k], up[k], g_over_r)
-        ff = f @ f
-        phi9 = eye + f + 0.5 * ff + ff @ f / 6.0
-        gamma = np.ascontiguousarray((eye + 0.5 * f + ff / 6.0)[:, :6])
+        phi9, gamma = transition(force[k], up[k], g_over_r)
         phi = np.zeros((STATES, STATES))
         phi[:9, :9] = phi9
         b = np.zeros((6, 6))
@@ -138,10 +135,7 @@ def inertial(c, force, up, g_over_r, u):
     seconds, m = len(c), u.shape[2]
     out, x = np.empty((seconds, 3, m)), np.zeros((9, m))
     for k in range(seconds):
-        f = dynamics(force[k], up[k], g_over_r)
-        ff = f @ f
-        phi = np.eye(9) + f + 0.5 * ff + ff @ f / 6.0
-        gamma = np.ascontiguousarray((np.eye(9) + 0.5 * f + ff / 6.0)[:, :6])
+        phi, gamma = transition(force[k], up[k], g_over_r)
         x = phi @ x + gamma @ u[k]
         level = np.eye(3) - np.outer(up[k], up[k])
         x[3:6], x[6:9] = level @ np.ascontiguousarray(x[3:6]), level @ np.ascontiguousarray(x[6:9])

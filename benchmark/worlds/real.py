@@ -75,6 +75,7 @@ CLOCKS = (Row("recording.clock_step", None, 0.15, "s"), Row("recording.clock_dri
 INDUSTRIAL_GYRO = (
     "bias z 1000 deg/h; bias_step z 500 deg/h; bias_step x 500 deg/h; scale z 10000 ppm; misalignment xz 8000 urad"
 )
+INDUSTRIAL_FORCE = "bias x 10000 ug; bias_step x 10000 ug; bias_step z 10000 ug; scale z 10000 ppm"
 # the class of the MPU-6000 (InvenSense PS-MPU-6000A): offsets of degrees a second and tens of mg, 3 % scale, 2 % axes
 CONSUMER_GYRO = (
     "bias z 5000 deg/h; bias_step z 3600 deg/h; bias_step x 3600 deg/h; scale z 30000 ppm; misalignment xz 20000 urad"
@@ -95,7 +96,7 @@ FLYING = (
 
 INDUSTRIAL = (
     *_rows("gyro", INDUSTRIAL_GYRO),
-    *_rows("accelerometer", "bias x 10000 ug; bias_step x 10000 ug; bias_step z 10000 ug; scale z 10000 ppm"),
+    *_rows("accelerometer", INDUSTRIAL_FORCE),
     Row("gps.time_offset", None, 0.15, "s"),
     *CLOCKS,
     _of_file("axis_sign", "z", "gyro"),
@@ -149,7 +150,7 @@ SOURCES = (
         "psins-mat",
         (
             *_rows("gyro", INDUSTRIAL_GYRO),
-            *_rows("accelerometer", "bias x 10000 ug; bias_step x 10000 ug; bias_step z 10000 ug; scale z 10000 ppm"),
+            *_rows("accelerometer", INDUSTRIAL_FORCE),
             Row("reference.time_offset", None, 0.05, "s"),
             Row("reference.misalignment", "x", 5000.0, "urad"),
             *CLOCKS,

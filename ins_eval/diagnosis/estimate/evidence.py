@@ -28,8 +28,9 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.whitening import Whitened
 
 SCALES = (0.3, 1.0, 4.0, 16.0, 64.0)  # of the nominal size; one Gaussian of nominal size loses large effects
-PRODUCT = 6  # effects up to which every combination of scales is summed over
-SWEEPS = 2  # over the scales of more, one at a time
+# Effects up to which every combination of scales is summed over, 5^6 = 15 625 matrices: more than a search of many sets
+# can pay for, whose limit is its own. Beyond, sweeps over the scales of one at a time; both by reasoning.
+PRODUCT, SWEEPS = 6, 2
 
 
 def log_evidence(whitened: Whitened) -> float:

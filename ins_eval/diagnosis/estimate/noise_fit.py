@@ -35,7 +35,8 @@ LASTING = (
     (("slow_attitude", "slow_heading"), "slow_attitude_time"),
     (("gyro_wander",), "gyro_wander_time"),
 )  # levels and the time for which they last
-_OTHER_TIMES, _OTHER_LEVELS = (-2.0, 2.0), np.linspace(-2.0, 2.0, 9)  # prior sigmas
+# prior sigmas; half a sigma apart, since minutes of samples tell a level to a tenth and a coarser net misses its hill
+_OTHER_TIMES, _OTHER_LEVELS = (-2.0, 2.0), np.linspace(-2.0, 2.0, 9)
 _ANOTHER_TIME = 1.0  # prior sigmas from a time that is another
 _HOPELESS = 30.0  # nats below the top that is known, from which no other hill is climbed
 

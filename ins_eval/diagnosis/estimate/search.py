@@ -239,9 +239,8 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
         for state in level:
             of_family, best = one_more(a, b, state.members, space)
             likeliest = (family for family in np.argsort(of_family)[::-1] if np.isfinite(of_family[family]))
-            grown_by = ((family, (*state.members, int(best[family]))) for family in likeliest)
-            can_be = ((family, members) for family, members in grown_by if possible(a, b, members, space).all())
-            for family, members in islice(can_be, policy.beam):
+            sets = ((family, (*state.members, int(best[family]))) for family in likeliest)
+            for family, members in islice((one for one in sets if possible(a, b, one[1], space).all()), policy.beam):
                 gain = state.log_bayes_factor + float(of_family[family])
                 one = Explanation(members, gain, gain - cost * len(members))
                 key = frozenset(members)

@@ -38,7 +38,7 @@ HOPELESS = 150.0
 TINY = 1e-12  # (m/s)^2
 RANK = 1e-12  # of what is felt: where it is all along one axis, the turn about that axis is free
 # sigma of what nobody stated
-GYRO_OFFSET = DEG  # rad/s, data sheets of MEMS gyros state 0.2 to 3 deg/s
+GYRO_OFFSET = DEG  # rad/s, data sheets of MEMS gyros state 0.2 to 3 deg/s; of a window as of all, by reasoning
 GYRO_SCALE = 0.02  # of one, the same sheets state 1 to 3 %
 FORCE_OFFSET = 0.5  # m/s^2, data sheets of MEMS accelerometers state 5 to 60 mg
 ARM_SIGMA_M = 2.0  # of the believed arm to the antenna: anywhere in a car or cabin
