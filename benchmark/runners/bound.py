@@ -127,8 +127,8 @@ def answered(effect: dict, cases: list):
 def _nameless(truth: dict, manifest: dict, case):
     """An effect without a name as a column, drawn again as the maker drew it."""
     from ins_eval.diagnosis.estimate.study import Hypothesis
-    from ins_eval.diagnosis.model.columns import Column, Drive, Measured
-    from ins_eval.diagnosis.model.library import Candidate
+    from ins_eval.error_model.columns import Column, Drive, Measured
+    from ins_eval.error_model.library import Candidate
 
     drawn = again.drawn(truth, manifest)
     (effect,), (recording,) = drawn.hidden, drawn.made

@@ -1,7 +1,5 @@
 """Where a recording leaves its simulation: what is believed is navigated, and what is left over is judged.
 
-    model/     what is believed, through the full mechanization; how small errors grow around it, and the column of
-               every effect that is known
     estimate/  a recording made ready (`case`), whitened, its noise fitted, sets of effects searched, the best of them
                navigated with (`refine`)
     unnamed/   what has no name: which channel, when, and how sure, with every channel and interval searched

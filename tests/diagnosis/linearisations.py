@@ -9,9 +9,9 @@ import numpy as np
 from ins_eval.diagnosis.estimate.linearisation import Linearisation
 from ins_eval.diagnosis.estimate.search import search
 from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space
-from ins_eval.diagnosis.model.columns import Column
-from ins_eval.diagnosis.model.library import Candidate
 from ins_eval.diagnosis.policy import Policy
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.library import Candidate
 
 INFORMATION = 16.0  # each coefficient is known to a quarter of its nominal size
 NOTHING = 0.05  # coefficient of what is not there: 0.2 sigma

@@ -19,7 +19,7 @@ from ins_eval.diagnosis.estimate import arcs
 from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.diagnosis.estimate.evidence import log_evidence, sensitivity
 from ins_eval.diagnosis.estimate.study import fit_noise
-from ins_eval.diagnosis.model import null
+from ins_eval.error_model import null
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.units import DEG_PER_H, UG

@@ -16,9 +16,9 @@ from ins_eval.diagnosis.estimate.description import wrong_descriptions_of_chambe
 from ins_eval.diagnosis.estimate.placing import again
 from ins_eval.diagnosis.estimate.refine import refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise
-from ins_eval.diagnosis.model.columns import assemble
 from ins_eval.diagnosis.policy import Policy
 from ins_eval.diagnosis.unnamed.disturbance import restless
+from ins_eval.error_model.columns import assemble
 from ins_eval.errors import DataRefused
 from ins_eval.random_processes import gauss_markov
 from ins_eval.recording import ChamberReadings

@@ -17,10 +17,10 @@ from benchmark.worlds.record import Made
 from ins_eval.cli import main
 from ins_eval.diagnosis.answer.verdict import NO_MISMATCH
 from ins_eval.diagnosis.estimate.description import _of_matrix, wrong_descriptions
-from ins_eval.diagnosis.model.library import COARSEST_PPM, LARGEST_OF, sized
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.parts import SENSORS, conditions
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.error_model.library import COARSEST_PPM, LARGEST_OF, sized
 from ins_eval.interface.diagnose import diagnose
 from ins_eval.recording import Imu, Recording, Start, form
 from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief

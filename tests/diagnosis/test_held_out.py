@@ -11,8 +11,8 @@ import pytest
 from ins_eval.diagnosis.estimate.held_out import held_out
 from ins_eval.diagnosis.estimate.study import Hypothesis
 from ins_eval.diagnosis.estimate.whitening import Whitened
-from ins_eval.diagnosis.model.columns import Column
-from ins_eval.diagnosis.model.library import Candidate
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.library import Candidate
 
 NODES, STEP_S = 1200, 10.0
 FLAT = 1e-6  # prior of an effect is so wide that it does not matter

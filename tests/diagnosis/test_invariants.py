@@ -27,11 +27,11 @@ from ins_eval.diagnosis.answer.verdict import (
 from ins_eval.diagnosis.estimate.linearisation import Linearisation
 from ins_eval.diagnosis.estimate.search import search
 from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space
-from ins_eval.diagnosis.model.columns import Column
-from ins_eval.diagnosis.model.library import Candidate
 from ins_eval.diagnosis.policy import Policy
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.library import Candidate
 from tests.diagnosis.linearisations import linearisation
 
 PROBLEMS = 150

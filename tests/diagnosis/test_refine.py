@@ -14,9 +14,9 @@ from ins_eval.diagnosis.estimate.case import Case, prepare, with_effects
 from ins_eval.diagnosis.estimate.placing import Q95, Profile
 from ins_eval.diagnosis.estimate.refine import RefinedFit, _same_white, believed_effect, refine
 from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, sums
-from ins_eval.diagnosis.model.columns import Column
-from ins_eval.diagnosis.model.library import Candidate
 from ins_eval.effects.accelerometer import CREEP_TIME
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.library import Candidate
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.units import UG
 

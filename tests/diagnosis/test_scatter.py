@@ -9,7 +9,7 @@ import pytest
 
 from ins_eval.diagnosis.estimate.scatter import STRETCHES, scattered
 from ins_eval.diagnosis.estimate.study import Hypothesis
-from ins_eval.diagnosis.model.columns import Column
+from ins_eval.error_model.columns import Column
 
 DRAWS, NODES, CHANNELS = 1000, 400, 9
 DIFFERS = 0.1  # one sigma from stretch to stretch, ten times what white noise makes of the whole

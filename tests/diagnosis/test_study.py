@@ -17,9 +17,9 @@ from ins_eval.diagnosis.estimate import study
 from ins_eval.diagnosis.estimate.evidence import SCALES
 from ins_eval.diagnosis.estimate.study import Hypothesis
 from ins_eval.diagnosis.estimate.whitening import Whitened
-from ins_eval.diagnosis.model.columns import Column, Drive, Measured
-from ins_eval.diagnosis.model.library import Candidate
 from ins_eval.diagnosis.policy import Policy
+from ins_eval.error_model.columns import Column, Drive, Measured
+from ins_eval.error_model.library import Candidate
 
 ROUNDING = 1e-7
 LAPLACE = 0.05  # nats: a parabola in place of a log posterior that is nearly one

@@ -13,7 +13,7 @@ from ins_eval.diagnosis.estimate.coarse import coarse, coarse_noise
 from ins_eval.diagnosis.estimate.evidence import Gained, log_evidence, mixture, sensitivity
 from ins_eval.diagnosis.estimate.slope import Slopes, slopes
 from ins_eval.diagnosis.estimate.whitening import NoiseLevels, _filter, _respond, whiten
-from ins_eval.diagnosis.model.columns import Assembled
+from ins_eval.error_model.columns import Assembled
 
 NODES, EPOCHS = 16, 15
 ROUNDING = 1e-7

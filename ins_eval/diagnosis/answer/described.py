@@ -18,10 +18,10 @@ from ins_eval.diagnosis.answer.verdict import (
     channel_of,
 )
 from ins_eval.diagnosis.estimate.study import Hypothesis
-from ins_eval.diagnosis.model.columns import Column
-from ins_eval.diagnosis.model.library import Candidate
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.library import Candidate
 from ins_eval.recording.belief import EffectBelief
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from ins_eval.diagnosis.estimate.evidence import SCALES
 from ins_eval.effects.vocabulary import VOCABULARY
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.model.library import Candidate
+    from ins_eval.error_model.library import Candidate
 
 SMALLEST, LARGEST = 1e-4, 1e8  # nominal sizes between which the size that shows is looked for
 

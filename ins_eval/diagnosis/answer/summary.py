@@ -22,7 +22,7 @@ from ins_eval.units import DEG
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect
-    from ins_eval.diagnosis.model.library import Candidate
+    from ins_eval.error_model.library import Candidate
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ the whole recording that knows the linear error model, wide biases of the sensor
     x = [dp, dv, phi, b_a, b_g, delay, arm],   x_k+1 = F_k x_k + u_k + w,   y_k = H_k x_k + v,
 
 u what the begin of an arc is known to change, until the path stays. It is only what errors are linear about: what an
-arc changes where it begins is known and is taken off the residual again (`error_model`), so that an error of a sensor
+arc changes where it begins is known and is taken off the residual again (`propagation`), so that an error of a sensor
 acts through all arcs as through one.
 
 Source: multiple shooting, Bock and Plitt, IFAC Proc. 17 (1984) 1603; iterated smoother, Bell, SIAM J. Optim. 4 (1994)
@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.diagnosis.estimate.noise import white, without_outliers
-from ins_eval.diagnosis.model import error_model, null, observations
-from ins_eval.diagnosis.model.columns import coupling
-from ins_eval.diagnosis.model.geometry import along, apart, moved, turned
+from ins_eval.error_model import null, observations, propagation
+from ins_eval.error_model.columns import coupling
+from ins_eval.error_model.geometry import along, apart, moved, turned
 from ins_eval.initialization import GYRO_BIAS, WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS, filtered
 from ins_eval.limits import limits_of
 from ins_eval.strapdown import SAMPLES_PER_STEP
@@ -33,9 +33,9 @@ from ins_eval.units import DEG, DEG_PER_H
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ins_eval.diagnosis.model.error_model import ErrorModel
-    from ins_eval.diagnosis.model.null import Believed
-    from ins_eval.diagnosis.model.observations import Observations
+    from ins_eval.error_model.null import Believed
+    from ins_eval.error_model.observations import Observations
+    from ins_eval.error_model.propagation import ErrorModel
     from ins_eval.initialization import Initialization
     from ins_eval.recording import Recording, Start
 
@@ -176,7 +176,7 @@ def observed(navigated: Believed) -> tuple[ErrorModel, Observations]:
     nodes_s = observations.nodes(navigated, measured, end_s)
     if not all((np.abs(one.velocity_n) < FASTEST_MPS).all() for one in solution):
         raise Diverged(f"{navigated.recording.name}: as it is believed its errors grow beyond all bounds")
-    model = error_model.build(navigated, solution, nodes_s)
+    model = propagation.build(navigated, solution, nodes_s)
     return model, observations.observe(navigated, model.states, model.arc, measured)
 
 

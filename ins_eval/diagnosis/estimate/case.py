@@ -14,13 +14,13 @@ from ins_eval.diagnosis.estimate import arcs, noise
 from ins_eval.diagnosis.estimate.coarse import block_of, coarse, coarse_noise, few_blocks
 from ins_eval.diagnosis.estimate.noise_fit import Ready, fit
 from ins_eval.diagnosis.estimate.whitening import Whitened, whiten
-from ins_eval.diagnosis.model import null
-from ins_eval.diagnosis.model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
-from ins_eval.diagnosis.model.geometry import apart
-from ins_eval.diagnosis.model.library import Candidate, Parameters, candidates, composed_candidates, member
-from ins_eval.diagnosis.model.observations import REFERENCE_POSITION_M, Observations
-from ins_eval.diagnosis.model.thermometer import step_noise
 from ins_eval.effects.temperature import SmoothedTemperature, temperature
+from ins_eval.error_model import null
+from ins_eval.error_model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
+from ins_eval.error_model.geometry import apart
+from ins_eval.error_model.library import Candidate, Parameters, candidates, composed_candidates, member
+from ins_eval.error_model.observations import REFERENCE_POSITION_M, Observations
+from ins_eval.error_model.thermometer import step_noise
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import HEADING_SIGMA_RAD, TILT_SIGMA_RAD
 from ins_eval.navigation import PARKED
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.evidence import Gain
     from ins_eval.diagnosis.estimate.noise import NoiseModel
     from ins_eval.diagnosis.estimate.noise_fit import Fitted
-    from ins_eval.diagnosis.model.error_model import ErrorModel
-    from ins_eval.diagnosis.model.null import Believed
+    from ins_eval.error_model.null import Believed
+    from ins_eval.error_model.propagation import ErrorModel
     from ins_eval.recording import Recording
     from ins_eval.recording.belief import Belief, EffectBelief
 

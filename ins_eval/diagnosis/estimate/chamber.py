@@ -20,16 +20,16 @@ from ins_eval.compensation import Samples
 from ins_eval.compensation.file import believed_model
 from ins_eval.diagnosis.estimate.case import Case, with_effects
 from ins_eval.diagnosis.estimate.noise import NoiseModel, Prior, white, without_outliers
-from ins_eval.diagnosis.model.columns import Column, Measured, SlowFactor
-from ins_eval.diagnosis.model.drives import SOURCES
-from ins_eval.diagnosis.model.error_model import STATES, ErrorModel
-from ins_eval.diagnosis.model.library import Candidate, Parameters, sized, tried
-from ins_eval.diagnosis.model.observations import CHANNELS, MeasurementSource, Observations
 from ins_eval.effects.apply import OF_INPUT, chamber_error
 from ins_eval.effects.effect import ACCELEROMETER, AXES, multiplied
 from ins_eval.effects.parts import chamber_conditions, parts, possible
 from ins_eval.effects.temperature import chamber_temperature
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.error_model.columns import Column, Measured, SlowFactor
+from ins_eval.error_model.drives import SOURCES
+from ins_eval.error_model.library import Candidate, Parameters, sized, tried
+from ins_eval.error_model.observations import CHANNELS, MeasurementSource, Observations
+from ins_eval.error_model.propagation import STATES, ErrorModel
 from ins_eval.errors import DataRefused
 from ins_eval.recording.belief import Belief, GpsBelief
 from ins_eval.recording.mending import mended_chamber

@@ -15,7 +15,7 @@ import numba
 import numpy as np
 
 from ins_eval.diagnosis.estimate.whitening import FASTMATH, motion, propagate, show, shown
-from ins_eval.diagnosis.model.columns import TO_ATTITUDE, TO_POSITION, TO_VELOCITY, Assembled
+from ins_eval.error_model.columns import TO_ATTITUDE, TO_POSITION, TO_VELOCITY, Assembled
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.noise import NoiseModel

@@ -41,7 +41,7 @@ from ins_eval.effects.vocabulary import VOCABULARY
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.estimate.noise_fit import Fitted
-    from ins_eval.diagnosis.model.columns import Column
+    from ins_eval.error_model.columns import Column
 
 BEGIN = "branch_begin"
 FACTOR_SPREAD = 1.0  # of the logarithm of the factor by which effects of a name are larger than usual

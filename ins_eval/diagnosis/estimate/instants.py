@@ -20,7 +20,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.model.columns import Column
+    from ins_eval.error_model.columns import Column
 
 WIDTHS = (1, 2, 4, 8, 16, 32)  # nodes: by reasoning, up to half a minute, in which a filter learns a jump
 REMARKABLE = 5.5  # sigmas: of 216 000 sums of white noise (4000 nodes, 9 channels, 6 widths) one in 120 has one

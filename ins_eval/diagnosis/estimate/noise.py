@@ -19,15 +19,15 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ins_eval.diagnosis.estimate.whitening import NoiseLevels
-from ins_eval.diagnosis.model import drives
-from ins_eval.diagnosis.model.observations import CHANNELS, Observations
 from ins_eval.effects.parts import SENSORS
+from ins_eval.error_model import drives
+from ins_eval.error_model.observations import CHANNELS, Observations
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.slope import Slopes
-    from ins_eval.diagnosis.model.error_model import ErrorModel
-    from ins_eval.diagnosis.model.null import Believed
+    from ins_eval.error_model.null import Believed
+    from ins_eval.error_model.propagation import ErrorModel
     from ins_eval.recording.belief import Belief
 
 # of the believed sigma: what measures is not judged by errors far below its own statement

@@ -21,7 +21,7 @@ from ins_eval.diagnosis.estimate.whitening import Whitened, whiten
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.evidence import Gain
     from ins_eval.diagnosis.estimate.noise import NoiseModel
-    from ins_eval.diagnosis.model.columns import Assembled
+    from ins_eval.error_model.columns import Assembled
 
 WIDEST = 3.0  # prior sigmas that a level may move
 _APART = 0.3  # prior sigmas between the points that tell a curvature

@@ -20,8 +20,8 @@ from ins_eval.effects.vocabulary import VOCABULARY
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.estimate.noise_fit import Fitted
-    from ins_eval.diagnosis.model.library import Candidate
     from ins_eval.effects.effect import Parameter
+    from ins_eval.error_model.library import Candidate
 
 ZOOMS = (1.0, 0.3, 0.1)  # half width of the values tried, in steps of the first grid
 VALUES = 9  # tried in each

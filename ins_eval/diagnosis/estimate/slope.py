@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from ins_eval.diagnosis.estimate.whitening import NoiseLevels
-    from ins_eval.diagnosis.model.columns import Assembled
+    from ins_eval.error_model.columns import Assembled
 
 
 class Slopes(NamedTuple):

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.estimate.whitening import Whitened
-    from ins_eval.diagnosis.model.columns import Column
-    from ins_eval.diagnosis.model.library import Candidate
     from ins_eval.diagnosis.policy import Policy
+    from ins_eval.error_model.columns import Column
+    from ins_eval.error_model.library import Candidate
 
 # geometry, clocks and the equations themselves: their form is exact
 EXACT = ("earth.", "alignment.", "gps.", "reference.", "recording.")

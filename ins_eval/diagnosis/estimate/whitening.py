@@ -24,7 +24,7 @@ import numba
 import numpy as np
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.model.columns import Assembled
+    from ins_eval.error_model.columns import Assembled
 
 ALL_STATES = 24
 FASTMATH = {"contract", "reassoc", "nsz"}

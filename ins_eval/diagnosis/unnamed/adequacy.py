@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.estimate.linearisation import Linearisation
     from ins_eval.diagnosis.estimate.whitening import Whitened
-    from ins_eval.diagnosis.model.columns import Column
     from ins_eval.diagnosis.policy import Policy
+    from ins_eval.error_model.columns import Column
 
 CURVE = "a curve of its temperature"
 

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.estimate.noise_fit import Fitted
     from ins_eval.diagnosis.estimate.whitening import Whitened
-    from ins_eval.diagnosis.model.columns import Column
     from ins_eval.diagnosis.policy import Policy
     from ins_eval.diagnosis.unnamed.locate import Channel, Interval, Significance
+    from ins_eval.error_model.columns import Column
 
 LOUD, QUIET = -1.0, -2.0  # prior sigmas of a level that something else may feign, and of one that it does not
 OF_SENSORS = ("accelerometer_wander", "gyro_wander")

@@ -27,7 +27,7 @@ from ins_eval.effects.parts import SENSORS
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.model.columns import Column
+    from ins_eval.error_model.columns import Column
 
 TIMES = (2.0, 8.0, 32.0)  # correlation time, in windows or knots
 KNOTS = 12  # of a curve over temperature

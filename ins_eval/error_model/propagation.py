@@ -22,14 +22,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.model import drives
-from ins_eval.diagnosis.model.geometry import States, along, apart, cross_matrices
 from ins_eval.earth import EARTH_RATE, gravity, radii
+from ins_eval.error_model import drives
+from ins_eval.error_model.geometry import States, along, apart, cross_matrices
 from ins_eval.navigation import PARKED
 from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S, Solution
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.model.null import Believed
+    from ins_eval.error_model.null import Believed
     from ins_eval.recording.belief import EarthBelief
 
 STATES = 9

@@ -10,7 +10,7 @@ import pytest
 from ins_eval.diagnosis.estimate import case as cases
 from ins_eval.diagnosis.estimate import noise
 from ins_eval.diagnosis.estimate.study import fit_noise
-from ins_eval.diagnosis.model import drives, error_model, null, observations
+from ins_eval.error_model import drives, null, observations, propagation
 from ins_eval.recording import Fixes, Recording
 from ins_eval.units import UG
 
@@ -23,7 +23,7 @@ def seen_of(recording: Recording) -> observations.Observations:
     believed = null.believe(recording)
     (solution,) = null.solve(believed)
     measured = observations.sources(believed, solution.time_s[-1])
-    model = error_model.build(believed, (solution,), observations.nodes(believed, measured, solution.time_s[-1]))
+    model = propagation.build(believed, (solution,), observations.nodes(believed, measured, solution.time_s[-1]))
     return observations.observe(believed, model.states, model.arc, measured)
 
 

@@ -23,7 +23,7 @@ from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.model.null import Believed
+    from ins_eval.error_model.null import Believed
 
 # of specific force f along input, pendulous and output axis, in m/s^2
 FORCE_MULTIPLIERS = ("1", "f", "f_pendulous", "f_output", "f^2", "f^3", "f f_pendulous", "f f_output", "|f|")

@@ -229,7 +229,7 @@ def _triad(recording: Recording, folder: str | Path) -> list[CompensationModel]:
 
 
 def _aid(recording: Recording) -> np.ndarray:
-    """A height for every sample to keep the solution near the truth; its own errors cancel, see `error_model`."""
+    """A height for every sample to keep the solution near the truth; its own errors cancel, see `propagation`."""
     aid = height_aid(recording)
     if aid is not None:
         return aid

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ins_eval.diagnosis.model import geometry, null
+from ins_eval.error_model import geometry, null
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 
 RATE_HZ, DURATION_S = 100.0, 4.0

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ins_eval.diagnosis.model import drives
-from ins_eval.diagnosis.model.error_model import STATES, ErrorModel
-from ins_eval.diagnosis.model.observations import CHANNELS, Observations
+from ins_eval.error_model import drives
+from ins_eval.error_model.observations import CHANNELS, Observations
+from ins_eval.error_model.propagation import STATES, ErrorModel
 
 EARTH_TERMS = ("rotation", "coriolis", "transport_rate", "gravity_height", "gravity_latitude")
 TO_POSITION, TO_VELOCITY, TO_ATTITUDE = 0, 3, 6

@@ -13,9 +13,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
-from ins_eval.diagnosis.model.error_model import STATES, ErrorModel
-from ins_eval.diagnosis.model.observations import CHANNELS, stands_in_arcs
 from ins_eval.effects import composed
 from ins_eval.effects.description import FAMILY
 from ins_eval.effects.effect import AXES, Effect
@@ -24,13 +21,16 @@ from ins_eval.effects.parts import SENSORS, EffectPart, conditions, parts, possi
 from ins_eval.effects.slow import slow_factor
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.error_model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
+from ins_eval.error_model.observations import CHANNELS, stands_in_arcs
+from ins_eval.error_model.propagation import STATES, ErrorModel
 from ins_eval.recording.mending import MAGNETIC
 from ins_eval.units import DEG, PPM
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.model.null import Believed
     from ins_eval.effects.slow import Conditions
     from ins_eval.effects.temperature import SmoothedTemperature
+    from ins_eval.error_model.null import Believed
 
 Parameters = Mapping[str, float | str]
 # arguments of the shapes that are tried of a recorded column: s, and of a branch in ranges of the column

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.estimate import whitening
-from ins_eval.diagnosis.model import columns, drives, error_model, geometry, null, observations
-from ins_eval.diagnosis.model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
+from ins_eval.error_model import columns, drives, geometry, null, observations, propagation
+from ins_eval.error_model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.recording.belief import EarthBelief
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
@@ -26,7 +26,7 @@ def fitted(believed: null.Believed, column: Column, slow=None) -> tuple[float, f
     solution = null.solve(believed)
     end_s = solution[-1].time_s[-1]
     measured = observations.sources(believed, end_s)
-    model = error_model.build(believed, solution, observations.nodes(believed, measured, end_s))
+    model = propagation.build(believed, solution, observations.nodes(believed, measured, end_s))
     seen = observations.observe(believed, model.states, model.arc, measured)
     dt = model.interval_s
     levels = whitening.NoiseLevels(
@@ -190,11 +190,11 @@ def test_a_bias_is_taken_off_as_it_is_navigated(believed, monkeypatch) -> None:
     np.testing.assert_allclose(with_it.integrals, without.integrals, rtol=1e-6, atol=1e-6)
 
 
-def _modelled(believed: null.Believed) -> error_model.ErrorModel:
+def _modelled(believed: null.Believed) -> propagation.ErrorModel:
     solution = null.solve(believed)
     end_s = solution[-1].time_s[-1]
     nodes_s = observations.nodes(believed, observations.sources(believed, end_s), end_s)
-    return error_model.build(believed, solution, nodes_s)
+    return propagation.build(believed, solution, nodes_s)
 
 
 def _interval_s(believed: null.Believed) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.compensation import Samples
-from ins_eval.diagnosis.model.null import Believed, triad
+from ins_eval.error_model.null import Believed, triad
 from ins_eval.navigation import samples
 from ins_eval.units import MINUTE
 

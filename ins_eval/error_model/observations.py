@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ins_eval.diagnosis.model.error_model import ATTITUDE, POSITION, STATES, VELOCITY
-from ins_eval.diagnosis.model.geometry import States, cross_matrices
 from ins_eval.earth import EARTH_RATE, radii
+from ins_eval.error_model.geometry import States, cross_matrices
+from ins_eval.error_model.propagation import ATTITUDE, POSITION, STATES, VELOCITY
 from ins_eval.errors import DataRefused
 from ins_eval.navigation import PARKED
 from ins_eval.recording import Fixes
@@ -25,7 +25,7 @@ from ins_eval.recording.stillness import MOVED_FACTOR, Stretch, still_stretches
 from ins_eval.units import DEG
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.model.null import Believed
+    from ins_eval.error_model.null import Believed
 
 CHANNELS = 9
 STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS = 0.01, 0.002
