@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import floor, log10
 
-from ins_eval.diagnosis.policy import Policy
 from ins_eval.effects import VOCABULARY
+from ins_eval.policy import Policy
 from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.diagnosis_limits import limits

@@ -23,16 +23,16 @@ from ins_eval.diagnosis.answer.experiments import (
     expected_log_bayes_factor,
     information,
 )
-from ins_eval.diagnosis.estimate.case import Case, prepare
-from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-from ins_eval.diagnosis.estimate.evidence import SCALES
-from ins_eval.diagnosis.policy import Policy
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.error_model.library import Candidate
 from ins_eval.error_model.null import believe, solve
 from ins_eval.error_model.observations import nodes, observe, sources
 from ins_eval.error_model.propagation import build
+from ins_eval.estimation.case import Case, prepare
+from ins_eval.estimation.chamber import prepare_chamber
+from ins_eval.estimation.evidence import SCALES
 from ins_eval.imu import Mission
+from ins_eval.policy import Policy
 from ins_eval.profile import Place, Profile, SpeedChange, Thermal, load
 from ins_eval.recording import Imu, Recording, Start
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, BiasBelief, EarthBelief, ScaleBelief

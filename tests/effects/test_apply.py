@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.estimate.case import Case, prepare
 from ins_eval.effects import VOCABULARY, without_effects
 from ins_eval.error_model import library
+from ins_eval.estimation.case import Case, prepare
 from ins_eval.recording import Recording
 from ins_eval.recording.belief import EarthBelief, EffectBelief
 

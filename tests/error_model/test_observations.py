@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.estimate import case as cases
-from ins_eval.diagnosis.estimate import noise
-from ins_eval.diagnosis.estimate.study import fit_noise
 from ins_eval.error_model import drives, null, observations, propagation
+from ins_eval.estimation import case as cases
+from ins_eval.estimation import noise
+from ins_eval.estimation.study import fit_noise
 from ins_eval.recording import Fixes, Recording
 from ins_eval.units import UG
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.estimate import whitening
 from ins_eval.error_model import columns, drives, geometry, null, observations, propagation
 from ins_eval.error_model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
+from ins_eval.estimation import whitening
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.recording.belief import EarthBelief
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG

@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from ins_eval.diagnosis.estimate.evidence import SCALES
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.estimation.evidence import SCALES
 
 if TYPE_CHECKING:
     from ins_eval.error_model.library import Candidate

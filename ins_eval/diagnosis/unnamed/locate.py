@@ -23,9 +23,9 @@ import numba
 import numpy as np
 from scipy.special import chdtrc, ndtri
 
-from ins_eval.diagnosis.estimate.evidence import Reduced, reduce
 from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model.columns import Column, Drive, Measured, SlowFactor
+from ins_eval.estimation.evidence import Reduced, reduce
 from ins_eval.units import ARCSEC, DEG_PER_H, UG
 
 if TYPE_CHECKING:
