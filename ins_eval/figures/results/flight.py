@@ -14,7 +14,7 @@ from ins_eval.analysis.fly import FlightStudy
 from ins_eval.analysis.missions import by_mission
 from ins_eval.ensemble import ARMS, SOURCES
 from ins_eval.ensemble.conditions import VELOCITY
-from ins_eval.report.recording_figures import path, temperature, traces
+from ins_eval.figures.results.recording import path, temperature, traces
 from ins_eval.streams import Streams
 from ins_eval.vocabulary import FIRST, SECOND
 

@@ -10,8 +10,7 @@ from ins_eval.analysis.several import Row, SeveralEvaluations
 from ins_eval.figures import side_by_side
 from ins_eval.figures.side_by_side import Value
 from ins_eval.figures.style import colour, label
-from ins_eval.report.prediction import ROWS
-from ins_eval.vocabulary import measure_name
+from ins_eval.vocabulary import PREDICTED, measure_name
 
 if TYPE_CHECKING:  # `evaluate` needs neither, and both import much
     from ins_eval.analysis.predict import Prediction
@@ -72,7 +71,7 @@ def prediction_figures(found: Prediction) -> dict[str, Figure]:
     of = found.tree["velocity_rms"]
     values = [
         Value(words.removesuffix(" [m/s]"), *(of[name][end] for end in ("median", "low", "high")))
-        for name, words in ROWS
+        for name, words in PREDICTED
         if words.endswith(" [m/s]")
     ]
     return {

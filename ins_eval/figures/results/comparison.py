@@ -2,15 +2,38 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from ins_eval import figures
 from ins_eval.analysis.compare import RecordingComparison
 from ins_eval.channels import Windows
-from ins_eval.report.comparison_words import units
+from ins_eval.units import DEG, DEG_PER_H, UG
 
 SHOWN_EPOCHS = 300  # of the stretch that is drawn closely
+COARSE_GYRO, COARSE_ACCELEROMETER = 0.01 * DEG, 1e-3  # rad/s, m/s^2: from here on in °/s and m/s²
+
+
+class DisplayUnit(NamedTuple):
+    """A readable unit; a value in SI divided by `size` is in it."""
+
+    text: str
+    size: float
+
+
+def units(found: RecordingComparison) -> dict[str, DisplayUnit]:
+    """The unit of the differences of each sensor, by their size."""
+    largest = {
+        sensor: max(max(abs(one.fitted.mean_difference.value), one.fitted.rms_after) for one in triad)
+        for sensor, triad in found.channels.items()
+    }
+    coarse = largest["accelerometer"] >= COARSE_ACCELEROMETER
+    return {
+        "gyro": DisplayUnit("°/s", DEG) if largest["gyro"] >= COARSE_GYRO else DisplayUnit("°/h", DEG_PER_H),
+        "accelerometer": DisplayUnit("m/s²", 1.0) if coarse else DisplayUnit("µg", UG),
+    }
 
 
 def comparison_figures(comparison: RecordingComparison) -> dict[str, Figure]:

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 
 from ins_eval import figures
 from ins_eval.analysis.evaluate import RecordingEvaluation
+from ins_eval.figures.results.grade import grade_figures
+from ins_eval.figures.results.recording import path, temperature, traces
+from ins_eval.figures.results.solution import solution_figures
 from ins_eval.recording import Recording
 from ins_eval.recording.stillness import Stretch
-from ins_eval.report.grade import grade_figures
-from ins_eval.report.recording_figures import path, temperature, traces
-from ins_eval.report.solution_figures import solution_figures
 from ins_eval.restarts import Restarts
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
