@@ -25,7 +25,7 @@ from ins_eval.recording import Imu, Recording, form
 from ins_eval.recording.stillness import Stretch
 from ins_eval.report.json_file import as_json
 from ins_eval.restarts import restarts
-from ins_eval.units import DEG, DEG_PER_H
+from ins_eval.units import DEG, DEG_PER_H, UG
 
 RATE_HZ = 20.0
 PATHS = ("drive", "climb, cruise, landing", "drive", "box")
@@ -37,6 +37,8 @@ MOST_REFUSED = 6  # of 200, upper end of the 95 % interval at the 1 that was mea
 BEFORE_TAKE_OFF_S = 190.0  # it taxies, and begins to take off within the last minute of them
 TURNED_RAD = 20.0 * DEG
 ROUNDING_MPS = 1e-5
+JUMPS_AFTER_S = 10.0
+KEPT_MPS = 0.3  # whatever the instant within a piece of half a minute at which it jumps
 GROWN_M = 5.0  # after ten seconds of an industrial unit, beside the noise of two fixes
 
 
@@ -226,6 +228,22 @@ def test_a_stated_attitude_is_carried_to_a_window_that_begins_later(tmp_path: Pa
     end = made.felt.truth.state([found.start.time_s])[2][0]
     assert abs(np.sin(made.felt.truth.state([found.window.start_s])[2][0, 2] - euler[2])) > TURNED_RAD
     assert abs(np.sin(found.start.attitude_rad[2] - end[2])) < ENOUGH * found.sigmas[ATTITUDE][2]
+
+
+@pytest.mark.parametrize(("accelerometer_ug", "gyro_deg_per_h"), [(15000.0, 0.0), (0.0, 3000.0)])
+def test_a_path_is_kept_where_a_bias_jumps(tmp_path: Path, accelerometer_ug: float, gyro_deg_per_h: float) -> None:
+    """Bias z of an industrial unit jumps by three and five turn-on sigmas after the window that showed the start."""
+    made = a_recording(np.random.default_rng(7), "industrial", "drive", RATE_HZ)
+    made.save(tmp_path / "r")
+    recording = form.read(tmp_path / "r")
+    dtheta_b, dv_b = recording.imu.gyro.copy(), recording.imu.accelerometer.copy()
+    found = find(recording, dtheta_b, dv_b)
+    after = recording.imu.time_s > found.window.end_s + JUMPS_AFTER_S
+    dtheta_b[after, 2] += gyro_deg_per_h * DEG_PER_H / RATE_HZ
+    dv_b[after, 2] += accelerometer_ug * UG / RATE_HZ
+    path = track(recording, found, dtheta_b, dv_b)
+    true_n = made.felt.truth.state(path.time_s)[1]
+    assert np.sqrt(((path.velocity_n - true_n) ** 2).mean(axis=0)).max() < KEPT_MPS
 
 
 @pytest.mark.parametrize("velocities", [True, False])

@@ -11,7 +11,9 @@ from ins_eval.errors import DataRefused
 from ins_eval.initialization.guess import first_guess, first_variances, stated_heading_sigma, turned
 from ins_eval.initialization.smoother import one_pass, scatter, settle
 from ins_eval.initialization.state import (
+    ACCELEROMETER_BIAS,
     GATE,
+    GYRO_BIAS,
     KNOWN_HEADING_RAD,
     MOVING_MPS,
     STATES,
@@ -137,13 +139,24 @@ def follow(
     window = window_of(recording, dtheta_b, dv_b, begin.start.time_s, until_s, still)
     window = replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, begin.fix_scale, strict=True)))
     begin = replace(begin, about=None, taken=np.zeros(STATES))
-    first = one_pass(window, begin, begin.covariance, gate)
+    covariance = begin.covariance
+    first = one_pass(window, begin, covariance, gate)
+    jumped = one_pass(window, begin, covariance + _of_a_jump(window), gate)
+    if jumped.log_likelihood > first.log_likelihood + APART:
+        covariance, first = covariance + _of_a_jump(window), jumped
     if not np.isfinite(first.log_likelihood):
         raise DataRefused(
             f"{recording.name}: between {begin.start.time_s:.6g} and {until_s:.6g} s the samples carry the INS away, "
             "expected increments that can be navigated; look at gyros and accelerometers there"
         )
-    return replace(one_pass(window, replace(begin, about=first.about), begin.covariance, gate), about=None)
+    return replace(one_pass(window, replace(begin, about=first.about), covariance, gate), about=None)
+
+
+def _of_a_jump(window: Window) -> np.ndarray:
+    """Covariance (21, 21) that a jump of the biases adds, which may be as large as what they are turned on with."""
+    variance = np.zeros(STATES)
+    variance[GYRO_BIAS], variance[ACCELEROMETER_BIAS] = (sigma**2 for sigma in window.bias_sigma)
+    return np.diag(variance)
 
 
 def track(recording: Recording, begin: Initialization, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Solution:
