@@ -63,7 +63,7 @@ FORMATS = {
     "rosbag": _format(rosbag, "ROS 1 or 2 bag: Imu, NavSatFix, TwistStamped, Odometry"),
     "cats": _format(cats, "CATS rocket flight computer, imu.csv: examined and refused with the reason"),
     "mems-chamber": _format(mems_chamber, "MEMS chamber rows without times: examined and refused with the reason"),
-    "ins-recording": _format(ins_recording, "our own form, a folder: checked and written again"),
+    "ins-recording": _format(ins_recording, "our own form, a folder: checked, gaps filled or cut, and written again"),
 }
 
 STATED_BY_USER = ("csv", "mat", "netcdf", "ins-recording")  # what is believed, by a mapping or the form

@@ -1,4 +1,4 @@
-"""Our own form, ``ins-recording/1``: read, and so validated, to be written again."""
+"""Our own form, ``ins-recording/1``: read, lost samples filled or the recording cut there, to be written again."""
 
 from __future__ import annotations
 
@@ -6,16 +6,22 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from ins_eval.readers.layout import Layout
 from ins_eval.readers.options import number
+from ins_eval.readers.sampling import filled
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import AccelerometerBelief
 
-KEYS = ("gps.time_offset_s", "reference.time_offset_s")
+KEYS = ("gps.time_offset_s", "reference.time_offset_s", "gaps", "fill_s")
 
 
 def read(path: Path, assumed: Mapping[str, str]) -> Recording:
-    """The recording in a folder, with the clock offsets that are assumed."""
-    recording = form.read(path)
+    """The recording in a folder, its short gaps filled, with the clock offsets that are assumed."""
+    recording = form.read(path, lost_samples=True)
+    if recording.imu is not None:
+        layout = Layout("rad", "m/s").overridden(assumed)
+        imu, notes = filled(recording.imu, form.given_as_rates(path), layout, str(path))
+        recording = replace(recording, imu=imu, notes=(*recording.notes, *notes))
     belief = recording.belief.model_copy(
         update={"accelerometer": _from_anywhere(recording.belief.accelerometer, path.resolve())}
     )

@@ -11,16 +11,19 @@ the gap is short, and marked.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ins_eval.errors import DataRefused
 from ins_eval.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, Layout, frd_from
 from ins_eval.recording import Imu
+from ins_eval.recording.stamps import gaps
 
-LONGEST_STEP = 1.4  # of the median step; beyond it a row is missing. Validation refuses steps beyond 1.5 of them
+LONGEST_STEP = 1.4  # of the median step; beyond it a row is missing. Validation refuses from 1.5 of them on
 FEWEST_ROWS = 3
+FILLED = "filled"
 LARGEST_VALUE = 1e15  # of any column in its own unit, seconds and microseconds since 1970 included
 LARGEST_TIME_S = 1e11  # the year 5000
 
@@ -96,6 +99,43 @@ def sampled(readings: Readings, layout: Layout, where: str) -> Sampled:
         **known,
     )
     return Sampled(float(time_s[0] - step_s if both else time_s[0]), imu, tuple(notes))
+
+
+def filled(imu: Imu, of_rates: Sequence[str], layout: Layout, where: str) -> tuple[Imu, tuple[str, ...]]:
+    """Samples in increments with short gaps filled, and what was done to them; long ones stay as `sampled` has them.
+
+    Increments that are `of_rates` (gyro, accelerometer) cover a gap before their sample, others their own step.
+    """
+    notes: list[str] = []
+    step_s = float(np.median(np.diff(imu.time_s)))
+    if not gaps(imu.time_s, LONGEST_STEP).size:
+        return imu, ()
+    own = step_s / np.diff(imu.time_s, prepend=imu.time_s[0] - step_s)[:, None]
+    sensors = {"gyro": imu.gyro, "accelerometer": imu.accelerometer}
+    columns = {name: values * np.minimum(own, 1.0) if name in of_rates else values for name, values in sensors.items()}
+    known = {"temperature_c": imu.temperature_c, "height_baro_m": imu.height_baro_m}
+    columns |= {name: values for name, values in known.items() if values is not None}
+    for name, values in imu.further.items():
+        if np.issubdtype(values.dtype, np.number):
+            columns[name] = values
+        else:
+            notes.append(f"The column {name} holds no numbers that could lie on straight lines; it was left out.")
+    was_filled = np.zeros(imu.time_s.size) if imu.filled is None else imu.filled
+    time_s, columns = _without_long_gaps(
+        imu.time_s, {**columns, FILLED: was_filled.astype(float)}, layout, step_s, where, notes
+    )
+    time_s, columns, new = _bridged(time_s, columns, set(sensors), layout, step_s, where, notes)
+    if imu.accelerometer_form == "pulse":
+        columns["accelerometer"] = np.where(new[:, None], np.rint(columns["accelerometer"]), columns["accelerometer"])
+    marked = new | (columns.pop(FILLED) == 1.0)
+    made = replace(
+        imu,
+        time_s=time_s,
+        **{name: columns.pop(name) for name in (*sensors, *known) if name in columns},
+        further=columns,
+        filled=marked if marked.any() else None,
+    )
+    return made, tuple(notes)
 
 
 def _with_numbers(readings: Readings, where: str, notes: list[str]) -> Readings:
@@ -195,17 +235,17 @@ def _without_long_gaps(time_s, columns, layout: Layout, step_s: float, where: st
 def _bridged(time_s, columns, increments: set[str], layout: Layout, step_s: float, where: str, notes: list[str]):
     """With rows on a straight line between their neighbours where some are missing, and which rows these are."""
     steps = np.diff(time_s)
-    long = _beyond(steps, step_s, layout) & (layout.gaps == "cut")
-    gaps = np.flatnonzero((steps > LONGEST_STEP * step_s) & ~long)
-    if not gaps.size:
+    long = np.flatnonzero(_beyond(steps, step_s, layout) & (layout.gaps == "cut"))
+    short = np.setdiff1d(gaps(time_s, LONGEST_STEP), long)
+    if not short.size:
         return time_s, columns, np.zeros(len(time_s), dtype=bool)
-    pieces = np.maximum(np.rint(np.minimum(steps[gaps] / step_s, 1e9)).astype(int), 2)
+    pieces = np.maximum(np.rint(np.minimum(steps[short] / step_s, 1e9)).astype(int), 2)
     if pieces.sum() > len(time_s):
         raise DataRefused(
             f"{where}: {pieces.sum() - len(pieces)} rows are missing and {len(time_s)} are there, expected most of "
             "them; cut the recording at its gaps with --assume gaps=longest"
         )
-    added = np.concatenate([time_s[k] + steps[k] * np.arange(1, n) / n for k, n in zip(gaps, pieces, strict=True)])
+    added = np.concatenate([time_s[k] + steps[k] * np.arange(1, n) / n for k, n in zip(short, pieces, strict=True)])
     merged = np.sort(np.concatenate([time_s, added]))
     rows = np.arange(len(time_s))
     at = np.interp(merged, time_s, rows)
@@ -218,8 +258,8 @@ def _bridged(time_s, columns, increments: set[str], layout: Layout, step_s: floa
             lines[new] *= np.diff(merged, prepend=merged[0] - step_s)[new, None] / step_s
         mended[name] = lines.reshape(len(merged), *values.shape[1:])
     notes.append(
-        f"{gaps.size} steps exceed {LONGEST_STEP} times the median step of {step_s:.4g} s, {steps[gaps].sum():.3g} s "
-        f"in all, the longest {steps[gaps].max():.4g} s after {time_s[gaps[np.argmax(steps[gaps])]]:.10g} s: "
+        f"{short.size} steps exceed {LONGEST_STEP} times the median step of {step_s:.4g} s, {steps[short].sum():.3g} s "
+        f"in all, the longest {steps[short].max():.4g} s after {time_s[short[np.argmax(steps[short])]]:.10g} s: "
         f"{len(added)} samples on straight lines were put in, not measured ones."
     )
     return merged, mended, np.isin(merged, added)

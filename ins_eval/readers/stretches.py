@@ -8,7 +8,7 @@ import numpy as np
 
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Imu, Recording, Start
-from ins_eval.recording.validation import LONGEST_STEP
+from ins_eval.recording.stamps import gaps
 
 SHORTEST_S = 10.0  # of a stretch that is kept
 PARKED = ("static", "oven")
@@ -24,13 +24,12 @@ def stretches(recording: Recording) -> list[Recording]:
     if recording.imu is None or len(recording.imu.time_s) < 2:
         return [recording]
     time_s = recording.imu.time_s
-    steps = np.diff(time_s)
-    cuts = np.flatnonzero(steps > LONGEST_STEP * float(np.median(steps))) + 1
+    cuts = gaps(time_s) + 1
     if not cuts.size:
         return [recording]
     edges = [0, *cuts.tolist(), len(time_s)]
     bounds = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if time_s[b - 1] - time_s[a] >= SHORTEST_S]
-    gap_s = float(steps.max())
+    gap_s = float(np.diff(time_s).max())
     found = f"{cuts.size} gap{'s' if cuts.size > 1 else ''} cut the recording, the longest of {gap_s:.4g} s"
     if not bounds:
         raise DataRefused(

@@ -22,9 +22,9 @@ from ins_eval.recording.consistency.rest import (
     mix_up,
     turns_as_the_earth,
 )
+from ins_eval.recording.stamps import LONGEST_STEP, gaps
 from ins_eval.units import DEG, DEG_PER_H
 
-LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing
 BIAS_SIGMAS = 5.0  # of the believed gyro bias
 LARGEST_BIAS_RADPS = 20.0 * DEG  # of any gyro in use: the tolerance of the coarsest data sheet (MPU-6050)
 LARGEST_BIAS_G = 0.25  # of any accelerometer in use: likewise (z of ADXL350)
@@ -44,7 +44,7 @@ def validate(
 ) -> Recording:
     """Return the recording with suspicions added to its notes.
 
-    Checked are shapes, finite values, time (strictly increasing, no step beyond 1.5 times the median) and
+    Checked are shapes, finite values, time (strictly increasing, no sample missing) and
     plausible magnitudes; of a recording at rest also that the specific force is gravity, on the axis and with
     the sign that the start's attitude gives it (level if there is none), and that the gyros show about Earth rate.
     Then the list of `consistency`, the same for the form and for every importer; `found` where it is known already.
@@ -106,7 +106,7 @@ def _check_finite(imu: Imu, where: str) -> None:
         bad = ~sound(values.reshape(len(values), -1)).all(axis=1)
         raise DataRefused(
             f"{where}: {column} is not finite, or beyond {OTHER[1]:g}, in {bad.sum()} IMU samples, first in sample "
-            f"{np.argmax(bad) + 1} of {len(bad)}; remove or repair them, a missing IMU sample cannot be navigated over"
+            f"{np.argmax(bad) + 1} of {len(bad)}; ins-eval import ins-recording fills or cuts there"
         )
 
 
@@ -128,13 +128,13 @@ def _check_time(recording: Recording, where: str) -> float:
             f"{where}: the first IMU sample ends {first_s:.6g} s after the start, expected about one step of "
             f"{step_s:.6g} s; set the start's time one step before the first sample"
         )
-    gaps = np.flatnonzero(steps > LONGEST_STEP * step_s)
-    if gaps.size:
-        k = gaps[0]
-        more = f" and {gaps.size - 1} more" if gaps.size > 1 else ""
+    found = gaps(time_s)
+    if found.size:
+        k = found[0]
+        more = f" and {found.size - 1} more" if found.size > 1 else ""
         raise DataRefused(
             f"{where}: a gap of {steps[k]:.6g} s after {time_s[k]:.6g} s (IMU sample {k + 1}){more}, expected steps of "
-            f"{step_s:.6g} s; cut the recording there, it cannot be navigated over lost samples"
+            f"{step_s:.6g} s; ins-eval import ins-recording fills short gaps and cuts the recording at long ones"
         )
     return step_s
 
@@ -261,8 +261,14 @@ def _guess(factor: float, step_s: float, sensor: str) -> str:
 
 
 def _suspicions(recording: Recording, step_s: float) -> list[str]:
-    """One sentence for each channel that seems stuck or saturated."""
+    """One sentence on stamps that are late, and for each channel that seems stuck or saturated."""
     imu, notes = recording.imu, []
+    late = np.diff(imu.time_s) > LONGEST_STEP * step_s
+    if late.any():  # and no gap, which is refused
+        notes.append(
+            f"{np.count_nonzero(late)} samples are stamped late by more than half a step of {step_s:.4g} s, the next "
+            f"as much less, first after {imu.time_s[np.argmax(late)]:.6g} s: jitter, none is missing."
+        )
     for name, values in zip(CHANNELS, (*imu.gyro.T, *imu.accelerometer.T), strict=True):
         rows = changes(values, recording.interval_s)
         notes += _stuck(name, rows, imu.time_s, step_s) + _saturated(name, values)

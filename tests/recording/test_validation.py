@@ -64,7 +64,7 @@ def test_a_gap_is_refused_with_place_and_length():
     time_s = parked().imu.time_s.copy()
     time_s[1200:] += 0.05
     message = refusal(with_imu(parked(), time_s=time_s))
-    assert "gap of 0.06 s after 12 s (IMU sample 1200)" in message and "cut the recording there" in message
+    assert "gap of 0.06 s after 12 s (IMU sample 1200)" in message and "ins-eval import ins-recording" in message
     time_s[1500:] += 0.05
     assert "(IMU sample 1200) and 1 more" in refusal(with_imu(parked(), time_s=time_s))
 
@@ -73,6 +73,13 @@ def test_a_step_just_below_the_limit_is_no_gap():
     time_s = parked().imu.time_s.copy()
     time_s[1200:] += 0.49 * STEP_S
     validate(with_imu(parked(), time_s=time_s))
+
+
+def test_a_sample_that_is_stamped_late_is_no_gap_and_is_said():
+    time_s = parked().imu.time_s.copy()
+    time_s[1200] += 0.8 * STEP_S
+    notes = validate(with_imu(parked(), time_s=time_s)).notes
+    assert any("1 samples are stamped late" in note and "first after 12 s" in note for note in notes)
 
 
 @pytest.mark.parametrize("shift_s", [-0.01, -0.5])

@@ -15,7 +15,16 @@ Every column and key: docs/recording.md.
 
 from __future__ import annotations
 
-from ins_eval.recording.form.reading import read, read_belief, read_chamber, validated
+from ins_eval.recording.form.reading import given_as_rates, read, read_belief, read_chamber, validated
 from ins_eval.recording.form.writing import write, write_belief, write_chamber
 
-__all__ = ["read", "read_belief", "read_chamber", "validated", "write", "write_belief", "write_chamber"]
+__all__ = [
+    "given_as_rates",
+    "read",
+    "read_belief",
+    "read_chamber",
+    "validated",
+    "write",
+    "write_belief",
+    "write_chamber",
+]

@@ -43,7 +43,11 @@ POSITION_TOLERANCE_G = 0.1  # an index head stands within a few degrees, and loc
 
 
 def read(
-    folder: str | Path, solution_alone: bool = False, belief: Belief | None = None, doubted: bool = False
+    folder: str | Path,
+    solution_alone: bool = False,
+    belief: Belief | None = None,
+    doubted: bool = False,
+    lost_samples: bool = False,
 ) -> Recording:
     """Read a recording of kind flight, drive, oven or static; with `solution_alone` also one without ``imu``.
 
@@ -53,6 +57,7 @@ def read(
 
     A `belief` stands in place of its own. What it says of a wrong description (`mending`) counts when the content is
     checked, and is not taken off. A `doubted` one may contradict itself: the caller mends and validates it.
+    Where `lost_samples` are allowed, rows of ``imu`` that hold no number are left out: the caller fills or cuts.
 
     Its notes say what was assumed and what is suspicious, one sentence each.
     Raises UsageError for a folder that does not exist or holds a chamber, StorageError for a file that cannot be
@@ -67,7 +72,7 @@ def read(
     gps, of_gps = _fixes(opened, "gps")
     reference, of_reference = _fixes(opened, "reference")
     solution, of_solution = _fixes(opened, "solution")
-    start, imu, assumed = _start_and_imu(opened, solution, solution_alone)
+    start, imu, assumed = _start_and_imu(opened, solution, solution_alone, lost_samples)
     pa.default_memory_pool().release_unused()  # it keeps as much as the tables had
     notes = (*opened.notes, *assumed, *of_gps, *of_reference, *of_solution)
     recording = Recording(
@@ -83,10 +88,12 @@ def read(
         folder=Path(folder),
         solution=solution,
     )
-    return recording if doubted else validated(recording)
+    return recording if doubted or lost_samples else validated(recording)
 
 
-def _start_and_imu(opened: Opened, solution: Fixes | None, solution_alone: bool) -> tuple[Start, Imu | None, list[str]]:
+def _start_and_imu(
+    opened: Opened, solution: Fixes | None, solution_alone: bool, lost_samples: bool
+) -> tuple[Start, Imu | None, list[str]]:
     """The start, what the table ``imu`` holds, if there is one, and notes on both."""
     table = open_table(opened.folder, "imu")
     if table is None and solution is not None:
@@ -102,6 +109,7 @@ def _start_and_imu(opened: Opened, solution: Fixes | None, solution_alone: bool)
             raise DataRefused(f"{opened.file}: '[{key}]' is missing; add that table")
     table = _there(opened, "imu", table)
     table.require(("time_s", *GYRO, *ACCELEROMETER))
+    table, lost = _with_numbers(table) if lost_samples else (table, [])
     time_s = table.increasing_time()
     if time_s.size < 2:
         raise DataRefused(f"{table.path}: holds {time_s.size} row, expected at least two samples; copy the file again")
@@ -111,7 +119,18 @@ def _start_and_imu(opened: Opened, solution: Fixes | None, solution_alone: bool)
     imu, assumed = _imu(table, description.imu, time_s, start.time_s)
     if description.start.time_s is None:
         assumed.append("The start has no time_s: it was taken one step before the first sample.")
-    return start, imu, [*table.notes, *assumed]
+    return start, imu, [*table.notes, *lost, *assumed]
+
+
+def _with_numbers(table: Columns) -> tuple[Columns, list[str]]:
+    """The rows in which gyro and accelerometer hold numbers, and what is to be said of the others."""
+    values = np.column_stack([table.numbers(name, gaps=True) for name in (*GYRO, *ACCELEROMETER)])
+    known = np.isfinite(values).all(axis=1)
+    if known.all():
+        return table, []
+    first = table.row(int(np.argmin(known)))
+    note = f"{np.count_nonzero(~known)} rows hold no number for gyro or accelerometer, first row {first}: they count as"
+    return table.only(known), [f"{note} missing."]
 
 
 def _start_of_solution(opened: Opened, solution: Fixes) -> Start:
@@ -163,6 +182,12 @@ def read_chamber(folder: str | Path, unit: str | None = None) -> ChamberReadings
         axis=opened.axes[0] if opened.axes else "",
         further=further,
     )
+
+
+def given_as_rates(folder: str | Path) -> tuple[str, ...]:
+    """Which of gyro and accelerometer the table ``imu`` of a recording holds as rates."""
+    meaning = open_folder(folder).description.imu
+    return tuple(name for name in ("gyro", "accelerometer") if meaning and getattr(meaning, name) == "rate")
 
 
 def read_belief(folder: str | Path) -> Belief:
