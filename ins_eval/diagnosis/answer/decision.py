@@ -24,6 +24,7 @@ from ins_eval.diagnosis.answer.verdict import (
     UNEXPLAINED,
     channel_of,
 )
+from ins_eval.diagnosis.unnamed.disturbance import surest_of
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.effects.accelerometer import AT
 from ins_eval.effects.composed import NAME as COMPOSED
@@ -56,7 +57,7 @@ def decide(findings: Findings, policy: Policy) -> Decision:
         near = any(one.below_best < policy.near for one in rivals(findings.linearisation, policy))
         return Decision(NOT_IDENTIFIABLE if near else EXPLAINED, findings.beside, findings.shown, named=True)
     suspects = findings.suspects or ()
-    surest = policy.surest(suspects)
+    surest = surest_of(suspects, policy)
     place = () if surest is None else (findings.places[suspects.index(surest)],)
     if heard:
         return _insufficient(findings, surest, place, policy)
@@ -204,7 +205,11 @@ def _insufficient(findings: Findings, surest: Suspect | None, place: tuple[Misma
     outgained = instead.gain > linearisation.best.log_posterior + lead
     if harms or described or outgained:
         place = place or ((instead.mismatch,) if outgained and instead.mismatch else shown)
-        return Decision(UNEXPLAINED, replace(instead, mismatch=place[0]), place)
+        if surest is not None and surest.follows and described:  # held against the effects as another law would be
+            sigma = float(np.sqrt(2.0 * (surest.gain + policy.alone)))
+            place = (replace(place[0], significance_sigma=sigma),)
+        unnamed = replace(instead, mismatch=place[0], significance_sigma=place[0].significance_sigma)
+        return Decision(UNEXPLAINED, unnamed, place)
     return Decision(PARTLY, beside, shown, named=True)
 
 

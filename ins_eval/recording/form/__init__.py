@@ -15,10 +15,18 @@ Every column and key: docs/recording.md.
 
 from __future__ import annotations
 
-from ins_eval.recording.form.reading import given_as_rates, read, read_belief, read_chamber, validated
+from ins_eval.recording.form.reading import (
+    belief_of_file,
+    given_as_rates,
+    read,
+    read_belief,
+    read_chamber,
+    validated,
+)
 from ins_eval.recording.form.writing import write, write_belief, write_chamber
 
 __all__ = [
+    "belief_of_file",
     "given_as_rates",
     "read",
     "read_belief",
