@@ -16,6 +16,7 @@ from ins_eval.profile import load
 from ins_eval.recording import Recording
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.units import DEG_PER_H, UG
+from ins_eval.wording import in_symbols, unbroken
 
 SENSORS = {"accelerometer": ("accelerometer", UG, "µg"), "gyro": ("gyro", DEG_PER_H, "deg/h")}
 RATE_HZ = 10.0
@@ -27,12 +28,14 @@ PAGE = """# {name}
 
 The error that it adds to the {axis} {sensor} on the profile `{profile}`, at its usual size, {value:g} {unit}:
 
+````{{container}} wide
 ```{{image}} {name}.svg
 :alt: Error of the {axis} {sensor} by {name} over the flight, with the temperature below
 :width: 100%
 ```
+````
 
-It shows where a recording has {excited_by}. Source: {reference}.
+What a recording needs to show it: {excited_by}. Source: {reference}.
 """
 INDEX = """# Effects, one by one
 
@@ -62,7 +65,8 @@ def draw_effects(folder: Path) -> list[str]:
             words = {"axis": axis, "sensor": effect.enters, "profile": PROFILE, "value": effect.nominal}
             words |= {key: getattr(effect, key) for key in ("name", "unit", "excited_by", "reference")}
             physics = effect.physics[0].upper() + effect.physics[1:]
-            (folder / f"{name}.md").write_text(PAGE.format(physics=physics, **words), encoding="utf-8")
+            text = unbroken(in_symbols(PAGE.format(physics=physics, **words)))
+            (folder / f"{name}.md").write_text(text, encoding="utf-8")
             names.append(name)
     (folder / "index.md").write_text(INDEX.format(names="\n".join(names)), encoding="utf-8")
     return names
@@ -81,7 +85,8 @@ def _error(flight: Recording, effect: Effect) -> tuple[str, np.ndarray] | None:
         error = added[:, "xyz".index(axis)] * RATE_HZ
         if best is None or np.ptp(error) + np.abs(error).max() > np.ptp(best[1]) + np.abs(best[1]).max():
             best = axis, error
-    return best if best is not None and np.abs(best[1]).max() > 0.0 else None
+    rounding = 10.0 * np.spacing(np.abs(flight.imu.accelerometer).max()) * RATE_HZ  # of the increments
+    return best if best is not None and np.abs(best[1]).max() > rounding else None
 
 
 def _usual(parameter: Parameter) -> float:
@@ -99,6 +104,7 @@ def _figure(name: str, flight: Recording, error: np.ndarray, unit: str) -> Drawi
     every = slice(None, None, 20)
     hours = flight.imu.time_s[every] / 3600.0
     above.plot(hours, error[every] / size, color="#12508f", linewidth=1.0)
+    above.axhline(0.0, color="#666666", linewidth=0.6)  # and a constant is drawn as such
     above.set_ylabel(f"error [{unit}]")
     below.plot(hours, flight.imu.temperature_c[every], color="#b2182b", linewidth=1.0)
     below.set_ylabel("temperature [°C]")

@@ -86,7 +86,8 @@ def align(
 
     Raises
     ------
-    DataRefused : stretch shorter than a minute, or gyros that do not feel the Earth turn.
+    DataRefused
+        The stretch is shorter than a minute, or the gyros do not feel the Earth turn.
 
     Notes
     -----

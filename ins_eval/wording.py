@@ -150,8 +150,8 @@ def joined(items: Sequence[str]) -> str:
 
 
 def sentence(text: str) -> str:
-    """With a capital at the start and one full stop at the end."""
-    return text[:1].upper() + text[1:].rstrip(".") + "."
+    """With a capital at the start and one full stop at the end, or its question mark."""
+    return text[:1].upper() + text[1:].rstrip(".") + ("" if text.endswith("?") else ".")
 
 
 def in_symbols(text: str) -> str:

@@ -25,4 +25,6 @@ def test_the_site_is_built_and_asks_for_nothing_outside(repository: Path, tmp_pa
     pages = list(site.rglob("*.html"))
     assert {"index.html", "faq.html", "methods.html", "api.html"} <= {page.name for page in pages}
     assert [page.name for page in pages if ASKS.search(page.read_text(encoding="utf-8"))] == []
+    assert [page.name for page in pages if "&lt;code" in page.read_text(encoding="utf-8")] == []
     assert "accelerometer.bias_creep" in (site / "effects" / "index.html").read_text(encoding="utf-8")
+    assert not (site / "effects" / "accelerometer.vibration_rectification.html").exists(), "a flight without vibration"

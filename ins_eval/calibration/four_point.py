@@ -57,7 +57,8 @@ class Run:
 def four_point(chamber: ChamberReadings, rate_filter_s: float = RATE_FILTER_S) -> FourPoint:
     """Scale factor and bias of every instant that all four positions share.
 
-    K1 = (A(+1g) - A(-1g)) / (f(+1g) - f(-1g))
+    K1 = (A(+1g) - A(-1g)) / (f(+1g) - f(-1g)),
+
     K0 = (A(0g,a) + A(0g,b)) / (2 K1) - (f(0g,a) + f(0g,b)) / 2
 
     A: output in pulse/s; f: specific force in g, so that K1 = (A(+1g) - A(-1g)) / 2 and K0 = (A(0g,a) +

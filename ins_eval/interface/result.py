@@ -36,8 +36,8 @@ Found = TypeVar("Found", bound=Findings)
 class Result(Generic[Found]):
     """What an analysis found. It prints as text and shows as a page in a notebook.
 
-    found      what was found, in the type of the analysis: `Result[RecordingComparison]`
-    metrics    the same as the tree that ``metrics.json`` holds
+    `found` is what was found, in the type of the analysis: `Result[RecordingComparison]`; `metrics` is the same as the
+    tree that ``metrics.json`` holds.
     """
 
     title: str
@@ -70,7 +70,7 @@ class Result(Generic[Found]):
 
     @property
     def frames(self) -> Mapping[str, pd.DataFrame]:
-        """Every table by its name: the main figures, solutions, errors, residuals; see `exports.frames`."""
+        """Every table by its name, of the main figures, solutions, errors and residuals; see `exports.frames`."""
         from ins_eval import exports  # here, as below: it imports every analysis
 
         return exports.frames(self.found)

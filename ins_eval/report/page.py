@@ -11,6 +11,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
+from mpld3.urls import D3_LOCAL
 
 from ins_eval.figures import style
 from ins_eval.files import write_whole
@@ -18,7 +19,8 @@ from ins_eval.printable import printable
 from ins_eval.report.content import GLANCE, Block, Numbers, Paragraph, Picture, Section, Table
 from ins_eval.wording import in_symbols, unbroken
 
-SCRIPTS = ("page.js", "figures.js")  # in this order, one script of the page
+TEMPLATES = Path(__file__).parent / "templates"
+FIGURES = (Path(D3_LOCAL), TEMPLATES / "figures.js")  # the library that zooms, and what binds a drawing to it
 COMMAND = re.compile(r"\bins-eval (?:loop )?[a-z][a-z-]+|(?<![\w-])--[a-z][a-z-]+(?: \d+| \w+\.toml)?")
 UNIT = re.compile(r"[^\s,;&]*/\(?°[^\s,;&]*")  # after whose stroke a line could end
 
@@ -82,7 +84,7 @@ def render(
     pictures = [block for block in blocks if isinstance(block, Picture) and block.name in inline]
     lead = next(iter(pictures), None)
     sections = [section for section in sections if any(_left(block, inline, lead) for block in section.blocks)]
-    script = "\n".join(map(_text, SCRIPTS))
+    script = "\n".join(map(_text, (TEMPLATES / "page.js", *(FIGURES if inline else ()))))
     html = environment.get_template("page.html").render(
         title=title,
         answer=answer,
@@ -108,8 +110,8 @@ def prose(text: str) -> Markup:
     return Markup(COMMAND.sub(r"<code>\g<0></code>", words))
 
 
-def _text(name: str) -> str:
-    return (Path(__file__).parent / "templates" / name).read_text(encoding="utf-8").strip()
+def _text(file: Path) -> str:
+    return file.read_text(encoding="utf-8").strip()
 
 
 def _hash(script: str) -> str:

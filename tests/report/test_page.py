@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from mpld3.urls import D3_LOCAL
 
 from ins_eval.errors import StorageError
 from ins_eval.figures import style
@@ -14,6 +16,7 @@ from ins_eval.report import page, text
 from ins_eval.report.content import Number, Numbers, Paragraph, Picture, Section, Table
 from ins_eval.report.flight import flight_content
 
+LARGEST = 3e6  # bytes of a page
 WIDTHS = (80, 100, 110)
 VOID = {"meta", "link", "br", "hr", "img", "input"}
 NASTY = "<script>alert('x')</script> & \"5 < 6\""
@@ -62,7 +65,16 @@ def test_page_is_self_contained_and_well_formed(html):
     assert len(parser.ids) == len(set(parser.ids)), "an id stands twice"
     inside = {f"#{name}" for name in parser.ids}
     assert {r for r in parser.references if r != "data:,"} <= inside
+    library = Path(D3_LOCAL).read_text(encoding="utf-8").strip()  # in it are names of namespaces
+    assert html.count(library) == 1
+    html = html.replace(library, "")
     assert "http://" not in html and "https://" not in html and "@import" not in html
+
+
+def test_a_page_is_small_and_without_figures_has_no_library(html, flight_metrics):
+    answer, sections = flight_content(flight_metrics)
+    without = page.render(title="t", answer=answer, sections=sections, drawings={}, metrics=flight_metrics)
+    assert len(without.encode()) + Path(D3_LOCAL).stat().st_size < len(html.encode()) < LARGEST
 
 
 def test_first_words_of_the_body_are_the_answer(html, flight_metrics):

@@ -88,3 +88,8 @@ def test_no_break_between_number_and_unit():
 )
 def test_units_have_the_signs_of_the_field(plain: str, sign: str | None) -> None:
     assert wording.in_symbols(plain) == (plain if sign is None else sign)
+
+
+@pytest.mark.parametrize("text, said", [("a word", "A word."), ("a word.", "A word."), ("stuck?", "Stuck?")])
+def test_a_sentence_ends_once(text, said):
+    assert wording.sentence(text) == said

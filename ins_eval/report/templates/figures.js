@@ -1,31 +1,36 @@
 "use strict";
 (() => {
   const NEAR = 30, MOST = 30;  // of a drawing: from the pointer to a curve; how much nearer a zoom goes
-  const digits = (step) => Math.min(Math.max(-Math.floor(Math.log10(step) + 1e-9), 0), 12);
-  const number = (value, step) => (+value.toFixed(digits(step)) || 0).toFixed(digits(step)).replace("-", "−");
+  const whole = d3.zoomIdentity;
+  const signed = (format) => (value) => format(value).replace("-", "−");
 
-  // One axis: from values to places in the drawing and back, and a value in words with its unit.
-  const axis = (range, label, start, length) => {
+  // One axis: its scale, from values to places in the drawing, and a value in words with its unit.
+  const axis = (range, label, places) => {
     const [low, high, kind] = range.split(" ");
-    const log = kind === "log";
-    const [ahead, back] = log ? [Math.log10, (v) => 10 ** v] : [(v) => v, (v) => v];
-    const from = ahead(+low), span = ahead(+high) - from;
+    const scale = (kind === "log" ? d3.scaleLog() : d3.scaleLinear()).domain([+low, +high]).range(places);
     const [, name, unit] = label.match(/^(.*?)(?: ?\[([^\]]*)\])?$/);
-    const value = (place) => back(from + span * (place - start) / length);
-    const words = (place) => {
+    const words = (place, shown = scale) => {
       if (kind === "names") return "";
-      const v = value(place);
-      const shown = log ? String(+v.toPrecision(3)) : number(v, Math.abs(span) / 100);
-      return unit && unit !== "1" ? `${shown} ${unit}` : `${name} ${shown}`.trim();
+      const value = shown.invert(place), [from, to] = shown.domain();
+      const fixed = signed(d3.format(`.${d3.precisionFixed((to - from) / 100)}f`));
+      const text = kind === "log" ? String(+value.toPrecision(3)) : fixed(value);
+      return unit && unit !== "1" ? `${text} ${unit}` : `${name} ${text}`.trim();
     };
-    return { low: +low, high: +high, log, label, value, words, place: (v) => start + length * (ahead(v) - from) / span };
+    return { scale, words, time: kind !== "log" && label.startsWith("time") && label };
   };
 
-  // One panel: its curves as places in the drawing, and what its zoom along x, place -> k place + t, moves.
+  // The transform that shows, of a scale, what lies in a span of it; of one that misses it, all.
+  const fit = (scale, span) => {
+    const [low, high] = scale.domain(), [left] = scale.range();
+    const [from, to] = [Math.max(low, span[0]), Math.min(high, span[1])], k = (high - low) / (to - from);
+    return k > 1.001 && k < Infinity ? whole.translate(left - k * scale(from), 0).scale(k) : whole;
+  };
+
+  // One panel: its curves as places in the drawing, and what a zoom along x moves.
   const panel = (group) => {
     const [left, top, width, height] = group.dataset.box.split(" ").map(Number);
-    const x = axis(group.dataset.x, group.dataset.xLabel, left, width);
-    const y = axis(group.dataset.y, group.dataset.yLabel, top + height, -height);
+    const x = axis(group.dataset.x, group.dataset.xLabel, [left, left + width]);
+    const y = axis(group.dataset.y, group.dataset.yLabel, [top + height, top]);
     const curves = [...group.querySelectorAll("[data-name]")].map((curve) => ({
       name: curve.dataset.name,
       points: [...curve.querySelectorAll("path[clip-path]")].flatMap((path) =>
@@ -36,43 +41,29 @@
       .filter((one) => !one.closest("[id*='matplotlib.axis']") && !(one.matches("use") && one.closest("[id*=PolyCollection]")))
       .map((one) => [one, one.matches("use") ? "x" : "d"])
       .map(([one, what]) => ({ one, what, was: one.getAttribute(what) }));
-    const ticks = [...group.querySelectorAll("[id*=xtick_]")];
-    const notes = [...group.querySelectorAll("[data-at]")];
-    const self = { left, top, width, height, x, y, curves, k: 1, t: 0 };
+    const ticks = d3.select(group).selectAll("[id*=xtick_]"), notes = d3.select(group).selectAll("[data-at]");
+    const self = { x, curves, view: whole, area: [[left, top], [left + width, top + height]] };
     self.inside = ([px, py]) => px >= left - 5 && px <= left + width + 5 && py >= top - 5 && py <= top + height + 5;
-    self.value = (px) => x.value((px - self.t) / self.k);
-    const mark = (v) => {
-      const made = ticks[0].cloneNode(true), text = made.querySelector("text");
-      [made, ...made.querySelectorAll("[id]")].forEach((one) => one.removeAttribute("id"));
-      made.setAttribute("class", "made");
-      made.style.display = "";
-      made.setAttribute("transform", `translate(${self.k * x.place(v) + self.t - ticks[0].querySelector("use").getAttribute("x")} 0)`);
-      ticks[0].parentNode.append(made);
-      return text;
-    };
-    self.show = (low, high) => {
-      const [a, b] = [Math.max(low, x.low), Math.min(high, x.high)];
-      const whole = !(b > a) || b - a > 0.999 * (x.high - x.low);
-      self.k = whole ? 1 : (x.high - x.low) / (b - a);
-      self.t = whole ? 0 : left - self.k * x.place(a);
-      const moved = (place) => (self.k * place + self.t).toFixed(2);
+    self.words = (px, py) => [x.words(px, self.view.rescaleX(x.scale)), y.words(py)].filter(Boolean).join(", ");
+    self.show = (span) => {
+      const view = self.view = fit(x.scale, span), shown = view.rescaleX(x.scale);
+      const moved = (place) => view.applyX(place).toFixed(2);
       drawn.forEach(({ one, what, was }) => {
-        one.setAttribute(what, whole ? was : what === "x" ? moved(was) : was.replace(/([ML]) (\S+)/g, (_, how, px) => `${how} ${moved(px)}`));
+        const now = what === "x" ? moved(was) : was.replace(/([ML]) (\S+)/g, (_, how, px) => `${how} ${moved(px)}`);
+        one.setAttribute(what, view === whole ? was : now);
       });
-      notes.forEach((one) => {
-        const place = x.place(one.dataset.at), here = self.k * place + self.t;
-        one.setAttribute("transform", `translate(${here - place} 0)`);
-        one.style.display = here < left || here > left + width ? "none" : "";
+      notes.each(function () {
+        const here = shown(this.dataset.at), out = here < left || here > left + width;
+        d3.select(this).attr("transform", `translate(${here - x.scale(this.dataset.at)} 0)`).style("display", out ? "none" : null);
       });
-      group.querySelectorAll(".made").forEach((one) => one.remove());
-      ticks.forEach((one) => { one.style.display = whole ? "" : "none"; });
-      if (whole || !ticks.length) return;
-      const rough = (b - a) / 6, ten = 10 ** Math.floor(Math.log10(rough));
-      const step = [1, 2, 5, 10].map((one) => one * ten).find((one) => one >= rough);
-      for (let n = Math.ceil(a / step); n * step <= b; n += 1) {
-        const text = mark(n * step);
-        if (text) text.textContent = number(n * step, step);
-      }
+      d3.select(group).selectAll(".made").remove();
+      ticks.style("display", view === whole ? null : "none");
+      if (view === whole || ticks.empty()) return;
+      const first = ticks.node(), made = d3.select(first.parentNode).selectAll(".made").data(shown.ticks(6)).enter()
+        .append(() => first.cloneNode(true)).attr("class", "made").attr("id", null).style("display", null)
+        .attr("transform", (value) => `translate(${shown(value) - first.querySelector("use").getAttribute("x")} 0)`);
+      made.select("text").text(signed(shown.tickFormat(6, "f")));
+      made.selectAll("[id]").attr("id", null);
     };
     return self;
   };
@@ -81,9 +72,9 @@
   const nearest = (of, points, [px, py]) => {
     let best = [Infinity];
     points.forEach(([cx, cy, joined], n) => {
-      let [ax, ay] = [of.k * cx + of.t, cy];
+      let [ax, ay] = [of.view.applyX(cx), cy];
       if (joined) {
-        const [bx, by] = [of.k * points[n - 1][0] + of.t, points[n - 1][1]];
+        const [bx, by] = [of.view.applyX(points[n - 1][0]), points[n - 1][1]];
         const length = (bx - ax) ** 2 + (by - ay) ** 2;
         const part = length ? Math.min(Math.max(((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / length, 0), 1) : 0;
         [ax, ay] = [ax + part * (bx - ax), ay + part * (by - ay)];
@@ -94,90 +85,28 @@
     return best;
   };
 
-  // Figures whose panels all lie on one axis of time zoom along it, and all such figures of a page together.
-  const shared = new Map();
-  const along = (label, panels) => {
-    if (!shared.has(label)) shared.set(label, { low: Infinity, high: -Infinity, all: [] });
-    const time = shared.get(label);
-    time.low = Math.min(time.low, ...panels.map((one) => one.x.low));
-    time.high = Math.max(time.high, ...panels.map((one) => one.x.high));
-    let [first] = panels;
-    const span = () => time.now[1] - time.now[0];
-    const set = (low, width) => {
-      const from = Math.min(Math.max(low, time.low), time.high - width);
-      time.now = [from, from + width];
-      time.all.forEach((one) => one(...time.now));
-    };
-    time.now = [time.low, time.high];
-    return {
-      time,
-      draw: (frame) => time.all.push((low, high) => {
-        panels.forEach((one) => one.show(low, high));
-        frame.classList.toggle("zoomed", span() < 0.999 * (time.high - time.low));
-      }),
-      zoom: (times, place) => {
-        const at = place ? first.value(place[0]) : (time.now[0] + time.now[1]) / 2;
-        const width = Math.min(Math.max(span() / times, (time.high - time.low) / MOST), time.high - time.low);
-        set(at - (at - time.now[0]) * width / span(), width);
-      },
-      move: (across) => set(time.now[0] + across / first.width * span(), span()),
-      step: () => [0.2 * first.width, 0],
-    };
-  };
+  const figures = [];
+  let leading = false;  // the figure that is zoomed takes those over the same time along
 
-  // Every other figure is magnified.
-  const magnified = (svg) => {
-    const whole = svg.getAttribute("viewBox").split(" ").map(Number);
-    let [x, y, width, height] = whole, framed = null;
-    const show = () => {
-      x = Math.min(Math.max(x, whole[0]), whole[0] + whole[2] - width);
-      y = Math.min(Math.max(y, whole[1]), whole[1] + whole[3] - height);
-      svg.setAttribute("viewBox", [x, y, width, height].join(" "));
-      framed.classList.toggle("zoomed", width < whole[2]);
-    };
-    return {
-      draw: (frame) => { framed = frame; },
-      zoom: (times, place = [x + width / 2, y + height / 2]) => {
-        const wanted = Math.min(Math.max(width / times, whole[2] / MOST), whole[2]);
-        x = place[0] - (place[0] - x) * wanted / width;
-        y = place[1] - (place[1] - y) * wanted / width;
-        [width, height] = [wanted, wanted * whole[3] / whole[2]];
-        show();
-      },
-      move: (across, down) => { x += across; y += down; show(); },
-      step: () => [0.2 * width, 0.2 * height],
-    };
-  };
-
-  document.querySelectorAll(".wide").forEach((frame) => {
-    const svg = frame.querySelector("svg"), reading = frame.querySelector("output");
-    const panels = [...svg.querySelectorAll("[data-box]")].map(panel);
+  d3.selectAll(".wide").each(function () {
+    const frame = this, svg = d3.select(frame).select("svg"), sheet = svg.select("g"), reading = frame.querySelector("output");
+    const panels = svg.selectAll("[data-box]").nodes().map(panel), [first] = panels;
     const curves = panels.flatMap((of) => of.curves.map((curve) => ({ of, ...curve }))).filter((one) => one.points.length);
-    const labels = new Set(panels.map(({ x }) => (x.log ? "" : x.label)));
-    const [label] = labels;
-    const view = labels.size === 1 && label.startsWith("time") ? along(label, panels) : magnified(svg);
-    view.draw(frame);
-    const dot = document.createElementNS(svg.namespaceURI, "circle");
-    dot.setAttribute("r", 3);
-    dot.setAttribute("class", "read");
+    const dot = sheet.append("circle").attr("r", 3).attr("class", "read").remove();
+    const time = new Set(panels.map(({ x }) => x.time)).size === 1 && first.x.time;
 
-    const read = (curve, px, py) => {
-      const { of, name } = curve, { left, top } = frame.getBoundingClientRect();
-      reading.textContent = `${name}: ${[of.x.words((px - of.t) / of.k), of.y.words(py)].filter(Boolean).join(", ")}`;
-      dot.setAttribute("cx", px);
-      dot.setAttribute("cy", py);
-      svg.append(dot);
-      const at = new DOMPoint(px, py).matrixTransform(svg.getScreenCTM());
+    const read = ({ of, name }, px, py) => {
+      const { left, top } = frame.getBoundingClientRect();
+      reading.textContent = `${name}: ${of.words(px, py)}`;
+      sheet.append(() => dot.attr("cx", px).attr("cy", py).node());
+      const at = new DOMPoint(px, py).matrixTransform(sheet.node().getScreenCTM());
       const room = frame.clientWidth - reading.offsetWidth;
       reading.style.left = `${Math.max(0, Math.min(at.x - left + 10, room)) + frame.scrollLeft}px`;
       reading.style.top = `${Math.max(0, at.y - top - reading.offsetHeight - 10)}px`;
     };
     const leave = () => { reading.textContent = ""; dot.remove(); };
-    const at = (event) => {
-      const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
-      return [x, y];
-    };
-    const hover = (place) => {
+    const hover = () => {
+      const place = d3.mouse(sheet.node());
       const found = curves.filter(({ of }) => of.inside(place))
         .map((curve) => [curve, ...nearest(curve.of, curve.points, place)])
         .reduce((best, one) => (one[1] < best[1] ? one : best), [null, NEAR]);
@@ -189,58 +118,66 @@
     const walk = (across, down) => {
       if (!curves.length) return;
       which = (which + down + curves.length) % curves.length;
-      const curve = curves[which], shown = curve.points.map(([px, py]) => [curve.of.k * px + curve.of.t, py]).filter(curve.of.inside);
+      const curve = curves[which], shown = curve.points.map(([px, py]) => [curve.of.view.applyX(px), py]).filter(curve.of.inside);
       if (!shown.length) { leave(); return; }
       const one = 1 / Math.max(Math.min(50, shown.length - 1), 1);
       where = where < 0 ? 0 : Math.min(Math.max(where + across * one, 0), 1);
       read(curve, ...shown[Math.round(where * (shown.length - 1))]);
     };
 
-    const go = (across, down) => { const [dx, dy] = view.step(); view.move(across * dx, down * dy); };
+    // A figure whose panels all lie on one axis of time zooms along it, every other one is magnified.
+    const [x, y, width, height] = svg.attr("viewBox").split(" ").map(Number);
+    const area = time ? first.area : [[x, y], [x + width, y + height]];
+    const zoomed = () => d3.zoomTransform(svg.node()).k > 1;
+    const zoom = d3.zoom().extent(area).translateExtent(area).scaleExtent([1, MOST]).duration(0)
+      .wheelDelta(() => -d3.event.deltaY * (d3.event.deltaMode ? 0.1 : 0.005))
+      .filter(() => ({ wheel: d3.event.ctrlKey || d3.event.metaKey, mousedown: zoomed() && !d3.event.button })[d3.event.type] ?? true)
+      .on("zoom", () => {
+        const view = d3.event.transform;
+        if (view.k === 1 && d3.event.sourceEvent && !frame.classList.contains("zoomed")) return;
+        leave();
+        frame.classList.toggle("zoomed", view.k > 1);
+        if (!time) { sheet.attr("transform", view); return; }
+        const span = view.k > 1 ? view.rescaleX(first.x.scale).domain() : [-Infinity, Infinity];
+        panels.forEach((one) => one.show(span));
+        if (leading) return;
+        leading = true;
+        figures.filter((one) => one.time === time && one.frame !== frame).forEach((one) => one.follow(span));
+        leading = false;
+      });
+    svg.call(zoom).style("touch-action", null);
+    figures.push({ frame, time, follow: (span) => zoom.transform(svg, fit(first.x.scale, span)) });
+    frame.addEventListener("touchmove", (event) => {
+      if (!zoomed() && event.touches.length < 2) event.preventDefault = () => {};  // one finger scrolls the page
+    }, { capture: true, passive: true });
+
+    const nearer = (times) => { if (times) zoom.scaleBy(svg, times); else zoom.transform(svg, whole); };
+    const go = (across, down) => {
+      const part = 0.2 / d3.zoomTransform(svg.node()).k, [[left, top], [right, bottom]] = area;
+      zoom.translateBy(svg, -across * part * (right - left), -down * part * (bottom - top));
+    };
     const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
     const keys = { "+": 1.5, "=": 1.5, "-": 1 / 1.5, "0": 0 };
     frame.addEventListener("keydown", (event) => {
       const arrow = arrows[event.key];
       if (event.ctrlKey || event.metaKey || event.altKey) return;
-      if (arrow && !event.shiftKey && !frame.classList.contains("zoomed")) return;
-      if (event.key in keys) { leave(); view.zoom(keys[event.key]); }
+      if (arrow && !event.shiftKey && !zoomed()) return;
+      if (event.key in keys) nearer(keys[event.key]);
       else if (event.key === "Escape") leave();
       else if (!arrow) return;
       else if (event.shiftKey) walk(...arrow);
-      else { leave(); go(...arrow); }
+      else go(...arrow);
       event.preventDefault();
     });
     frame.addEventListener("blur", leave);
+    d3.select(frame.parentNode).insert("p", ".wide").attr("class", "zoom").selectAll("button")
+      .data([["+", 1.5, "Zoom in"], ["−", 1 / 1.5, "Zoom out"], ["all", 0, "Show all"]]).enter().append("button")
+      .attr("type", "button").attr("title", ([, , label]) => label).attr("aria-label", ([, , label]) => label)
+      .text(([text]) => text).on("click", ([, times]) => nearer(times));
 
-    const bar = document.createElement("p");
-    bar.className = "zoom";
-    [["+", 1.5, "Zoom in"], ["−", 1 / 1.5, "Zoom out"], ["all", 0, "Show all"]].forEach(([text, times, label]) => {
-      const button = document.createElement("button");
-      Object.assign(button, { type: "button", textContent: text, title: label, ariaLabel: label });
-      button.addEventListener("click", () => { leave(); view.zoom(times); });
-      bar.append(button);
-    });
-    frame.before(bar);
-
-    let held = null;
-    svg.addEventListener("dblclick", (event) => {
-      event.preventDefault();
-      leave();
-      view.zoom(event.shiftKey ? 0.5 : 2, at(event));
-    });
-    svg.addEventListener("pointerdown", (event) => {
-      if (frame.classList.contains("zoomed")) held = at(event);
-      else hover(at(event));  // a finger does not hover
-    });
-    addEventListener("pointerup", () => { held = null; });
-    svg.addEventListener("pointermove", (event) => {
-      if (!held) { hover(at(event)); return; }
-      leave();
-      const here = at(event);
-      view.move(held[0] - here[0], held[1] - here[1]);
-      held = at(event);
-    });
-    svg.addEventListener("pointerleave", (event) => { if (event.pointerType !== "touch") leave(); });
-    addEventListener("beforeprint", () => { leave(); view.zoom(0); });
+    svg.on("pointerdown", hover)  // a finger does not hover
+      .on("pointermove", () => { if (!zoomed() || !d3.event.buttons) hover(); })
+      .on("pointerleave", () => { if (d3.event.pointerType !== "touch") leave(); });
+    addEventListener("beforeprint", () => { leave(); nearer(0); });
   });
 })();
