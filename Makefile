@@ -4,6 +4,8 @@ PYTHON ?= python3
 TEST_WORKERS ?= 2
 VENV := .venv
 STAMP := $(VENV)/.complete
+COMPILED := $(VENV)/.compiled
+KERNELS := $(shell grep -rl numba.njit ins_eval --include='*.py')
 PIP := $(VENV)/bin/python -m pip --disable-pip-version-check
 
 # The number of BLAS threads decides the last bits of a result, so it is the same everywhere.
@@ -18,7 +20,7 @@ CLUSTER = $(if $(SCHEDULER),--scheduler "$(SCHEDULER)")
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
 
-env: $(STAMP) ## make .venv from requirements.lock (PYTHON=python3.12 takes another Python)
+env: $(COMPILED) ## make .venv from requirements.lock (PYTHON=python3.12 takes another Python)
 
 # Without its stamp the environment is unfinished, whatever lies there, and is made from nothing.
 $(STAMP): pyproject.toml requirements.lock
@@ -34,8 +36,13 @@ $(STAMP): pyproject.toml requirements.lock
 	@echo "make env: installing the locked packages into $(VENV), about a minute"
 	@$(PIP) install --quiet --require-hashes -r requirements.lock
 	@$(PIP) install --quiet --no-deps --no-build-isolation -e .
-	@$(VENV)/bin/python -m ins_eval.prepare
 	@touch $(STAMP)
+
+# numba does not see that a function which another file calls has changed, so after a change all is compiled anew.
+$(COMPILED): $(STAMP) $(KERNELS)
+	@find ins_eval -name '*.nb[ic]' -delete
+	@$(VENV)/bin/python -m ins_eval.prepare
+	@touch $(COMPILED)
 
 flight-report: env ## how good is this INS? writes reports/flight/ (MODEL=my.py:MyModel PROFILE= INSTRUMENTS= MISSIONS= MISSIONS_FROM= FLIGHTS= STORAGE_YEARS= SEED= WORKERS= SCHEDULER=)
 	@$(VENV)/bin/ins-eval flight-report $(if $(MODEL),--model "$(MODEL)") $(if $(PROFILE),--profile "$(PROFILE)") $(if $(STORAGE_YEARS),--storage-years "$(STORAGE_YEARS)") $(if $(INSTRUMENTS),--ensemble "$(INSTRUMENTS)") $(if $(MISSIONS),--missions "$(MISSIONS)") $(if $(MISSIONS_FROM),--missions-from "$(MISSIONS_FROM)") $(if $(FLIGHTS),--flights $(FLIGHTS)) $(RUN_OPTIONS) $(CLUSTER)
