@@ -17,6 +17,7 @@ from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import prepare_chamber
 from ins_eval.estimation.description import (
     WrongDescription,
+    reversed_axis,
     wrong_descriptions,
     wrong_descriptions_of_chamber,
 )
@@ -25,7 +26,7 @@ from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency import WARNING
 from ins_eval.recording.consistency.settling import settled
 from ins_eval.recording.form.description import CHAMBER, open_folder
-from ins_eval.recording.mending import FAMILY
+from ins_eval.recording.mending import FAMILY, mended
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -123,7 +124,13 @@ def _made_ready(folder: Path, name: str, belief_file: Path | None = None, unit: 
     recording = settled(believed(replace(form.validated(right, found, judged=True), name=name, folder=where)))
     stated = tuple(one for one in belief.effects if one.name.startswith(FAMILY))  # mended, and still believed
     warnings = [words for words in recording.notes if words.startswith(WARNING)]
-    case, whole = prepare(recording, where), with_effects(recording.belief, stated)
+    case = prepare(recording, where)
+    if more := reversed_axis(recording, case):
+        wrong = [*wrong, *more]
+        wrongly = replace(recording, belief=with_effects(recording.belief, [one.effect for one in more]))
+        recording = mended(wrongly)
+        case = prepare(recording, where)
+    whole = with_effects(recording.belief, stated)
     return _Ready(case, whole, belief_rows(recording), wrong, warnings)
 
 

@@ -2,7 +2,8 @@
 
 Each contradiction has alternatives. Where there are several, or where the odds leave doubt, they are navigated, and the
 one whose evidence is highest with everything uncertain integrated out is taken, if it is higher than that of what was
-read. Then the recording is examined again as it is mended, until nothing contradicts itself.
+read. Then the recording is examined again as it is mended, until nothing contradicts itself. Last, where a scale factor
+that no sensor has would fit best, the sign of that column is tried.
 """
 
 from __future__ import annotations
@@ -15,15 +16,16 @@ import numpy as np
 
 from ins_eval.believed import believed
 from ins_eval.errors import InsEvalError
-from ins_eval.estimation.case import prepare, with_effects
+from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import indicated
-from ins_eval.estimation.evidence import log_evidence
+from ins_eval.estimation.evidence import log_evidence, reduce
+from ins_eval.navigation import PARKED
 from ins_eval.recording import ChamberReadings, Recording, consistency
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, COUNTED, Finding
 from ins_eval.recording.consistency.rest import check_chamber
 from ins_eval.recording.mending import AXES, ENU, SENSORS, mended, mended_chamber
-from ins_eval.units import DEG, DEG_PER_H, STANDARD_GRAVITY
+from ins_eval.units import DEG, DEG_PER_H, PPM, STANDARD_GRAVITY
 
 TURNS = 4  # units, order, velocity and a clock may all be wrong
 UNITS = {  # what was read over what is right
@@ -83,6 +85,47 @@ def wrong_descriptions(recording: Recording) -> tuple[list[WrongDescription], li
     return changes.described, None
 
 
+def reversed_axis(recording: Recording, case: Case) -> list[WrongDescription]:
+    """The column whose sign is wrong, where the parts of a recording do not tell it and its navigation does.
+
+    `case` is the recording as it was read. A column with the wrong sign shows twice what is right too much of what it
+    indicates, a scale factor error beyond any sensor's. With the sign turned the recording must be more probable
+    beyond doubt.
+    """
+    tried = _beyond_sensors(case)
+    if not tried:
+        return []
+    with np.errstate(all="ignore"):
+        before = _height(case)
+    options = [EffectBelief(name="recording.axis_sign", axis=axis, value=-1.0, sensor=of) for of, axis, _ in tried]
+    heights = [_evidence(replace(recording, belief=with_effects(recording.belief, [one]))) for one in options]
+    leads = [-np.inf if height is None else height - before for height in heights]
+    best = int(np.argmax(leads))
+    if not leads[best] > BEYOND_DOUBT:
+        return []
+    sensor, axis, scale = tried[best]
+    seen = (
+        f"{sensor} {axis}: a scale factor that is off by {scale:+.2g} would fit best, which no sensor has; with its "
+        "sign turned the fixes agree"
+    )
+    return [WrongDescription(options[best], leads[best], seen)]
+
+
+def _beyond_sensors(case: Case) -> list[tuple[str, str, float]]:
+    """Sensor and axis of each scale factor error that alone would fit beyond doubt, and beyond what any sensor has."""
+    if case.believed is None or case.kind in PARKED:
+        return []
+    ones = [case.member(f"{sensor}.scale", axis, {}) for sensor in SENSORS for axis in AXES]
+    whitened = case.whitened([one.column for one in ones], np.zeros(len(case.noise.free)), case.block)
+    left = reduce(whitened, len(case.nuisances))
+    coefficients = left.projection / np.maximum(np.diag(left.normal), 1e-300)
+    return [
+        (one.name.partition(".")[0], str(one.axis), float(PPM * coefficient * one.nominal))
+        for one, coefficient, score in zip(ones, coefficients, left.score, strict=True)
+        if 0.5 * score**2 > BEYOND_DOUBT and abs(coefficient) > one.largest
+    ]
+
+
 def wrong_descriptions_of_chamber(
     readings: ChamberReadings, belief: Belief, name: str, folder: str | Path = "."
 ) -> list[WrongDescription]:
@@ -117,11 +160,14 @@ def _evidence(recording: Recording) -> float | None:
     """log evidence of a recording under its belief, at the expected noise; None where it cannot be navigated."""
     try:
         with np.errstate(all="ignore"):
-            case = prepare(believed(recording), recording.folder)
-            height = log_evidence(case.whitened([], np.zeros(len(case.noise.free)), case.block))
+            height = _height(prepare(believed(recording), recording.folder))
     except (InsEvalError, ArithmeticError, np.linalg.LinAlgError, ValueError):  # a wrong sign makes any solution absurd
         return None
     return height if np.isfinite(height) else None
+
+
+def _height(case: Case) -> float:
+    return log_evidence(case.whitened([], np.zeros(len(case.noise.free)), case.block))
 
 
 def _options(found: Finding, changes: _Changes) -> Iterator[_Changes]:
