@@ -222,15 +222,20 @@ def _third_differences(time_s: np.ndarray, values: np.ndarray) -> float:
     return float(np.median(np.abs(third[even]), axis=0).max() / 0.6745 / np.sqrt(20.0))
 
 
-def recorded_velocity(recording: Recording) -> np.ndarray | None:
-    """Velocity increments (n, 3) in m/s as recorded; None where nothing says what a pulse is worth."""
+def velocity_increments(recording: Recording) -> np.ndarray | None:
+    """What the accelerometers recorded, (n, 3) in m/s; None where nothing says what a pulse is worth."""
     if recording.imu.accelerometer_form == "increment":
         return recording.imu.accelerometer
     if any(getattr(recording.belief.accelerometer, axis) is None for axis in "xyz"):
         return None
+    triad = [believed_model(recording.belief, axis, recording.folder) for axis in "xyz"]
+    return compensate(samples(recording), triad, recording.interval_s)
+
+
+def recorded_velocity(recording: Recording) -> np.ndarray | None:
+    """The same; None also where a compensation file is missing."""
     try:
-        triad = [believed_model(recording.belief, axis, recording.folder) for axis in "xyz"]
-        return compensate(samples(recording), triad, recording.interval_s)
+        return velocity_increments(recording)
     except InsEvalError:  # a file that is missing is refused where it is needed
         return None
 

@@ -23,7 +23,7 @@ import numba
 import numpy as np
 
 from ins_eval.earth import EARTH_RATE, gravity, radii
-from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S
+from ins_eval.strapdown import damping_gains
 from ins_eval.trajectory import Increments, Trajectory
 
 STATES, DRIVES = 10, 7
@@ -78,7 +78,7 @@ def steps_of(trajectory: Trajectory, true: Increments, every: int) -> Steps:
     transition, drive = _matrices(
         np.column_stack((middle.latitude_rad, middle.longitude_rad, middle.height_m, middle.velocity_n)),
         fed_n / sample_s,
-        _damping_gains(float(start.latitude_rad[0]), float(start.height_m[0])),
+        np.array(damping_gains(float(start.latitude_rad[0]), float(start.height_m[0]))),
         step_s,
     )
     rate_b, force_b = mean(true.dtheta_b) / sample_s, mean(true.dv_b) / sample_s
@@ -108,13 +108,6 @@ def _turned(attitude_rad, dv_b, every):
             mean[2] += c / every
             fed_n[k // every, i] += (a * x + b * y + c * z) / every
     return mat_nb, fed_n
-
-
-def _damping_gains(latitude_rad: float, height_m: float) -> np.ndarray:
-    """k1, k2, k3 of the vertical channel of `strapdown.navigate` that begins at a place."""
-    tau = VERTICAL_TIME_CONSTANT_S
-    schuler = gravity(latitude_rad, height_m) / np.mean(radii(latitude_rad))
-    return np.array([3.0 / tau, 3.0 / tau**2 + 2.0 * schuler, 1.0 / tau**3])
 
 
 @numba.njit(cache=True)

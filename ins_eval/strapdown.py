@@ -185,6 +185,13 @@ def _navigate(time_s, dtheta_b, dv_b, aid_m, start, attitude, vertical, gains, t
     return out
 
 
+def damping_gains(latitude_rad: float, height_m: float) -> tuple[float, float, float]:
+    """k1 = 3 / tau, k2 = 3 / tau^2 + 2 g / R, k3 = 1 / tau^3 of a vertical channel with a triple pole at 1 / tau."""
+    tau = VERTICAL_TIME_CONSTANT_S
+    schuler = gravity(latitude_rad, height_m) / np.mean(radii(latitude_rad))
+    return 3.0 / tau, 3.0 / tau**2 + 2.0 * schuler, 1.0 / tau**3
+
+
 def navigate(
     time_s: np.ndarray,
     dtheta_b: np.ndarray,
@@ -213,12 +220,8 @@ def navigate(
 
     Notes
     -----
-    Damping, e = h - aid:  h' = -v_D - k1 e,  v_D' = ... + k2 e + k3 integral(e), with a triple pole at
-    1 / 60 s: k1 = 3 / tau, k2 = 3 / tau^2 + 2 g / R, k3 = 1 / tau^3.
+    Damping, e = h - aid:  h' = -v_D - k1 e,  v_D' = ... + k2 e + k3 integral(e), with the `damping_gains` of the start.
     """
-    tau = VERTICAL_TIME_CONSTANT_S
-    mean_radius = np.mean(radii(start.latitude_rad))
-    gains = (3.0 / tau, 3.0 / tau**2 + 2.0 * gravity(start.latitude_rad, start.height_m) / mean_radius, 1.0 / tau**3)
     aid = np.full(len(time_s), start.height_m) if height_aid_m is None else height_aid_m
     rows = _navigate(
         np.ascontiguousarray(time_s, dtype=float),
@@ -228,7 +231,7 @@ def navigate(
         np.array([start.time_s, start.latitude_rad, start.longitude_rad, start.height_m, *start.velocity_n]),
         quaternion_from_attitude(start.attitude_rad),
         ("damped", "free", "frozen").index(vertical),
-        gains,
+        damping_gains(start.latitude_rad, start.height_m),
         _earth_terms(earth or EarthBelief()),
         every,
     )

@@ -45,7 +45,7 @@ def test_the_package_keeps_its_contracts(repository: Path, contract: str) -> Non
     assert "1 kept, 0 broken" in result.stdout
 
 
-@pytest.mark.parametrize("estimator", ["calibration", "compensation"])
+@pytest.mark.parametrize("estimator", ["calibration", "compensation", "diagnosis", "error_model", "estimation"])
 @pytest.mark.parametrize("truth", ["accelerometer", "gyro", "imu", "laboratory"])
 def test_the_wall_refuses_an_estimator_that_sees_the_truth(copy: Path, estimator: str, truth: str) -> None:
     add_import(copy, estimator, truth)

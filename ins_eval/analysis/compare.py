@@ -10,13 +10,12 @@ import numpy as np
 
 from ins_eval import channels
 from ins_eval.alignment import Alignment, align
-from ins_eval.believed import belief_rows, believed
+from ins_eval.believed import belief_rows, believed, velocity_increments
 from ins_eval.channels import ChannelEstimate, FittedChannel, Windows, find_clock, fit_channels, in_windows
-from ins_eval.compensation.file import believed_model
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
 from ins_eval.implied import epoch_spacing_s, implied_increments
-from ins_eval.navigation import PARKED, compensate, samples
+from ins_eval.navigation import PARKED
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.stillness import ENOUGH_FOR_ALIGNMENT_S, Stretch, choose_alignment, still_stretches
 from ins_eval.trajectory import Increments
@@ -230,15 +229,13 @@ def _window_s(known: Known) -> float:
 
 def _velocity(recording: Recording) -> np.ndarray:
     """Velocity increments (n, 3) in m/s as recorded; of pulses, what the recording believes they are worth."""
-    if recording.imu.accelerometer_form == "increment":
-        return recording.imu.accelerometer
-    if any(getattr(recording.belief.accelerometer, axis) is None for axis in "xyz"):
+    found = velocity_increments(recording)
+    if found is None:
         raise DataRefused(
             f"{recording.folder}: the accelerometers deliver pulses, and recording.toml does not say what one is "
             "worth; expected [accelerometer.x], [accelerometer.y] and [accelerometer.z], add them"
         )
-    triad = [believed_model(recording.belief, axis, recording.folder) for axis in "xyz"]
-    return compensate(samples(recording), triad, recording.interval_s)
+    return found
 
 
 def _known(recording: Recording, recorded: Increments) -> Known:

@@ -151,7 +151,7 @@ def read_run(folder: Path, name: str) -> Run:
         kind = tree.get("format")
         if kind == "ins-eval-metrics/1":
             with _as_written(file):
-                return Run(name, _members(folder, tree))
+                return Run(name, _members(folder))
         if kind not in ("ins-eval-evaluations/1", "ins-eval-evaluation/1"):
             raise UsageError(
                 f"{file}: is of format {str(kind)[:40]!r}, expected results of evaluate or flight-report; name "
@@ -265,7 +265,7 @@ def _not_zero(contributions: np.ndarray) -> bool:
     return bool(np.abs(contributions).reshape(len(contributions), -1).max(axis=1).all())
 
 
-def _members(folder: Path, tree: Mapping[str, Any]) -> dict[str, dict[str, dict[str, np.ndarray]]]:
+def _members(folder: Path) -> dict[str, dict[str, dict[str, np.ndarray]]]:
     """What each instrument of a flight report contributes, from its members on disk."""
     made = _json(folder / "manifest.json")
     store = Store(folder / "members" / made["key"])

@@ -35,7 +35,7 @@ from ins_eval.error_model.geometry import (
     cross_matrices,
 )
 from ins_eval.navigation import PARKED
-from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S, Solution
+from ins_eval.strapdown import Solution, damping_gains
 
 if TYPE_CHECKING:
     from ins_eval.error_model.null import Believed
@@ -194,9 +194,7 @@ def _feedback(believed: Believed, solution: Solution, nodes_s: np.ndarray) -> np
 
     The loop of `strapdown.navigate`: v_D += (k2 e + k3 integral(e)) dt, h -= k1 e dt, e = h - aid at the step's start.
     """
-    start, tau = believed.start, VERTICAL_TIME_CONSTANT_S
-    stiffness = 2.0 * gravity(start.latitude_rad, start.height_m) / np.mean(radii(start.latitude_rad))
-    k1, k2, k3 = 3.0 / tau, 3.0 / tau**2 + stiffness, 1.0 / tau**3
+    k1, k2, k3 = damping_gains(believed.start.latitude_rad, believed.start.height_m)
     dt = np.diff(solution.time_s)
     offset = np.zeros(dt.size)
     offset[1:] = solution.height_m[1:-1] - believed.aid_m[3::4][: dt.size - 1]

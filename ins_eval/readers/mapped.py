@@ -53,7 +53,7 @@ def of_mapping(path: Path, file: Path, mapping: MappingFile, assumed: Mapping[st
     for name in OTHERS:
         described = getattr(mapping, name)
         if described is not None:
-            others[name] = _others(path, source, described, (file, name), origin_s, assumed, opened)
+            others[name] = _others(source, described, (file, name), origin_s, assumed, opened)
     if "reference" not in others and mapping.gps is not None and _only_attitude(mapping.gps):
         others["reference"] = others.pop("gps")
         other_notes.append("The table gps holds an attitude alone, which no receiver gives: it is the reference.")
@@ -125,7 +125,6 @@ def _origin(time_s: np.ndarray) -> tuple[float, list[str]]:
 
 
 def _others(
-    path: Path,
     source: Columns,
     described: Epochs,
     place: tuple[Path, str],

@@ -260,7 +260,7 @@ def test_key_changes_with_the_module_of_a_users_model(plan: Plan, tmp_path: Path
 def test_key_changes_with_the_code_and_its_data(plan: Plan, tmp_path: Path, monkeypatch, file: str) -> None:
     copy = tmp_path / "ins_eval"
     shutil.copytree(Path(ins_eval.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(ins_eval, "__file__", str(copy / "__init__.py"))
+    monkeypatch.setattr("ins_eval.parallel.__file__", str(copy / "parallel.py"))
     monkeypatch.setattr("ins_eval.ensemble.plan.code_digest", code_digest.__wrapped__)  # of a new process
     before = plan.key()
     with (copy / file).open("a") as text:

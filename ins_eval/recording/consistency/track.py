@@ -70,6 +70,16 @@ def without_missing_down(fixes: Fixes) -> tuple[Fixes, bool]:
     return replace(fixes, velocity_n=velocity_n), True
 
 
+def rows_apart(time_s: np.ndarray, interval_s: float, overlap: int = 2) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (first, last) about `interval_s` apart without a gap between; a pair begins `overlap` times in that time."""
+    step_s = float(np.median(np.diff(time_s)))
+    ahead = max(1, round(interval_s / step_s))
+    first = np.arange(0, len(time_s) - ahead, max(1, ahead // overlap))
+    last = first + ahead
+    whole = time_s[last] - time_s[first] < 1.5 * ahead * step_s
+    return first[whole], last[whole]
+
+
 def check_track(fixes: Fixes, table: str) -> list[Finding]:
     """The alternative of position, order, sign and unit of velocity, or course, that the way itself prefers."""
     fixes, level = without_missing_down(fixes)
@@ -262,12 +272,7 @@ def _uneven(time_s: np.ndarray, untold: np.ndarray, table: str) -> Finding | Non
 
 def _pairs(time_s: np.ndarray):
     """Rows (first, last) about `INTERVAL_S` apart without a gap between, thinned to `MOST_ROWS`."""
-    step_s = float(np.median(np.diff(time_s)))
-    ahead = max(1, round(INTERVAL_S / step_s))
-    first = np.arange(0, len(time_s) - ahead, max(1, ahead // 4))
-    last = first + ahead
-    whole = time_s[last] - time_s[first] < 1.5 * ahead * step_s
-    first, last = first[whole], last[whole]
+    first, last = rows_apart(time_s, INTERVAL_S, overlap=4)
     if len(first) < FEWEST:
         return None
     keep = np.unique(np.linspace(0, len(first) - 1, min(len(first), MOST_ROWS)).astype(int))

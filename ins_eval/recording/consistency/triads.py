@@ -31,7 +31,7 @@ from ins_eval.recording.consistency.alternatives import (
     undecided_axes,
 )
 from ins_eval.recording.consistency.limits import changes
-from ins_eval.recording.consistency.track import without_missing_down
+from ins_eval.recording.consistency.track import rows_apart, without_missing_down
 from ins_eval.recording.consistency.windows import (
     GYRO_OFFSET,
     HANDED,
@@ -117,7 +117,7 @@ def _by_attitude(recording, integrals: Integrals, reference: Fixes, moving: Fixe
     use = use[:: max(1, int(ATTITUDE_STEP_S / float(np.median(np.diff(reference.time_s[use])))))]
     time_s = reference.time_s[use] - recording.belief.reference.time_offset_s
     attitude = np.unwrap(reference.attitude_rad[use], axis=0)
-    first, last = _thinned(time_s, TURN_INTERVAL_S)
+    first, last = rows_apart(time_s, TURN_INTERVAL_S)
     rate = []
     for factor in ATTITUDES.values():
         turn = _rotations(factor * attitude)
@@ -143,7 +143,7 @@ def _force_by_attitude(recording, integrals: Integrals, known, moving: Fixes, ta
     at_s, velocity_n = at_s[inside], velocity_n[inside]
     if len(at_s) < FEWEST_FIXES:
         return np.zeros((3, 48, len(FORCE_FACTORS)))
-    first, last = _thinned(at_s, FORCE_INTERVAL_S)
+    first, last = rows_apart(at_s, FORCE_INTERVAL_S)
     dt = (at_s[last] - at_s[first])[:, None]
     felt_n = (velocity_n[last] - velocity_n[first]) / dt - np.array([0.0, 0.0, down])
     chosen = _liveliest(felt_n + np.array([0.0, 0.0, down]))
@@ -167,7 +167,7 @@ def _force_by_attitude(recording, integrals: Integrals, known, moving: Fixes, ta
 
 def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table: str) -> list[Finding]:
     at_s, velocity_n, down = _velocities(recording, moving, table)
-    first, last = _thinned(at_s, FORCE_INTERVAL_S)
+    first, last = rows_apart(at_s, FORCE_INTERVAL_S)
     dt = at_s[last] - at_s[first]
     speed = np.hypot(velocity_n[:, 0], velocity_n[:, 1])
     course = np.unwrap(np.arctan2(velocity_n[:, 1], velocity_n[:, 0]))
@@ -208,16 +208,6 @@ def _velocities(recording: Recording, moving: Fixes, table: str) -> tuple[np.nda
 
 def _rotations(attitude_rad: np.ndarray) -> Rotation:
     return Rotation.from_euler("ZYX", attitude_rad[:, ::-1])
-
-
-def _thinned(time_s: np.ndarray, interval_s: float) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (first, last) at least about `interval_s` apart, one after the other, without gaps."""
-    step_s = float(np.median(np.diff(time_s)))
-    ahead = max(1, round(interval_s / step_s))
-    first = np.arange(0, len(time_s) - ahead, max(1, ahead // 2))
-    last = first + ahead
-    whole = time_s[last] - time_s[first] < 1.5 * ahead * step_s
-    return first[whole], last[whole]
 
 
 def _liveliest(values: np.ndarray) -> np.ndarray:
