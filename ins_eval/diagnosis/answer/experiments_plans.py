@@ -25,7 +25,8 @@ from ins_eval.thermal import imu_temperature, lagged
 from ins_eval.trajectory import Trajectory
 from ins_eval.units import DEG, MINUTE
 
-PARKED_HZ, MOVING_HZ = 10.0, 8.0  # a turn that begins at once is integrated to the square of the step
+PARKED_HZ = 4.0  # one step of the mechanization an epoch; turns last whole seconds
+MOVING_HZ = 8.0  # a turn that begins at once is integrated to the square of the step
 SLEW_S = 20.0  # from one face to the next
 SKY_DEG = 40.0  # of roll, beyond which the receiver sees too little of the sky
 GROUND_C = 20.0
