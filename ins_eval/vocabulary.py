@@ -45,6 +45,15 @@ SOURCE_NAME = {
     "gyro": "gyros",
 }
 
+# Errors of which `predict` expects a horizontal velocity RMS.
+PREDICTED = (
+    ("own_before", "own errors of the sensors, without the model [m/s]"),
+    ("own_after", "own errors of the sensors, with the model [m/s]"),
+    ("share", "share that is left"),
+    ("with_switch_on_before", "and of a new switch-on, without the model [m/s]"),
+    ("with_switch_on_after", "and of a new switch-on, with the model [m/s]"),
+)
+
 # What the budget holds beside the sources of the flight, to show what they would do.
 NOT_IN_THE_FLIGHT = ("accelerometer_bias_thermal_with_gradient", "accelerometer_cross_terms")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from math import floor, log10
 from typing import Any, Literal
 
 from ins_eval import metrics
@@ -107,6 +108,18 @@ def fixed(value: float | None, digits: int = 2) -> str:
         return MISSING
     text = f"{value:.{digits}f}"
     return (text.lstrip("-") if float(text) == 0.0 else text).replace("-", "−")
+
+
+def significant(value: float, count: int = 3) -> str:
+    """A number with `count` significant figures and no exponent."""
+    if value == 0.0:
+        return "0"
+    return rounded(value, count - 1 - floor(log10(abs(value))))
+
+
+def rounded(value: float, digits: int) -> str:
+    """A number with so many decimals; below none, whole tens, hundreds and so on."""
+    return fixed(round(value, digits), max(0, digits))
 
 
 def small(value: float | None, unit: str) -> str:

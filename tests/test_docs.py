@@ -376,7 +376,7 @@ def test_verdicts_and_channels_of_the_page() -> None:
 
 
 def test_the_nats_of_the_page_are_those_that_decide() -> None:
-    from ins_eval.diagnosis.policy import Policy
+    from ins_eval.policy import Policy
 
     text = (DOCS / "answer.md").read_text()
     assert {float(nats) for nats in re.findall(r"(\d+) nats", text)} == {Policy.near, Policy.harm}

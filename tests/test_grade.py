@@ -11,10 +11,11 @@ import pytest
 from ins_eval import datasheets
 from ins_eval.allan import allan_deviation
 from ins_eval.believed import believed
+from ins_eval.figures.results.grade import FIGURE, grade_figures
 from ins_eval.grade import Grade, measure_grade
 from ins_eval.recording import Imu, Recording, Start
 from ins_eval.recording.validation import validate
-from ins_eval.report.grade import FIGURE, grade_figures, grade_section
+from ins_eval.report.grade import grade_section
 
 FOLDER = Path(__file__).resolve().parents[2] / "shared" / "recordings" / "mems_static_warmup"
 DEG, DEG_PER_H = np.pi / 180.0, np.pi / 180.0 / 3600.0

@@ -15,9 +15,9 @@ from ins_eval.analysis.schuler import fit_schuler, responses
 from ins_eval.analysis.several import SeveralEvaluations, summary
 from ins_eval.analysis.solution import NODES, evaluate_solution
 from ins_eval.cli import main
-from ins_eval.diagnosis.model.geometry import States
 from ins_eval.ensemble import STATISTICS, Plan, World, contributions, stacked
 from ins_eval.ensemble.world import beginning
+from ins_eval.error_model.geometry import States
 from ins_eval.navigation import compensate, evaluate, samples
 from ins_eval.recording import Fixes, Recording, Start, form
 from ins_eval.recording.belief import Belief, GpsBelief

@@ -25,9 +25,9 @@ from benchmark.runners import bench_order
 from benchmark.runners.bench_rows import GROUPS, SAMPLES, Group
 from ins_eval.files import write_whole
 from ins_eval.report.content import Block, Number, Paragraph, Picture, Section, Table, at_a_glance
-from ins_eval.report.diagnosis_words import figures
 from ins_eval.report.json_file import as_json
 from ins_eval.report.page import write_page
+from ins_eval.wording import significant
 
 COMMITTED = Path(__file__).with_suffix(".json")
 WORSE = 1.25
@@ -106,7 +106,7 @@ def sections(result: dict) -> list[Section]:
     """The page of a result."""
     kernel = result["groups"]["kernel"]["rows"]
     numbers = [
-        Number(name, f"{figures(kernel[name]['ratio'])} times", f"as fast as {next(iter(kernel))}")
+        Number(name, f"{significant(kernel[name]['ratio'])} times", f"as fast as {next(iter(kernel))}")
         for name in ("kernel", "public call", "python-ins")
         if name in kernel
     ]
@@ -118,7 +118,7 @@ def sections(result: dict) -> list[Section]:
     ]
     for group in result["groups"].values():
         rows = [
-            (name, figures(one["cost"] / (1e9 if group["unit"] == "s" else 1.0)), figures(one["ratio"]))
+            (name, significant(one["cost"] / (1e9 if group["unit"] == "s" else 1.0)), significant(one["ratio"]))
             for name, one in group["rows"].items()
         ]
         blocks: list[Block] = [

@@ -57,9 +57,9 @@ def reached(truth: dict, answer: dict, folders: list[Path], manifest: dict) -> d
     is in neither.
     """
     from ins_eval.believed import believed
-    from ins_eval.diagnosis.estimate.case import prepare
-    from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-    from ins_eval.diagnosis.estimate.study import fit_noise, marginal
+    from ins_eval.estimation.case import prepare
+    from ins_eval.estimation.chamber import prepare_chamber
+    from ins_eval.estimation.study import fit_noise, marginal
     from ins_eval.recording import form
     from ins_eval.recording.form.description import CHAMBER, open_folder
 
@@ -88,8 +88,8 @@ def reached(truth: dict, answer: dict, folders: list[Path], manifest: dict) -> d
 
 def _heights(cases: list, effects: list, null: list) -> tuple[list, float, float]:
     """Noise fitted beside effects, and log Z there without and with them, the noise integrated out."""
-    from ins_eval.diagnosis.estimate.study import fit_noise, marginal
     from ins_eval.diagnosis.unnamed.disturbance import with_quiet_sensors
+    from ins_eval.estimation.study import fit_noise, marginal
 
     model = [one for one, _ in effects]
     wide = [one.scaled(max(1.0, abs(effect["value"] / one.candidate.nominal))) for one, effect in effects]
@@ -106,7 +106,7 @@ def _heights(cases: list, effects: list, null: list) -> tuple[list, float, float
 
 def _removed(cases: list, noise: list, truth: list, named: list) -> float:
     """Share of the energy of the truth that is gone, from hypotheses with their effects."""
-    from ins_eval.diagnosis.estimate.study import sums
+    from ins_eval.estimation.study import sums
 
     together = [*truth, *named]
     values = np.array([effect["value"] / one.candidate.nominal for one, effect in together])
@@ -126,9 +126,9 @@ def answered(effect: dict, cases: list):
 
 def _nameless(truth: dict, manifest: dict, case):
     """An effect without a name as a column, drawn again as the maker drew it."""
-    from ins_eval.diagnosis.estimate.study import Hypothesis
-    from ins_eval.diagnosis.model.columns import Column, Drive, Measured
-    from ins_eval.diagnosis.model.library import Candidate
+    from ins_eval.error_model.columns import Column, Drive, Measured
+    from ins_eval.error_model.library import Candidate
+    from ins_eval.estimation.study import Hypothesis
 
     drawn = again.drawn(truth, manifest)
     (effect,), (recording,) = drawn.hidden, drawn.made
@@ -167,7 +167,7 @@ def _hypothesis(effect: dict, cases: list):
 
 def _columns(name: str, axis: str | None, parameters: dict, cases: list):
     """One effect as columns of the recordings that can show it, None where none can."""
-    from ins_eval.diagnosis.estimate.study import Hypothesis
+    from ins_eval.estimation.study import Hypothesis
 
     further = {key: parameters[key] for key in FURTHER if key in parameters}
     if name == "temperature.lag":

@@ -14,7 +14,7 @@ SENSORS = ("accelerometer", "gyro")
 @contextmanager
 def effects_left_out(sensor: str) -> Iterator[None]:
     """No effect of `sensor` is a candidate. In a chamber, where there is no other sensor, all are as ever."""
-    from ins_eval.diagnosis.model import library
+    from ins_eval.error_model import library
 
     possible = library.possible
 

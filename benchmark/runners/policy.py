@@ -56,7 +56,7 @@ def changed(policy, name: str, factor: float):
 
 def decided(case: Path) -> dict[tuple[str, float], str]:
     """The verdict as it is, under ("", 1), and with each threshold of `decide` halved and doubled."""
-    from ins_eval.diagnosis.policy import Policy
+    from ins_eval.policy import Policy
 
     policy = Policy()
     findings = findings_of(case, policy)
@@ -69,7 +69,7 @@ def decided(case: Path) -> dict[tuple[str, float], str]:
 
 def collected(case: Path, name: str, factor: float) -> str:
     """The verdict of a whole diagnosis with one threshold changed."""
-    from ins_eval.diagnosis.policy import Policy
+    from ins_eval.policy import Policy
 
     policy = changed(Policy(), name, factor)
     return verdict(findings_of(case, policy), policy)
@@ -84,7 +84,7 @@ def moves(before: dict[Path, str], after: dict[Path, str]) -> str:
 
 def table(before: dict[Path, str], after: dict[tuple[str, float], dict[Path, str]]) -> str:
     """The page."""
-    from ins_eval.diagnosis.policy import Policy
+    from ins_eval.policy import Policy
 
     counts = Counter(before.values())
     lines = [
@@ -92,7 +92,7 @@ def table(before: dict[Path, str], after: dict[tuple[str, float], dict[Path, str
         "",
         f"Written by `python -m benchmark.runners.policy` from {len(before)} cases of a set that was used before "
         f"({', '.join(f'{n} {verdict}' for verdict, n in sorted(counts.items()))}). Each threshold of `Policy` "
-        "(`ins_eval/diagnosis/policy.py`) was halved and doubled, the others as they are; counted are the cases whose "
+        "(`ins_eval/policy.py`) was halved and doubled, the others as they are; counted are the cases whose "
         "verdict changed. A verdict that changes is not always a worse one. Where a threshold acts while findings are "
         "collected, the whole diagnosis was done again, in fewer cases.",
         "",

@@ -142,7 +142,7 @@ def residuals(answer: dict, folders: Sequence[Path]) -> Residuals:
     The noise is the same for both; what is uncertain anyway, and the sizes of effects, are at their best.
     """
     from ins_eval.analysis.diagnose import prepare_folders
-    from ins_eval.diagnosis.estimate.study import fit_noise
+    from ins_eval.estimation.study import fit_noise
 
     cases = prepare_folders(list(folders))
     named = [one for effect in answer.get("effects", ()) if (one := bound.answered(effect, cases)) is not None]

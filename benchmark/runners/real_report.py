@@ -20,10 +20,10 @@ from benchmark.worlds.real import SOURCES, Source
 from benchmark.worlds.recorded import Recorded
 from ins_eval.files import write_whole
 from ins_eval.report.content import Block, Number, Paragraph, Picture, Section, Table, at_a_glance, paragraphs, table
-from ins_eval.report.diagnosis_words import alike, channel, effect_words, figures, nats, probability
+from ins_eval.report.diagnosis_words import alike, channel, effect_words, nats, probability
 from ins_eval.report.json_file import as_json
 from ins_eval.report.results import write_results
-from ins_eval.wording import MISSING, sentence
+from ins_eval.wording import MISSING, sentence, significant
 
 TITLE = "Real recordings"
 NOTE = (
@@ -141,13 +141,13 @@ def _rivals(one: dict) -> list[Block]:
 def _fit(one: dict) -> list[Block]:
     fit, rows = one["answer"]["fit"], []
     if held := fit.get("held_out"):
-        rows.append(("mean squared innovation on unused data", *(figures(held[key]) for key in
+        rows.append(("mean squared innovation on unused data", *(significant(held[key]) for key in
                      ("before", "after", "placebo"))))  # fmt: skip
     if velocity := fit.get("velocity_rms_mps"):
         after = velocity.get("after")
         for axis in ("north", "east"):
-            rows.append((f"velocity RMS {axis} [m/s]", figures(velocity["before"][axis]),
-                         figures(after[axis]) if after else MISSING, MISSING))  # fmt: skip
+            rows.append((f"velocity RMS {axis} [m/s]", significant(velocity["before"][axis]),
+                         significant(after[axis]) if after else MISSING, MISSING))  # fmt: skip
     return table("", ("fit", "before", "after", "placebo"), rows)
 
 

@@ -13,14 +13,14 @@ from ins_eval.diagnosis.answer.answer import answer
 from ins_eval.diagnosis.answer.described import with_descriptions
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import Diagnosis
-from ins_eval.diagnosis.estimate.case import Case, prepare, with_effects
-from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-from ins_eval.diagnosis.estimate.description import (
+from ins_eval.errors import UsageError
+from ins_eval.estimation.case import Case, prepare, with_effects
+from ins_eval.estimation.chamber import prepare_chamber
+from ins_eval.estimation.description import (
     WrongDescription,
     wrong_descriptions,
     wrong_descriptions_of_chamber,
 )
-from ins_eval.errors import UsageError
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency import WARNING

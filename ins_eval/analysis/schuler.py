@@ -1,7 +1,7 @@
 """Which start errors and constant sensor errors would make the error curve of an INS.
 
 Every error of the start (velocity, tilt, heading) and every constant error of a sensor makes one curve of velocity:
-the linear error equations of `diagnosis.model.error_model` along the flight, the vertical channel held. For a vehicle
+the linear error equations of `error_model.propagation` along the flight, the vertical channel held. For a vehicle
 at rest, Earth rate aside, those curves are Schuler's, w_s^2 = g / R:
 
     start velocity v0: v0 cos(w_s t)      tilt a: R w_s a sin(w_s t)
@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from ins_eval.analysis.correlated import Fit, Series, regress
-from ins_eval.diagnosis.model.error_model import dynamics
-from ins_eval.diagnosis.model.geometry import States
 from ins_eval.earth import EARTH_RATE, gravity, radii
+from ins_eval.error_model.geometry import States
+from ins_eval.error_model.propagation import dynamics
 from ins_eval.metrics import Estimate
 from ins_eval.recording.belief import EarthBelief
 from ins_eval.units import ARCSEC, DEG_PER_H, UG

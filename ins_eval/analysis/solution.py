@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from ins_eval.analysis.correlated import Fit, Series, mean, regress, root_mean_square
 from ins_eval.analysis.evaluation_numbers import ClockOffset, RecordingFacts, SolutionNumbers, Untold
 from ins_eval.analysis.schuler import SCHULER_PERIOD_S, SchulerFit, fit_schuler
-from ins_eval.diagnosis.model.geometry import States
+from ins_eval.error_model.geometry import States
 from ins_eval.errors import DataRefused
 from ins_eval.navigation import PARKED, at_antenna, radial_error_rates
 from ins_eval.recording import Fixes, Recording

@@ -20,7 +20,7 @@ from ins_eval.analysis.evaluate import RecordingEvaluation
 from ins_eval.analysis.fly import FlightStudy
 from ins_eval.analysis.solution import SolutionEvaluation
 from ins_eval.channels import CHANNELS
-from ins_eval.diagnosis.estimate.case import Case
+from ins_eval.estimation.case import Case
 from ins_eval.recording import Fixes
 from ins_eval.reference import AttitudeErrors, Errors
 from ins_eval.restarts import Restarts

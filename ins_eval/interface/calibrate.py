@@ -11,10 +11,10 @@ from ins_eval.analysis.calibrate import ChamberCalibration, calibrate_chambers
 from ins_eval.compensation.file import write_model
 from ins_eval.compensation.registry import FILE
 from ins_eval.errors import UsageError
+from ins_eval.figures.results.calibration import calibration_figures
 from ins_eval.interface.result import PathLike, Result
 from ins_eval.recording import ChamberReadings, form
 from ins_eval.report.calibration import calibration_content
-from ins_eval.report.calibration_figures import calibration_figures
 
 
 def calibrate(

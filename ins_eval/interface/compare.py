@@ -6,10 +6,10 @@ from functools import partial
 
 from ins_eval.analysis.compare import RecordingComparison, compare_recording
 from ins_eval.errors import DataRefused
+from ins_eval.figures.results.comparison import comparison_figures
 from ins_eval.interface.result import Result
 from ins_eval.recording import Recording
 from ins_eval.report.comparison import comparison_content
-from ins_eval.report.comparison_figures import comparison_figures
 
 
 def compare(recording: Recording, use_found_offset: bool = False) -> Result[RecordingComparison]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ins_eval.analysis.diagnose import RecordingsDiagnosis, belief_of, diagnose_folders
-from ins_eval.diagnosis.estimate.case import with_effects, without_roots
+from ins_eval.estimation.case import with_effects, without_roots
 from ins_eval.interface.result import PathLike, Result
 from ins_eval.recording import form
 from ins_eval.report.diagnosis import TITLE, diagnosis_content

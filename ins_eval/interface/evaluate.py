@@ -10,13 +10,13 @@ from ins_eval.analysis.several import SeveralEvaluations, Summary
 from ins_eval.analysis.solution import SolutionEvaluation, evaluate_solution
 from ins_eval.compensation import CompensationModel
 from ins_eval.errors import UsageError
+from ins_eval.figures.results.evaluation import evaluation_figures
+from ins_eval.figures.results.solution import solution_figures
+from ins_eval.figures.results.summary import several_figures
 from ins_eval.interface.result import Result
 from ins_eval.recording import Recording
 from ins_eval.report.evaluation import evaluation_content, solution_content
-from ins_eval.report.evaluation_figures import evaluation_figures
 from ins_eval.report.several import several_content
-from ins_eval.report.solution_figures import solution_figures
-from ins_eval.report.summary_figures import several_figures
 
 
 def evaluate(

@@ -9,9 +9,9 @@ from tempfile import TemporaryDirectory
 from ins_eval import ensemble
 from ins_eval.analysis.fly import FlightStudy
 from ins_eval.analysis.fly import fly as fly_instruments
+from ins_eval.figures.results.flight import study_figures
 from ins_eval.interface.result import PathLike, Result
 from ins_eval.report.flight import flight_content
-from ins_eval.report.flight_figures import study_figures
 
 
 def fly(

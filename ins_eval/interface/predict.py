@@ -7,10 +7,10 @@ from pathlib import Path
 
 from ins_eval.analysis.diagnose import belief_of
 from ins_eval.analysis.predict import Prediction, planned, predict_flight
+from ins_eval.figures.results.summary import prediction_figures
 from ins_eval.interface.result import PathLike, Result
 from ins_eval.recording import form
 from ins_eval.report.prediction import prediction_content
-from ins_eval.report.summary_figures import prediction_figures
 
 
 def predict(model: PathLike, flight: PathLike) -> Result[Prediction]:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from ins_eval.analysis.results import RunComparison, compare_results
 from ins_eval.errors import UsageError
+from ins_eval.figures.results.summary import runs_figures
 from ins_eval.interface.result import PathLike, Result
 from ins_eval.report.runs import runs_content
-from ins_eval.report.summary_figures import runs_figures
 
 
 def results(folders: Sequence[PathLike]) -> Result[RunComparison]:

@@ -7,6 +7,7 @@ from math import isfinite
 from ins_eval import channels
 from ins_eval.analysis.compare import RecordingComparison
 from ins_eval.believed import belief_rows
+from ins_eval.figures.results.comparison import units
 from ins_eval.implied import epoch_spacing_s
 from ins_eval.report.belief import belief_section
 from ins_eval.report.comparison_answer import answer, glance
@@ -15,9 +16,8 @@ from ins_eval.report.comparison_words import (
     clock_agrees,
     decimals,
     milliseconds,
-    significant,
     stands,
-    units,
+    two_digits,
     with_error,
 )
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
@@ -106,15 +106,15 @@ def _remains(found: RecordingComparison) -> list[Block]:
     for one in all_channels(found):
         unit, fit = units(found)[one.sensor], one.fitted
         size, density_unit = (DEG_PER_SQRT_H, "°/√h") if one.sensor == "gyro" else (UG, "µg/√Hz")
-        density = significant(fit.density / size) if isfinite(fit.density) else MISSING
+        density = two_digits(fit.density / size) if isfinite(fit.density) else MISSING
         clock = None if one.rms_with_clock is None else one.rms_with_clock / unit.size
         rows.append(
             (
                 f"{one.sensor} {one.axis} [{unit.text}]",
-                *(significant(rms / unit.size) for rms in (fit.rms_before, fit.rms_without_mean, fit.rms_after)),
-                *([significant(clock)] if moving else []),
+                *(two_digits(rms / unit.size) for rms in (fit.rms_before, fit.rms_without_mean, fit.rms_after)),
+                *([two_digits(clock)] if moving else []),
                 f"{density} {density_unit}",
-                f"{significant(fit.largest / unit.size)} at {fixed(fit.largest_s, 1)} s",
+                f"{two_digits(fit.largest / unit.size)} at {fixed(fit.largest_s, 1)} s",
             )
         )
     note = f"The noise density is read off the Allan deviation at {found.windows.length_s:g} s of what remains"
@@ -199,14 +199,14 @@ def _hidden(found: RecordingComparison) -> str:
         return "The attitude was taken as exact."
     return (
         f"The attitude is known to {sigma:.2g}° (1 σ), so biases of the horizontal accelerometers below "
-        f"{significant(sigma * DEG * STANDARD_GRAVITY / UG)} µg (1 σ) do not show."
+        f"{two_digits(sigma * DEG * STANDARD_GRAVITY / UG)} µg (1 σ) do not show."
     )
 
 
 def _attenuation(found: RecordingComparison) -> str:
     """How far noise of the reference could have lowered the scale factors that are given."""
     given = [
-        f"{significant(1e6 * one.fitted.attenuation)} ppm for {one.sensor} {one.axis}"
+        f"{two_digits(1e6 * one.fitted.attenuation)} ppm for {one.sensor} {one.axis}"
         for one in all_channels(found)
         if one.scale_error is not None and isfinite(one.fitted.attenuation)
     ]

@@ -7,15 +7,14 @@ from collections.abc import Callable, Sequence
 from ins_eval import channels
 from ins_eval.analysis.compare import ComparedChannel, RecordingComparison
 from ins_eval.channels import ChannelEstimate
+from ins_eval.figures.results.comparison import DisplayUnit, units
 from ins_eval.report.comparison_words import (
-    DisplayUnit,
     all_channels,
     clock_agrees,
     decimals,
     milliseconds,
-    significant,
     stands,
-    units,
+    two_digits,
     with_error,
 )
 from ins_eval.report.content import Number, Picture, Section, at_a_glance
@@ -54,7 +53,7 @@ def glance(found: RecordingComparison) -> Section:
         numbers.append(Number(f"{one.sensor} {one.axis} less reference, mean", f"{value} {text}", f"± {half} (95 %)"))
     if found.clock is None:
         worst = max(found.channels["gyro"], key=lambda one: one.fitted.rms_after)
-        rms = f"{significant(worst.fitted.rms_after / unit['gyro'].size)} {unit['gyro'].text}"
+        rms = f"{two_digits(worst.fitted.rms_after / unit['gyro'].size)} {unit['gyro'].text}"
         numbers.append(Number(f"what remains of gyro {worst.axis}, RMS", rms, f"over {found.windows.length_s:g} s"))
     else:
         value, half = milliseconds(found.clock).split(" ± ")
@@ -107,7 +106,7 @@ def _reads(triad: Sequence[ComparedChannel], unit: DisplayUnit) -> str:
         value, digits = mean.value / unit.size, decimals(mean, unit.size)
         determined.append(f"{fixed(abs(value), digits)} {unit.text} {'high' if value > 0.0 else 'low'} on {one.axis}")
     if undetermined:
-        within = f"no more than {significant(most / unit.size)} {unit.text} off on {joined(undetermined)}"
+        within = f"no more than {two_digits(most / unit.size)} {unit.text} off on {joined(undetermined)}"
         return f"{joined(determined)}, {within}" if determined else within
     return joined(determined)
 
@@ -132,7 +131,7 @@ def _remaining(found: RecordingComparison) -> str:
 def _worst(found: RecordingComparison, rms: Callable[[ComparedChannel], float]) -> str:
     unit = units(found)
     worst = [(max(map(rms, triad)) / unit[sensor].size, unit[sensor].text) for sensor, triad in found.channels.items()]
-    return joined([f"{significant(value)} {text}" for value, text in worst])
+    return joined([f"{two_digits(value)} {text}" for value, text in worst])
 
 
 def _no_scale(found: RecordingComparison) -> str:

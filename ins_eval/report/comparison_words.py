@@ -1,36 +1,12 @@
-"""Units and numbers of a comparison as a reader sees them."""
+"""Numbers of a comparison as a reader sees them."""
 
 from __future__ import annotations
 
 from math import floor, log10
-from typing import NamedTuple
 
 from ins_eval.analysis.compare import ComparedChannel, RecordingComparison
 from ins_eval.channels import ChannelEstimate
-from ins_eval.units import DEG, DEG_PER_H, UG
 from ins_eval.wording import MISSING, fixed
-
-COARSE_GYRO, COARSE_ACCELEROMETER = 0.01 * DEG, 1e-3  # rad/s, m/s^2: from here on in °/s and m/s²
-
-
-class DisplayUnit(NamedTuple):
-    """A readable unit; a value in SI divided by `size` is in it."""
-
-    text: str
-    size: float
-
-
-def units(found: RecordingComparison) -> dict[str, DisplayUnit]:
-    """The unit of the differences of each sensor, by their size."""
-    largest = {
-        sensor: max(max(abs(one.fitted.mean_difference.value), one.fitted.rms_after) for one in triad)
-        for sensor, triad in found.channels.items()
-    }
-    coarse = largest["accelerometer"] >= COARSE_ACCELEROMETER
-    return {
-        "gyro": DisplayUnit("°/s", DEG) if largest["gyro"] >= COARSE_GYRO else DisplayUnit("°/h", DEG_PER_H),
-        "accelerometer": DisplayUnit("m/s²", 1.0) if coarse else DisplayUnit("µg", UG),
-    }
 
 
 def stands(found: RecordingComparison) -> bool:
@@ -63,7 +39,7 @@ def with_error(estimate: ChannelEstimate | None, size: float) -> str:
     return f"{fixed(estimate.value / size, digits)} ± {fixed(0.5 * (estimate.high - estimate.low) / size, digits)}"
 
 
-def significant(value: float | None) -> str:
+def two_digits(value: float | None) -> str:
     """Two digits that count."""
     if value is None or value == 0.0:
         return MISSING if value is None else "0"

@@ -7,8 +7,8 @@ from math import exp, floor, hypot, log
 
 from ins_eval.analysis.evaluation_numbers import LOST_MPS
 from ins_eval.report.content import Number, Picture, Section, at_a_glance
-from ins_eval.report.diagnosis_words import alike, chance, channel, effect_words, figures, nats, numbered
-from ins_eval.wording import SUPERSCRIPTS, fixed, joined, sentence
+from ins_eval.report.diagnosis_words import alike, chance, channel, effect_words, nats, numbered
+from ins_eval.wording import SUPERSCRIPTS, fixed, joined, sentence, significant
 
 SPOKEN_ODDS = log(1e6)  # nats, beyond which odds are a power of ten
 MOST_ODDS = log(1e100)
@@ -38,13 +38,13 @@ def worth(tree: Mapping) -> list[str]:
     velocity = found["fit"].get("velocity_rms_mps")
     if velocity and "after" in velocity:
         each = [
-            f"{side} {figures(velocity['before'][side])} to {figures(velocity['after'][side])} m/s"
+            f"{side} {significant(velocity['before'][side])} to {significant(velocity['after'][side])} m/s"
             for side in ("north", "east")
         ]
         parts.append(f"velocity RMS of this pure-inertial navigation {joined(each)}")
     rate = found["fit"].get("radial_error_rate_nmi_per_h")
     if rate and "after" in rate:
-        parts.append(f"radial error rate {figures(rate['before'])} to {figures(rate['after'])} nmi/h")
+        parts.append(f"radial error rate {significant(rate['before'])} to {significant(rate['after'])} nmi/h")
     return parts
 
 
@@ -54,7 +54,7 @@ def odds(gained: float) -> str:
         return "more than 10¹⁰⁰ to 1"
     if gained > SPOKEN_ODDS:
         return f"10{str(floor(gained / log(10.0))).translate(SUPERSCRIPTS)} to 1"
-    return f"{figures(exp(gained), 2)} to 1"
+    return f"{significant(exp(gained), 2)} to 1"
 
 
 def _first_effect(tree: Mapping) -> list[Number]:

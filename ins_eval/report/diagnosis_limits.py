@@ -7,8 +7,8 @@ from typing import Any
 
 from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Block, paragraphs, table
-from ins_eval.report.diagnosis_words import effect_words, figures
-from ins_eval.wording import MISSING, fixed, joined, sentence
+from ins_eval.report.diagnosis_words import effect_words
+from ins_eval.wording import MISSING, fixed, joined, sentence, significant
 
 INVISIBLE = 1.0  # expected log Bayes factor below which an effect of usual size does not show
 FAR = 1000.0  # usual sizes, beyond which no size is said to show
@@ -25,7 +25,8 @@ def limits(tree: Mapping) -> list[Block]:
     for name, ones in sorted(of_name.items()):
         words = effect_words({"name": name})
         best = max(one["expected_log_bayes_factor"] for one in ones)
-        rows.append((words, _axes(ones), figures(ones[0]["usual"], 2), ones[0]["unit"], fixed(best, 1), _from(ones)))
+        usual = significant(ones[0]["usual"], 2)
+        rows.append((words, _axes(ones), usual, ones[0]["unit"], fixed(best, 1), _from(ones)))
         shown_by.setdefault(VOCABULARY[name].excited_by, []).append(words)
     header = ("effect", "axes", "usual size", "unit", "expected log Bayes factor", "shows from")
     note = (
@@ -51,7 +52,7 @@ def _from(ones: Sequence[Mapping]) -> str:
     if not sizes:
         return MISSING
     most = FAR * ones[0]["usual"]
-    return f"above {figures(most, 2)}" if min(sizes) > most else figures(min(sizes), 2)
+    return f"above {significant(most, 2)}" if min(sizes) > most else significant(min(sizes), 2)
 
 
 def _absent(names: Sequence[str]) -> list[str]:

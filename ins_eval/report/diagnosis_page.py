@@ -20,9 +20,9 @@ from ins_eval.diagnosis.answer.summary import (
     turned_on,
 )
 from ins_eval.diagnosis.answer.verdict import Diagnosis
-from ins_eval.diagnosis.estimate.case import Case
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch
 from ins_eval.effects import VOCABULARY
+from ins_eval.estimation.case import Case
 from ins_eval.figures import diagnosis as figures
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.report.diagnosis_words import channel, effect_words, numbered

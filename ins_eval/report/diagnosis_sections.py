@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import floor, log10
 
-from ins_eval.diagnosis.policy import Policy
 from ins_eval.effects import VOCABULARY
+from ins_eval.policy import Policy
 from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.diagnosis_limits import limits
@@ -16,12 +16,11 @@ from ins_eval.report.diagnosis_words import (
     chance,
     channel,
     effect_words,
-    figures,
     nats,
     numbered,
     probability,
 )
-from ins_eval.wording import MISSING, fixed, joined, sentence
+from ins_eval.wording import MISSING, fixed, joined, sentence, significant
 
 NOISE = (
     ("velocity_random_walk_ug_per_sqrt_hz", "velocity random walk [µg/√Hz]"),
@@ -176,13 +175,13 @@ def _written(tree: Mapping) -> list[Block]:
     rows = []
     for one in tree["written"]:
         further = [
-            f"{parameter.words} {figures(one[parameter.name])} {parameter.unit}".strip()
+            f"{parameter.words} {significant(one[parameter.name])} {parameter.unit}".strip()
             for parameter in VOCABULARY[one["name"]].parameters
             if parameter.name in one
         ]
         further += [f"only in {one['recording']}"] if "recording" in one else []
-        sigma = figures(one["sigma"]) if "sigma" in one else MISSING
-        rows.append((effect_words(one), figures(one["value"]), sigma, one["unit"], ", ".join(further) or MISSING))
+        sigma = significant(one["sigma"]) if "sigma" in one else MISSING
+        rows.append((effect_words(one), significant(one["value"]), sigma, one["unit"], ", ".join(further) or MISSING))
     note = (
         "For other recordings of the instrument. An effect is named above only if it is sure. The values here are "
         "posterior means of all effects of the sensors, estimated at once, so that an uncertain one is near 0; of an "
@@ -209,7 +208,7 @@ def _held_out(tree: Mapping) -> list[Block]:
     if not held:
         return []
     gained = {"before": "0", "after": nats(gain["nats"]), "placebo": nats(gain["placebo_nats"])} if gain else {}
-    rows = [(name, gained.get(name, MISSING), figures(held[name])) for name in ("before", "after", "placebo")]
+    rows = [(name, gained.get(name, MISSING), significant(held[name])) for name in ("before", "after", "placebo")]
     note = (
         "The recording is cut into blocks; what is fitted on every other of them is judged on the rest, and the other "
         "way round. Before: the belief. After: the belief with the effects. Placebo: as many coefficients, on the "
@@ -226,9 +225,9 @@ def _navigation(tree: Mapping) -> list[Block]:
     rows = []
     if velocity:
         for side in ("north", "east"):
-            rows.append((f"{side} velocity RMS [m/s]", *(figures(velocity[time][side]) for time in times)))
+            rows.append((f"{side} velocity RMS [m/s]", *(significant(velocity[time][side]) for time in times)))
     if rate:
-        rows.append(("radial error rate [nmi/h]", *(figures(rate[time]) for time in times)))
+        rows.append(("radial error rate [nmi/h]", *(significant(rate[time]) for time in times)))
     note = "Of the pure-inertial solution of all recordings in full; before: the belief, after: the effects too."
     return table("Pure-inertial navigation", ("measure", *times), rows, note)
 
@@ -292,7 +291,7 @@ def _noise(tree: Mapping) -> list[Block]:
             header.append(f"{of}answer")
             columns.append(one["noise_of_answer"])
     rows = [
-        (words, *(figures(column[key]) if column.get(key) is not None else MISSING for column in columns))
+        (words, *(significant(column[key]) if column.get(key) is not None else MISSING for column in columns))
         for key, words in NOISE
         if any(column.get(key) for column in columns)
     ]

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from math import floor, log10
 
 from ins_eval.effects import VOCABULARY
-from ins_eval.wording import fixed
+from ins_eval.wording import fixed, rounded, significant
 
 SPOKEN = {
     "gps.position": "GPS position",
@@ -67,22 +67,10 @@ def amount(one: Mapping) -> str:
 def alike(value: float, interval: Sequence[float] | None) -> tuple[str, str, str]:
     """A value and its interval with the digits that the interval leaves meaning to; without one in three."""
     if interval is None:
-        return figures(value), "", ""
+        return significant(value), "", ""
     half = 0.5 * (interval[1] - interval[0])
     digits = min(-floor(log10(half / 2.0)), 6) if half > 0.0 else 6
-    return tuple(_rounded(x, digits) for x in (value, *interval))
-
-
-def figures(value: float, count: int = 3) -> str:
-    """A number with `count` significant figures and no exponent."""
-    if value == 0.0:
-        return "0"
-    return _rounded(value, count - 1 - floor(log10(abs(value))))
-
-
-def _rounded(value: float, digits: int) -> str:
-    """A number with so many decimals; below none, whole tens, hundreds and so on."""
-    return fixed(round(value, digits), max(0, digits))
+    return tuple(rounded(x, digits) for x in (value, *interval))
 
 
 def nats(value: float | None) -> str:
@@ -101,7 +89,7 @@ def chance(value: float) -> str:
     """A probability that may be very small."""
     if value < AS_GOOD_AS_NEVER:
         return "less than one in a million"
-    return figures(value, 2)
+    return significant(value, 2)
 
 
 def rare(one: Mapping) -> str:
@@ -109,7 +97,7 @@ def rare(one: Mapping) -> str:
     value = one["false_alarm_probability"]
     if value < AS_GOOD_AS_NEVER:
         return "fewer than one recording in a million"
-    return f"{figures(100.0 * value, 2)} % of recordings"
+    return f"{significant(100.0 * value, 2)} % of recordings"
 
 
 def numbered(name: str, k: int, several: bool) -> str:

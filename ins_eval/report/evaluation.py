@@ -21,13 +21,12 @@ from ins_eval.figures.style import in_order, label
 from ins_eval.navigation import Measures
 from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
-from ins_eval.report.diagnosis_words import figures
 from ins_eval.report.evaluation_glance import evaluation_glance, solution_glance
 from ins_eval.report.grade import grade_section
 from ins_eval.report.solution import solution_answer, solution_blocks
 from ins_eval.restarts import Restarts
 from ins_eval.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name
-from ins_eval.wording import MISSING, fixed, joined, sentence, small
+from ins_eval.wording import MISSING, fixed, joined, sentence, significant, small
 
 SOLUTION = "What the INS put out itself"
 AXES = ("north", "east", "down")
@@ -314,7 +313,7 @@ def _found_start(start: FoundStart) -> str:
 
     def triad(values: Sequence[float], sigmas: Sequence[float]) -> str:
         pairs = zip(values, sigmas, strict=True)
-        return ", ".join(f"{fixed(value, 0)} ± {figures(sigma, 2)}" for value, sigma in pairs)
+        return ", ".join(f"{fixed(value, 0)} ± {significant(sigma, 2)}" for value, sigma in pairs)
 
     gyro_bias = triad(start.gyro_bias_deg_per_h, start.gyro_bias_sigma_deg_per_h)
     accelerometer_bias = triad(start.accelerometer_bias_ug, start.accelerometer_bias_sigma_ug)

@@ -11,9 +11,8 @@ from ins_eval.analysis.schuler import SCHULER_PERIOD_S
 from ins_eval.figures.style import label
 from ins_eval.grade import Grade, units_of
 from ins_eval.report.content import Number, Picture, Section, at_a_glance
-from ins_eval.report.diagnosis_words import figures
 from ins_eval.restarts import Restarts
-from ins_eval.wording import fixed
+from ins_eval.wording import fixed, significant
 
 TRUSTED_S = 10.0  # after which the error between fixes is told
 ONE_RUN = "one run, no interval"
@@ -106,7 +105,7 @@ def _at_rest(grade: Grade | None) -> list[Number]:
             most = max(seen, key=lambda one: one.terms["white"].value)
             white, (unit, _) = most.terms["white"], units_of(most.name)["white"]
             low, high = white.interval95
-            value, interval = f"{figures(white.value)} {unit}", f"95 %: {figures(low)} to {figures(high)}"
+            value, interval = f"{significant(white.value)} {unit}", f"95 %: {significant(low)} to {significant(high)}"
             numbers.append(Number(f"white noise of {most.name}, the largest", value, interval))
     return numbers
 

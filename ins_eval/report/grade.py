@@ -1,27 +1,18 @@
-"""The grade of an instrument in words, tables and the figure of its Allan deviation."""
+"""The grade of an instrument in words and tables."""
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-from matplotlib.figure import Figure
-
-from ins_eval import figures
 from ins_eval.allan import TERMS
-from ins_eval.grade import Grade, NoiseTerm, units_of
+from ins_eval.figures.results.grade import FIGURE, LAWS
+from ins_eval.grade import Grade, NoiseTerm
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
-from ins_eval.report.diagnosis_words import figures as spoken
-from ins_eval.temperature_law import TemperatureLaw
-from ins_eval.units import DEG_PER_H, UG
+from ins_eval.wording import significant
 
-FIGURE, LAWS = "allan_deviation", "temperature_laws"
 OFFSETS = (
     "Gyros: mean rate less the vertical part of Earth rate; the horizontal part, of unknown direction, is in the "
     "sigma, and so is how the offset wanders. Norm: from normal gravity."
 )
 NOT_DETERMINED = "not determined"
-LETTERS = {"quantisation": "Q", "white": "N", "flicker": "B", "random_walk": "K"}
 
 
 def grade_section(grade: Grade | None) -> Section:
@@ -46,7 +37,7 @@ def grade_section(grade: Grade | None) -> Section:
         blocks.append(Picture(FIGURE, caption))
     if laws := grade.laws_in_units:
         rows = [
-            (name, spoken(law.slope, 4), "[" + ", ".join(spoken(end, 4) for end in law.interval95) + "]", law.unit)
+            (name, significant(law.slope, 4), f"[{', '.join(significant(end, 4) for end in law.interval95)}]", law.unit)
             for name, law in laws.items()
         ]
         note = (
@@ -56,54 +47,6 @@ def grade_section(grade: Grade | None) -> Section:
         blocks += table("Temperature at rest", ("channel", "slope", "95 % interval", "unit"), rows, note)
         blocks.append(Picture(LAWS, "Each channel at rest against temperature, and its straight line."))
     return Section("What grade it is", blocks)
-
-
-def grade_figures(grade: Grade) -> dict[str, Figure]:
-    """The Allan deviation of every channel, and its law of temperature; nothing where no rest is long enough."""
-    channels = [_channel(one) for one in grade.channels if one.allan.tau_s.size]
-    if not channels:
-        return {}
-    drawn = {FIGURE: figures.allan_deviation(channels=channels, rest_s=grade.rest_s)}
-    if grade.laws:
-        drawn[LAWS] = figures.temperature_laws(channels=[_law(one) for one in grade.laws])
-    return drawn
-
-
-def _law(one: TemperatureLaw) -> dict[str, Any]:
-    unit, si = ("°/h", DEG_PER_H) if one.name.startswith("gyro") else ("µg", UG)
-    ends_c = np.array([one.temperature_c.min(), one.temperature_c.max()])
-    low, high = (bound / si for bound in one.interval95)
-    return {
-        "name": one.name,
-        "unit": unit,
-        "temperature_c": one.temperature_c,
-        "change": (one.mean - one.offset) / si,
-        "line_c": ends_c,
-        "line": one.slope * (ends_c - one.reference_c) / si,
-        "words": f"{spoken(one.slope / si, 4)} [{spoken(low, 4)}, {spoken(high, 4)}] {unit}/°C",
-    }
-
-
-def _channel(one) -> dict[str, Any]:
-    of = units_of(one.name)
-    unit, si = ("°/h", of["flicker"][1]) if one.name.startswith("gyro") else ("µg", of["flicker"][1])
-    tau_s, words, terms = one.allan.tau_s, [], {}
-    for term in TERMS if one.fit else ():
-        found, (name, size) = getattr(one.fit, term), of[term]
-        if found.visible and term != "quantisation":
-            text = f"{spoken(found.value / size)} [{spoken(found.low / size)}, {spoken(found.high / size)}]"
-            words.append(f"{LETTERS[term]} = {text} {name}")
-        if found.visible:
-            terms[term] = one.fit.deviation(tau_s, term) / si
-    return {
-        "name": one.name,
-        "unit": unit,
-        "tau_s": tau_s,
-        "deviation": np.asarray(one.allan.deviation) / si,
-        "fit": None if one.fit is None else one.fit.deviation(tau_s) / si,
-        "terms": terms,
-        "words": "\n".join(words),
-    }
 
 
 def _where(grade: Grade) -> str:
@@ -120,9 +63,11 @@ def _offsets(grade: Grade) -> list[tuple[str, str, str]]:
     found = {f"gyro {axis} [deg/h]": offset for axis, offset in grade.gyro_offset_deg_per_h.items()}
     if (force := grade.force_offset_ug) is not None:
         found["norm of specific force [µg]"] = force
-    return [(name, spoken(offset.value, 4), spoken(offset.sigma, 2)) for name, offset in found.items()]
+    return [(name, significant(offset.value, 4), significant(offset.sigma, 2)) for name, offset in found.items()]
 
 
 def _cell(term: NoiseTerm) -> str:
     low, high = term.interval95
-    return f"{spoken(term.value)} [{spoken(low)}, {spoken(high)}]" if term.visible else f"below {spoken(high)}"
+    if not term.visible:
+        return f"below {significant(high)}"
+    return f"{significant(term.value)} [{significant(low)}, {significant(high)}]"

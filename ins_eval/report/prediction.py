@@ -6,15 +6,8 @@ from collections.abc import Mapping
 
 from ins_eval.analysis.evaluation_numbers import LOST_MPS
 from ins_eval.report.content import Number, Picture, Section, at_a_glance, table
-from ins_eval.report.diagnosis_words import figures
-
-ROWS = (
-    ("own_before", "own errors of the sensors, without the model [m/s]"),
-    ("own_after", "own errors of the sensors, with the model [m/s]"),
-    ("share", "share that is left"),
-    ("with_switch_on_before", "and of a new switch-on, without the model [m/s]"),
-    ("with_switch_on_after", "and of a new switch-on, with the model [m/s]"),
-)
+from ins_eval.vocabulary import PREDICTED
+from ins_eval.wording import significant
 
 
 def prediction_content(metrics: Mapping, model: str) -> tuple[str, list[Section]]:
@@ -23,7 +16,7 @@ def prediction_content(metrics: Mapping, model: str) -> tuple[str, list[Section]
     before, after, share = (of[name] for name in ("own_before", "own_after", "share"))
     answer = (
         "Of the horizontal velocity RMS that the sensors' own errors cause on this flight, "
-        f"{figures(before['median'])} m/s, the model is expected to leave {figures(after['median'])} m/s: "
+        f"{significant(before['median'])} m/s, the model is expected to leave {significant(after['median'])} m/s: "
         f"{100.0 * share['median']:.0f} % (95 % interval {100.0 * share['low']:.0f} to {100.0 * share['high']:.0f} %)."
     )
     if before["median"] > LOST_MPS:
@@ -31,7 +24,7 @@ def prediction_content(metrics: Mapping, model: str) -> tuple[str, list[Section]
             f"\nAn INS that is off by more than {LOST_MPS:g} m/s is lost, and its errors no longer add up as the "
             "prediction takes them to: take a shorter flight, or one with fixes."
         )
-    rows = [(words, *(figures(of[name][end]) for end in ("median", "low", "high"))) for name, words in ROWS]
+    rows = [(words, *(significant(of[name][end]) for end in ("median", "low", "high"))) for name, words in PREDICTED]
     note = (
         "Medians and 95 % intervals over instruments that the model holds possible. Own errors are those that stay "
         "with the instrument from day to day; a switch-on draws the biases of all sensors anew, and no model of other "
@@ -45,9 +38,9 @@ def prediction_content(metrics: Mapping, model: str) -> tuple[str, list[Section]
             f"95 %: {shown(factor * of[name]['low'])} to {shown(factor * of[name]['high'])} {unit}",
         )
         for name, words, factor, shown, unit in (
-            (*ROWS[2], 100.0, "{:.0f}".format, "%"),
-            (*ROWS[0], 1.0, figures, "m/s"),
-            (*ROWS[1], 1.0, figures, "m/s"),
+            (*PREDICTED[2], 100.0, "{:.0f}".format, "%"),
+            (*PREDICTED[0], 1.0, significant, "m/s"),
+            (*PREDICTED[1], 1.0, significant, "m/s"),
         )
     ]
     picture = Picture(

@@ -15,14 +15,14 @@ from ins_eval.analysis import flight as flight_study
 from ins_eval.calibration import FITS
 from ins_eval.calibration.four_point import FourPoint, four_point
 from ins_eval.ensemble import ARMS, Plan, World, chamber, oven, sensitivity
+from ins_eval.figures.results.flight import ensemble_figures, flight_figures
+from ins_eval.figures.results.recording import metres_per_arcmin
 from ins_eval.files import write_whole
 from ins_eval.laboratory import Chamber, draw_printed_units
 from ins_eval.laboratory.creep_rig import CreepRig
 from ins_eval.laboratory.magnet import loop, opening
-from ins_eval.report.flight_figures import ensemble_figures, flight_figures
 from ins_eval.report.json_file import as_json, write_json
 from ins_eval.report.manifest import manifest
-from ins_eval.report.recording_figures import metres_per_arcmin
 from ins_eval.report.results import write_results
 from ins_eval.streams import Streams
 from ins_eval.studies.diagrams import diagrams

@@ -10,9 +10,9 @@ from benchmark.scores import oracle
 from benchmark.scores.oracle import nominal
 from benchmark.worlds import cases
 from ins_eval.believed import believed
-from ins_eval.diagnosis.estimate.case import prepare
-from ins_eval.diagnosis.estimate.evidence import reduce
 from ins_eval.diagnosis.unnamed.locate import channels
+from ins_eval.estimation.case import prepare
+from ins_eval.estimation.evidence import reduce
 from ins_eval.recording import form
 
 SEED, RATE_HZ = 3, 20.0

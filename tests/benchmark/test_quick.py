@@ -108,8 +108,8 @@ def test_cases_that_went_wrong_come_first_and_each_case_once() -> None:
 
 
 def test_a_crippled_search_knows_no_effect_of_the_sensor(tmp_path: Path) -> None:
-    from ins_eval.diagnosis.model import library
     from ins_eval.effects import VOCABULARY
+    from ins_eval.error_model import library
 
     possible = library.possible
     with crippled.effects_left_out("gyro"):

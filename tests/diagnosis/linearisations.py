@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ins_eval.diagnosis.estimate.linearisation import Linearisation
-from ins_eval.diagnosis.estimate.search import search
-from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space
-from ins_eval.diagnosis.model.columns import Column
-from ins_eval.diagnosis.model.library import Candidate
-from ins_eval.diagnosis.policy import Policy
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.library import Candidate
+from ins_eval.estimation.linearisation import Linearisation
+from ins_eval.estimation.search import search
+from ins_eval.estimation.study import Hypothesis, Sums, space
+from ins_eval.policy import Policy
 
 INFORMATION = 16.0  # each coefficient is known to a quarter of its nominal size
 NOTHING = 0.05  # coefficient of what is not there: 0.2 sigma

@@ -8,9 +8,9 @@ from scipy.integrate import trapezoid
 from scipy.stats import norm
 
 from ins_eval.diagnosis.answer.detectability import detectability, expected, shows_from
-from ins_eval.diagnosis.estimate.case import prepare
-from ins_eval.diagnosis.estimate.evidence import SCALES, expected_log_evidence
-from ins_eval.diagnosis.estimate.study import sums, union
+from ins_eval.estimation.case import prepare
+from ins_eval.estimation.evidence import SCALES, expected_log_evidence
+from ins_eval.estimation.study import sums, union
 
 DRAWS = 4000
 STANDARD_ERRORS = 4.0

@@ -26,18 +26,18 @@ from ins_eval.diagnosis.answer.verdict import (
     Withdrawn,
     channel_of,
 )
-from ins_eval.diagnosis.estimate.case import prepare
-from ins_eval.diagnosis.estimate.study import Hypothesis
-from ins_eval.diagnosis.model.columns import Column
-from ins_eval.diagnosis.model.library import Candidate
-from ins_eval.diagnosis.policy import Policy
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance, Wander
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.library import Candidate
 from ins_eval.errors import UsageError
+from ins_eval.estimation.case import prepare
+from ins_eval.estimation.study import Hypothesis
+from ins_eval.policy import Policy
 from ins_eval.recording import form
 from ins_eval.units import DEG_PER_H, HOUR, NMI, UG
-from tests.diagnosis.conftest import RATE_HZ
+from tests.ideal import RATE_HZ
 
 # of docs/answer.md
 KEYS = {"format", "verdict", "mismatch", "effects", "indistinguishable", "unexplained", "withdrawn", "fit"}

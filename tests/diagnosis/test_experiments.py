@@ -23,22 +23,22 @@ from ins_eval.diagnosis.answer.experiments import (
     expected_log_bayes_factor,
     information,
 )
-from ins_eval.diagnosis.estimate.case import Case, prepare
-from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-from ins_eval.diagnosis.estimate.evidence import SCALES
-from ins_eval.diagnosis.model.error_model import build
-from ins_eval.diagnosis.model.library import Candidate
-from ins_eval.diagnosis.model.null import believe, solve
-from ins_eval.diagnosis.model.observations import nodes, observe, sources
-from ins_eval.diagnosis.policy import Policy
 from ins_eval.earth import EARTH_RATE, gravity
+from ins_eval.error_model.library import Candidate
+from ins_eval.error_model.null import believe, solve
+from ins_eval.error_model.observations import nodes, observe, sources
+from ins_eval.error_model.propagation import build
+from ins_eval.estimation.case import Case, prepare
+from ins_eval.estimation.chamber import prepare_chamber
+from ins_eval.estimation.evidence import SCALES
 from ins_eval.imu import Mission
+from ins_eval.policy import Policy
 from ins_eval.profile import Place, Profile, SpeedChange, Thermal, load
 from ins_eval.recording import Imu, Recording, Start
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, BiasBelief, EarthBelief, ScaleBelief
 from ins_eval.units import DEG, UG
 from tests.beliefs import navigation_grade
-from tests.diagnosis.conftest import RATE_HZ, ideal
+from tests.ideal import RATE_HZ, ideal
 
 DRAWS = 500
 CLOSE_NATS = 0.4  # of the average over draws: its own scatter, and the log of a mean against the mean of logs

@@ -24,14 +24,14 @@ from ins_eval.diagnosis.answer.verdict import (
     FoundEffect,
     Rival,
 )
-from ins_eval.diagnosis.estimate.linearisation import Linearisation
-from ins_eval.diagnosis.estimate.search import search
-from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space
-from ins_eval.diagnosis.model.columns import Column
-from ins_eval.diagnosis.model.library import Candidate
-from ins_eval.diagnosis.policy import Policy
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.library import Candidate
+from ins_eval.estimation.linearisation import Linearisation
+from ins_eval.estimation.search import search
+from ins_eval.estimation.study import Hypothesis, Sums, space
+from ins_eval.policy import Policy
 from tests.diagnosis.linearisations import linearisation
 
 PROBLEMS = 150

@@ -9,9 +9,9 @@ import pytest
 
 from ins_eval.diagnosis.answer.decision import only_described, open_margin
 from ins_eval.diagnosis.answer.findings import Findings
-from ins_eval.diagnosis.estimate.linearisation import Linearisation
-from ins_eval.diagnosis.policy import Policy
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
+from ins_eval.estimation.linearisation import Linearisation
+from ins_eval.policy import Policy
 from tests.diagnosis.linearisations import linearisation
 
 LARGE, SMALL = 6.0, 3.0  # coefficients that are both sure: 24 and 12 sigma

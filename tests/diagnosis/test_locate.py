@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.estimate.evidence import Reduced
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.locate import Channel
+from ins_eval.estimation.evidence import Reduced
 
 WINDOWS, CHANNELS = 24, 3
 DRAWS = 400

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.answer.judge import judge
-from ins_eval.diagnosis.estimate import case as cases
+from ins_eval.estimation import case as cases
 from ins_eval.units import DEG_PER_H, UG
 
 MOST_LOG_BAYES_FACTOR = 1.0

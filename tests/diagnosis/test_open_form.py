@@ -9,10 +9,10 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from ins_eval.diagnosis.estimate import case as cases
-from ins_eval.diagnosis.estimate.evidence import SCALES
 from ins_eval.diagnosis.unnamed.locate import SIZES
 from ins_eval.diagnosis.unnamed.open_form import KNOTS, LEAST_RANGE_C, TIMES, open_form, over_temperature
+from ins_eval.estimation import case as cases
+from ins_eval.estimation.evidence import SCALES
 from ins_eval.units import DEG_PER_H, UG
 
 WINDOWS, ROWS = 12, 60

@@ -13,12 +13,12 @@ from scipy.spatial.transform import Rotation
 
 from ins_eval.diagnosis.answer.judge import Diagnosis, judge
 from ins_eval.diagnosis.answer.summary import turned_on
-from ins_eval.diagnosis.estimate import case as cases
-from ins_eval.diagnosis.estimate.case import Case
-from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-from ins_eval.diagnosis.estimate.noise_fit import Fitted
-from ins_eval.diagnosis.model.columns import Column, Drive, Measured
 from ins_eval.earth import EARTH_RATE
+from ins_eval.error_model.columns import Column, Drive, Measured
+from ins_eval.estimation import case as cases
+from ins_eval.estimation.case import Case
+from ins_eval.estimation.chamber import prepare_chamber
+from ins_eval.estimation.noise_fit import Fitted
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import EarthBelief
 from ins_eval.recording.stillness import still_stretches

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.estimate.case import Case, prepare
-from ins_eval.diagnosis.model import library
 from ins_eval.effects import VOCABULARY, without_effects
+from ins_eval.error_model import library
+from ins_eval.estimation.case import Case, prepare
 from ins_eval.recording import Recording
 from ins_eval.recording.belief import EarthBelief, EffectBelief
 
@@ -26,7 +26,7 @@ FURTHER = {
     "accelerometer.scale_hysteresis": {"branch_width_c": 2.0},
     "composed": {"driver": "supply_v", "form": "accelerometer bias = value * lag(supply_v, 600)"},
 }
-# alternatives have no size, and a clock that is set right moves the nodes: tests/diagnosis/test_error_model.py
+# alternatives have no size, and a clock that is set right moves the nodes: tests/error_model/test_propagation.py
 ELSEWHERE = {name for name in VOCABULARY if name.startswith("recording.")} - {"recording.reference_frame"}
 OTHER_AXES = {
     ("accelerometer.misalignment", "x"): "zy",

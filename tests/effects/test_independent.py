@@ -13,9 +13,9 @@ from benchmark.worlds.effects import VOCABULARY as OTHERS
 from benchmark.worlds.effects import Effect
 from benchmark.worlds.instruments import Departures
 from benchmark.worlds.record import feel, measure
-from ins_eval.diagnosis.estimate.arcs import observed
-from ins_eval.diagnosis.model.null import believe
 from ins_eval.effects import VOCABULARY
+from ins_eval.error_model.null import believe
+from ins_eval.estimation.arcs import observed
 from ins_eval.recording import form
 from ins_eval.recording.belief import EffectBelief
 

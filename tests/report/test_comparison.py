@@ -12,10 +12,10 @@ from ins_eval import figures
 from ins_eval.analysis.compare import Known, RecordingComparison
 from ins_eval.channels import CHANNELS, ChannelEstimate, FittedChannel, Windows
 from ins_eval.figures import style
+from ins_eval.figures.results.comparison import units
 from ins_eval.recording import Fixes, Imu, Recording, Start
 from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief
 from ins_eval.report.comparison import comparison_content
-from ins_eval.report.comparison_words import units
 from ins_eval.report.content import Paragraph, Table
 from ins_eval.units import DEG, DEG_PER_H, UG
 

@@ -15,8 +15,8 @@ from ins_eval.report.content import Paragraph, Table
 from ins_eval.report.diagnosis import diagnosis_content
 from ins_eval.report.diagnosis_glance import odds
 from ins_eval.report.diagnosis_sections import sections_of
-from ins_eval.report.diagnosis_words import alike, effect_words, figures, probability
-from ins_eval.wording import MISSING, in_symbols
+from ins_eval.report.diagnosis_words import alike, effect_words, probability
+from ins_eval.wording import MISSING, in_symbols, significant
 
 LARGEST_SVG_BYTES = 200_000
 WHITE = {"rms": 1.0, "correlation": 0.01, "rms_of_means": 1.4}
@@ -300,7 +300,7 @@ def test_a_probability_is_never_0_or_1() -> None:
     assert [probability(x) for x in (0.0, 0.004, 0.04, 0.5, 0.995, 1.0)] == [
         "below 0.001", "0.004", "0.04", "0.50", "0.995", "above 0.999"
     ]  # fmt: skip
-    assert (figures(3919.8), figures(1.0302), figures(0.00042, 2)) == ("3920", "1.03", "0.00042")
+    assert (significant(3919.8), significant(1.0302), significant(0.00042, 2)) == ("3920", "1.03", "0.00042")
 
 
 def test_the_belief_that_was_written_is_told() -> None:

@@ -17,13 +17,13 @@ from matplotlib.figure import Figure
 from ins_eval.analysis.predict import Prediction
 from ins_eval.analysis.results import Run, RunComparison
 from ins_eval.analysis.several import Refused, Row, SeveralEvaluations, Summary
+from ins_eval.figures.results.summary import prediction_figures, runs_figures, several_figures
 from ins_eval.metrics import DEFINITIONS
 from ins_eval.report.calibration import calibration_content
 from ins_eval.report.content import GLANCE, Numbers, Paragraph, Picture, Section
 from ins_eval.report.prediction import prediction_content
 from ins_eval.report.runs import runs_content
 from ins_eval.report.several import several_content
-from ins_eval.report.summary_figures import prediction_figures, runs_figures, several_figures
 
 calibrated = runpy.run_path(str(Path(__file__).with_name("test_calibration.py")))
 

@@ -16,8 +16,8 @@ from ins_eval.units import DEG_PER_H, UG
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect, Rival, Withdrawn
-    from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.unnamed.mismatch import Mismatch, Wander
+    from ins_eval.estimation.case import Case
 
 FORMAT = "ins-diagnosis/1"
 WORDS = ("other_axis", "driver", "form", "sensor", "unit_found", "frame_found")  # parameters that are no numbers

@@ -24,19 +24,19 @@ from ins_eval.diagnosis.answer.verdict import (
     UNEXPLAINED,
     channel_of,
 )
-from ins_eval.diagnosis.estimate.linearisation import CONSTANTS
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.effects.accelerometer import AT
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
+from ins_eval.estimation.linearisation import CONSTANTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from ins_eval.diagnosis.answer.findings import Findings
-    from ins_eval.diagnosis.estimate.linearisation import Linearisation
-    from ins_eval.diagnosis.policy import Policy
     from ins_eval.diagnosis.unnamed.disturbance import Suspect
+    from ins_eval.estimation.linearisation import Linearisation
+    from ins_eval.policy import Policy
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,15 +17,15 @@ from ins_eval.diagnosis.answer.verdict import (
     FoundEffect,
     channel_of,
 )
-from ins_eval.diagnosis.estimate.study import Hypothesis
-from ins_eval.diagnosis.model.columns import Column
-from ins_eval.diagnosis.model.library import Candidate
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.library import Candidate
+from ins_eval.estimation.study import Hypothesis
 from ins_eval.recording.belief import EffectBelief
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.estimate.description import WrongDescription
+    from ins_eval.estimation.description import WrongDescription
 
 VERDICTS = {NO_MISMATCH: EXPLAINED, UNEXPLAINED: PARTLY}  # with a wrong description beside it
 

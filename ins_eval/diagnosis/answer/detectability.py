@@ -21,11 +21,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from ins_eval.diagnosis.estimate.evidence import SCALES
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.estimation.evidence import SCALES
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.model.library import Candidate
+    from ins_eval.error_model.library import Candidate
 
 SMALLEST, LARGEST = 1e-4, 1e8  # nominal sizes between which the size that shows is looked for
 

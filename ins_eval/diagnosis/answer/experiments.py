@@ -26,18 +26,18 @@ import numpy as np
 
 from ins_eval.diagnosis.answer import experiments_plans as plans
 from ins_eval.diagnosis.answer.experiments_catalogue import MOVING, Experiment, experiments
-from ins_eval.diagnosis.estimate.case import Case, prepare
-from ins_eval.diagnosis.estimate.chamber import prepare_chamber
-from ins_eval.diagnosis.estimate.evidence import expected_log_evidence, reduce
-from ins_eval.diagnosis.estimate.study import wide
-from ins_eval.diagnosis.model.columns import Column
-from ins_eval.diagnosis.model.observations import CHANNELS
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.observations import CHANNELS
 from ins_eval.errors import DataRefused
+from ins_eval.estimation.case import Case, prepare
+from ins_eval.estimation.chamber import prepare_chamber
+from ins_eval.estimation.evidence import expected_log_evidence, reduce
+from ins_eval.estimation.study import wide
 from ins_eval.recording import ChamberReadings
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.model.library import Candidate
-    from ins_eval.diagnosis.policy import Policy
+    from ins_eval.error_model.library import Candidate
+    from ins_eval.policy import Policy
     from ins_eval.recording.belief import Belief
 
 RCOND = 1e-8

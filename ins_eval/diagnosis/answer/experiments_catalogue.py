@@ -16,7 +16,7 @@ from ins_eval.diagnosis.answer import experiments_plans as plans
 from ins_eval.units import HOUR
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.estimate.case import Case
+    from ins_eval.estimation.case import Case
     from ins_eval.recording import ChamberReadings, Recording
 
 MOVING = ("flight", "drive")

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from ins_eval.diagnosis.model.null import Believed, triad
 from ins_eval.earth import EARTH_RATE, gravity, radii
+from ins_eval.error_model.null import Believed, triad
 from ins_eval.navigation import PARKED, samples
 from ins_eval.profile import HeightChange, Place, Profile, SpeedChange, Thermal, Turn
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start

@@ -20,11 +20,6 @@ import numpy as np
 
 from ins_eval.diagnosis.answer.decision import explains, is_heard
 from ins_eval.diagnosis.answer.verdict import channel_of
-from ins_eval.diagnosis.estimate.instants import innovations
-from ins_eval.diagnosis.estimate.linearisation import Linearisation, linearise
-from ins_eval.diagnosis.estimate.refine import Impossible, RefinedFit, refine
-from ins_eval.diagnosis.estimate.search import one_more
-from ins_eval.diagnosis.estimate.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
 from ins_eval.diagnosis.unnamed.disturbance import (
@@ -39,15 +34,20 @@ from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance, lo
 from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
 from ins_eval.diagnosis.unnamed.where import where
 from ins_eval.effects.parts import SENSORS
+from ins_eval.estimation.instants import innovations
+from ins_eval.estimation.linearisation import Linearisation, linearise
+from ins_eval.estimation.refine import Impossible, RefinedFit, refine
+from ins_eval.estimation.search import one_more
+from ins_eval.estimation.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.navigation import PARKED
 from ins_eval.streams import Streams
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.noise_fit import Fitted
-    from ins_eval.diagnosis.policy import Policy
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.noise_fit import Fitted
+    from ins_eval.policy import Policy
 
 ROUNDS = 3
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows

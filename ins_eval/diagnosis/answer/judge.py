@@ -26,16 +26,16 @@ from ins_eval.diagnosis.answer.verdict import (
     Withdrawn,
     channel_of,
 )
-from ins_eval.diagnosis.policy import Policy
 from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.policy import Policy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
-    from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.linearisation import Linearisation
-    from ins_eval.diagnosis.estimate.study import Hypothesis
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.linearisation import Linearisation
+    from ins_eval.estimation.study import Hypothesis
     from ins_eval.recording.belief import Belief
 
 

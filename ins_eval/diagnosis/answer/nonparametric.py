@@ -21,19 +21,19 @@ import numpy as np
 
 from ins_eval.diagnosis.answer.experiments import OF_INSTRUMENT
 from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect, channel_of
-from ins_eval.diagnosis.estimate.evidence import reduce
-from ins_eval.diagnosis.model import drives
-from ins_eval.diagnosis.model.columns import TO_VELOCITY, Column
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.open_form import open_form
 from ins_eval.effects.parts import SENSORS
+from ins_eval.error_model import drives
+from ins_eval.error_model.columns import TO_VELOCITY, Column
+from ins_eval.estimation.evidence import reduce
 from ins_eval.units import ARCSEC, DEG_PER_H, HOUR, UG
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.study import Hypothesis
-    from ins_eval.diagnosis.model.library import Candidate
     from ins_eval.diagnosis.unnamed.mismatch import Mismatch
+    from ins_eval.error_model.library import Candidate
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.study import Hypothesis
 
 UNITS = {  # of a disturbance, and its SI value
     "accelerometer": ("ug", UG),

@@ -15,13 +15,13 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ins_eval.diagnosis.answer.verdict import Rival
-from ins_eval.diagnosis.estimate.search import log_bayes_factor, posterior
+from ins_eval.estimation.search import log_bayes_factor, posterior
 from ins_eval.navigation import PARKED
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.answer.experiments import Catalogue
-    from ins_eval.diagnosis.estimate.linearisation import Linearisation
-    from ins_eval.diagnosis.policy import Policy
+    from ins_eval.estimation.linearisation import Linearisation
+    from ins_eval.policy import Policy
 
 
 def rivals(linearisation: Linearisation, policy: Policy) -> tuple[Rival, ...]:

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ins_eval.diagnosis.answer.detectability import Detectability, detectability
-from ins_eval.diagnosis.estimate.search import Space, one_more
-from ins_eval.diagnosis.estimate.study import Hypothesis, Sums, space, sums, union
 from ins_eval.effects.effect import AXES
+from ins_eval.estimation.search import Space, one_more
+from ins_eval.estimation.study import Hypothesis, Sums, space, sums, union
 from ins_eval.units import DEG
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect
-    from ins_eval.diagnosis.model.library import Candidate
+    from ins_eval.error_model.library import Candidate
 
 
 @dataclass(frozen=True, eq=False)

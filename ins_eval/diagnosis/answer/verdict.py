@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ins_eval.diagnosis.estimate.forecast import forecast, persistent, root_of
-from ins_eval.diagnosis.estimate.refine import believed_effect
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.lag import NAME as LAG
 from ins_eval.effects.parts import SENSORS
+from ins_eval.estimation.forecast import forecast, persistent, root_of
+from ins_eval.estimation.refine import believed_effect
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.forecast import Forecast
-    from ins_eval.diagnosis.estimate.linearisation import Linearisation
-    from ins_eval.diagnosis.estimate.noise_fit import Fitted
-    from ins_eval.diagnosis.estimate.study import Hypothesis
-    from ins_eval.diagnosis.policy import Policy
     from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.forecast import Forecast
+    from ins_eval.estimation.linearisation import Linearisation
+    from ins_eval.estimation.noise_fit import Fitted
+    from ins_eval.estimation.study import Hypothesis
+    from ins_eval.policy import Policy
     from ins_eval.recording.belief import EffectBelief
 
 NO_MISMATCH, EXPLAINED, NOT_IDENTIFIABLE = "no mismatch", "explained", "not identifiable"

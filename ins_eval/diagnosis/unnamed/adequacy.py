@@ -14,18 +14,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.estimate.evidence import Reduced, reduce
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.disturbance import of_windows, restless, within_statement
 from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance, located
 from ins_eval.diagnosis.unnamed.open_form import open_forms, over_temperature
+from ins_eval.estimation.evidence import Reduced, reduce
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.linearisation import Linearisation
-    from ins_eval.diagnosis.estimate.whitening import Whitened
-    from ins_eval.diagnosis.model.columns import Column
-    from ins_eval.diagnosis.policy import Policy
+    from ins_eval.error_model.columns import Column
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.linearisation import Linearisation
+    from ins_eval.estimation.whitening import Whitened
+    from ins_eval.policy import Policy
 
 CURVE = "a curve of its temperature"
 

@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.estimate.evidence import free, log_evidence, log_evidence_of, mixture, reduce
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.mismatch import Wander
 from ins_eval.diagnosis.unnamed.open_form import open_forms, roots
 from ins_eval.effects.parts import SENSORS
+from ins_eval.estimation.evidence import free, log_evidence, log_evidence_of, mixture, reduce
 from ins_eval.navigation import PARKED
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.noise_fit import Fitted
-    from ins_eval.diagnosis.estimate.whitening import Whitened
-    from ins_eval.diagnosis.model.columns import Column
-    from ins_eval.diagnosis.policy import Policy
     from ins_eval.diagnosis.unnamed.locate import Channel, Interval, Significance
+    from ins_eval.error_model.columns import Column
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.noise_fit import Fitted
+    from ins_eval.estimation.whitening import Whitened
+    from ins_eval.policy import Policy
 
 LOUD, QUIET = -1.0, -2.0  # prior sigmas of a level that something else may feign, and of one that it does not
 OF_SENSORS = ("accelerometer_wander", "gyro_wander")

@@ -23,14 +23,14 @@ import numba
 import numpy as np
 from scipy.special import chdtrc, ndtri
 
-from ins_eval.diagnosis.estimate.evidence import Reduced, reduce
-from ins_eval.diagnosis.model.columns import Column, Drive, Measured, SlowFactor
 from ins_eval.effects.parts import SENSORS
+from ins_eval.error_model.columns import Column, Drive, Measured, SlowFactor
+from ins_eval.estimation.evidence import Reduced, reduce
 from ins_eval.units import ARCSEC, DEG_PER_H, UG
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.model.error_model import ErrorModel
-    from ins_eval.diagnosis.model.observations import Observations
+    from ins_eval.error_model.observations import Observations
+    from ins_eval.error_model.propagation import ErrorModel
 
 WINDOWS = 64
 SHORTEST_WINDOW_S = 5.0

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from ins_eval.diagnosis.unnamed.where import where
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.estimate.case import Case
     from ins_eval.diagnosis.unnamed.locate import Interval
+    from ins_eval.estimation.case import Case
 
 
 class Wander(NamedTuple):

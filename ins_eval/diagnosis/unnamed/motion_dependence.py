@@ -23,20 +23,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.estimate.evidence import SCALES, Gained, log_evidence_of, mixture, reduce
-from ins_eval.diagnosis.model.drives import source, strength
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.disturbance import Suspect, with_quiet_sensors
+from ins_eval.error_model.drives import source, strength
+from ins_eval.estimation.evidence import SCALES, Gained, log_evidence_of, mixture, reduce
 from ins_eval.navigation import PARKED
 from ins_eval.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.estimate.noise_fit import Fitted
-    from ins_eval.diagnosis.model.columns import Column
-    from ins_eval.diagnosis.model.error_model import ErrorModel
-    from ins_eval.diagnosis.policy import Policy
     from ins_eval.diagnosis.unnamed.locate import Channel
+    from ins_eval.error_model.columns import Column
+    from ins_eval.error_model.propagation import ErrorModel
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.noise_fit import Fitted
+    from ins_eval.policy import Policy
 
 SIDE = "the side of its own input"
 MOTIONS = {

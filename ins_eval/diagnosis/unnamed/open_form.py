@@ -21,13 +21,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.estimate.evidence import SCALES, Reduced, mixture
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.effects.parts import SENSORS
+from ins_eval.estimation.evidence import SCALES, Reduced, mixture
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.estimate.case import Case
-    from ins_eval.diagnosis.model.columns import Column
+    from ins_eval.error_model.columns import Column
+    from ins_eval.estimation.case import Case
 
 TIMES = (2.0, 8.0, 32.0)  # correlation time, in windows or knots
 KNOTS = 12  # of a curve over temperature

@@ -9,8 +9,8 @@ import numpy as np
 from ins_eval.units import DEG
 
 if TYPE_CHECKING:
-    from ins_eval.diagnosis.model.error_model import ErrorModel
     from ins_eval.effects.temperature import SmoothedTemperature
+    from ins_eval.error_model.propagation import ErrorModel
 
 MOST = 0.8  # share of an interval that a word must hold for
 CLIMB_MPS = 1.0

@@ -1,1 +1,0 @@
-"""Recordings made ready, their noise, and the sets of effects that explain them."""

@@ -1,1 +1,0 @@
-"""What is believed, and how every error that has a name would show beside it."""

@@ -1,0 +1,225 @@
+"""A hypothesis as columns of the regression: what it drives, what it puts into the measurements, where it starts.
+
+A column is the sum of terms. A drive term is weight x slow factor x integral over the epoch (`drives`), added to
+velocity, phi or position; an observation term is weight x slow factor x response at a node (`observations`). Slow
+factors are functions of time: 1, temperature, its rate, memory, a window.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ins_eval.error_model import drives
+from ins_eval.error_model.observations import CHANNELS, Observations
+from ins_eval.error_model.propagation import STATES, ErrorModel
+
+EARTH_TERMS = ("rotation", "coriolis", "transport_rate", "gravity_height", "gravity_latitude")
+TO_POSITION, TO_VELOCITY, TO_ATTITUDE = 0, 3, 6
+_EARTH = drives.SOURCES
+_KNOWN = _EARTH + 2 * len(EARTH_TERMS)
+_ELAPSED = _KNOWN + 3
+# what a node can show, before the nine channels themselves
+_RESIDUAL, _DELAY, _ARM, _MOUNT, _CHANNEL = 0, 1, 2, 5, 8
+
+
+class Drive(NamedTuple):
+    """weight x slow(t) x a sensor error of `axis` that follows `multiplier`; see `drives.source`."""
+
+    sensor: str
+    axis: int
+    multiplier: str
+    weight: float
+    slow: str = "1"
+
+
+class Missing(NamedTuple):
+    """A term of the Earth that the navigation equations lack."""
+
+    term: str
+    weight: float = 1.0
+
+
+class Measured(NamedTuple):
+    """weight x slow(t) x what a measurement shows.
+
+    Of "delay", "arm_x" (y, z), "mount_x" (y, z: reference not parallel, 1 rad), and "channel_0" to "channel_8".
+    """
+
+    response: str
+    weight: float
+    slow: str = "1"
+
+
+class Elapsed(NamedTuple):
+    """weight x what the equations add in time that did not pass: gravity, velocity, the turning of n."""
+
+    weight: float
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column: `terms`, the state (9,) it begins with, and what it is called."""
+
+    name: str
+    terms: tuple[Drive | Missing | Measured | Elapsed, ...] = ()
+    start: tuple[float, ...] = ()
+
+
+@dataclass(eq=False)
+class SlowFactor:
+    """Slow factors by name, at the middle of the epochs and at the nodes."""
+
+    epochs: dict[str, np.ndarray] = field(default_factory=dict)
+    nodes: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def add(self, name: str, of_time, model: ErrorModel) -> str:
+        """A function of time (s); returns its name."""
+        if name not in self.epochs:
+            self.epochs[name], self.nodes[name] = of_time(model.middle_s), of_time(model.nodes_s)
+        return name
+
+    def add_window(self, begin_s: float, end_s: float, model: ErrorModel) -> str:
+        """1 between `begin_s` and `end_s`; an epoch across an edge counts by the part that is inside."""
+        name = f"{begin_s:.3f}..{end_s:.3f}"
+        if name not in self.epochs:
+            low, high = model.nodes_s[:-1], model.nodes_s[1:]
+            inside = np.minimum(high, end_s) - np.maximum(low, begin_s)
+            self.epochs[name] = np.clip(inside / (high - low), 0.0, 1.0)
+            self.nodes[name] = ((model.nodes_s >= begin_s) & (model.nodes_s < end_s)).astype(float)
+        return name
+
+
+@dataclass(frozen=True, eq=False)
+class Assembled:
+    """Columns as the filter takes them, the residual first; terms as rows of indices.
+
+    `acting` (count, 2) are the first node and the one behind the last at which something acts on a column: it is 0
+    before the first, and after the last nothing but the equations moves it.
+    """
+
+    count: int
+    acting: np.ndarray
+    start: np.ndarray
+    transition: np.ndarray
+    half: np.ndarray
+    coupling: np.ndarray
+    interval_s: np.ndarray
+    sources: np.ndarray
+    slow_epochs: np.ndarray
+    drive_terms: np.ndarray
+    drive_weights: np.ndarray
+    residual: np.ndarray
+    design: np.ndarray
+    observed: np.ndarray
+    slow_nodes: np.ndarray
+    observation_terms: np.ndarray
+    observation_weights: np.ndarray
+
+
+def assemble(
+    model: ErrorModel,
+    seen: Observations,
+    slow: SlowFactor,
+    columns: Sequence[Column],
+    taken: Sequence[tuple[Column, float]] = (),
+) -> Assembled:
+    """The residual and `columns` in the form that `whitening` takes.
+
+    Columns that were `taken` off what was navigated, with their coefficients, are put back into the residual.
+    """
+    terms = (term for column in (*columns, *(one for one, _ in taken)) for term in column.terms)
+    names = list(dict.fromkeys(["1", *(term.slow for term in terms if isinstance(term, Drive | Measured))]))
+    place = {name: k for k, name in enumerate(names)}
+    epochs, nodes = model.interval_s.size, model.nodes_s.size
+    start = np.zeros((len(columns) + 1, STATES))
+    # what was done to the solution is known, so it is taken off the residual
+    driven = [(0, target, _KNOWN + k, 0) for k, target in enumerate((TO_POSITION, TO_VELOCITY, TO_ATTITUDE))]
+    driven_weights = [-1.0, -1.0, -1.0]
+    shown, shown_weights = [(0, _RESIDUAL, 0)], [1.0]
+    for c, column, by in (*((0, *one) for one in taken), *((c, one, 1.0) for c, one in enumerate(columns, start=1))):
+        if column.start:
+            start[c] += by * np.asarray(column.start)
+        for term in column.terms:
+            if isinstance(term, Drive):
+                sign, target = (1.0, TO_VELOCITY) if term.sensor == "accelerometer" else (-1.0, TO_ATTITUDE)
+                driven.append((c, target, drives.source(term.sensor, term.axis, term.multiplier), place[term.slow]))
+                driven_weights.append(by * sign * term.weight)
+            elif isinstance(term, Missing):
+                k = EARTH_TERMS.index(term.term)
+                driven += [(c, TO_VELOCITY, _EARTH + 2 * k, 0), (c, TO_ATTITUDE, _EARTH + 2 * k + 1, 0)]
+                driven_weights += [by * term.weight, by * term.weight]
+            elif isinstance(term, Elapsed):
+                driven += [(c, target, _ELAPSED + target // 3, 0) for target in (TO_POSITION, TO_VELOCITY, TO_ATTITUDE)]
+                driven_weights += [by * term.weight] * 3
+            else:
+                shown.append((c, _response(term.response), place[term.slow]))
+                shown_weights.append(by * term.weight)
+    triples = [of.reshape(epochs, -1, 3) for of in (model.integrals, model.missing, model.known, model.elapsed)]
+    sources = np.concatenate(triples, axis=1)
+    observed = np.zeros((nodes, _CHANNEL + CHANNELS, CHANNELS))
+    observed[:, _RESIDUAL] = np.nan_to_num(seen.residual)
+    observed[:, _DELAY] = seen.of_delay
+    observed[:, _ARM : _ARM + 3] = seen.of_arm
+    if model.states is not None:
+        observed[:, _MOUNT:_CHANNEL, 6:] = np.swapaxes(model.states.mat_nb, 1, 2)  # boxes that are not parallel
+    observed[:, _CHANNEL:] = np.eye(CHANNELS)
+    drive_terms = np.array(driven, dtype=np.int64).reshape(-1, 4)
+    observation_terms = np.array(shown, dtype=np.int64).reshape(-1, 3)
+    slow_epochs = np.array([np.ones(epochs), *(slow.epochs[name] for name in names[1:])])
+    slow_nodes = np.array([np.ones(nodes), *(slow.nodes[name] for name in names[1:])])
+    acting = np.column_stack([np.where(start.any(axis=1), 0, nodes), np.zeros(len(start), dtype=int)])
+    drives_at, shows_at = 1 + _other_than_0(slow_epochs)[drive_terms[:, 3]], _other_than_0(slow_nodes)
+    for column, at in ((drive_terms[:, 0], drives_at), (observation_terms[:, 0], shows_at[observation_terms[:, 2]])):
+        np.minimum.at(acting[:, 0], column, at[:, 0])
+        np.maximum.at(acting[:, 1], column, at[:, 1])
+    return Assembled(
+        count=len(columns) + 1,
+        acting=acting,
+        start=start,
+        transition=model.transition,
+        half=model.half,
+        coupling=coupling(model),
+        interval_s=model.interval_s,
+        sources=np.ascontiguousarray(sources),
+        slow_epochs=slow_epochs,
+        drive_terms=drive_terms,
+        drive_weights=np.array(driven_weights, dtype=float),
+        residual=seen.residual,
+        design=seen.design,
+        observed=observed,
+        slow_nodes=slow_nodes,
+        observation_terms=observation_terms,
+        observation_weights=np.array(shown_weights, dtype=float),
+    )
+
+
+def _other_than_0(values: np.ndarray) -> np.ndarray:
+    """Where each row (n, k) is first other than 0 and behind where it is last, (n, 2); k and 0 where nowhere."""
+    there, k = values != 0.0, values.shape[1]
+    first, last = there.argmax(axis=1), k - there[:, ::-1].argmax(axis=1)
+    return np.where(there.any(axis=1)[:, None], np.column_stack([first, last]), (k, 0))
+
+
+def coupling(model: ErrorModel) -> np.ndarray:
+    """What a constant error of each accelerometer and gyro adds to the state in each epoch, (epochs, 9, 6)."""
+    out = np.empty((model.interval_s.size, STATES, 6))
+    for axis in range(3):
+        force = model.integrals[:, drives.source("accelerometer", axis, "1")]
+        rate = model.integrals[:, drives.source("gyro", axis, "1")]
+        out[:, :, axis] = np.einsum("kij,kj->ki", model.half[:, :, 3:6], force)
+        out[:, :, 3 + axis] = -np.einsum("kij,kj->ki", model.half[:, :, 6:9], rate)
+    return out
+
+
+def _response(name: str) -> int:
+    if name == "delay":
+        return _DELAY
+    if name.startswith("arm_"):
+        return _ARM + "xyz".index(name[-1])
+    if name.startswith("mount_"):
+        return _MOUNT + "xyz".index(name[-1])
+    return _CHANNEL + int(name.removeprefix("channel_"))

@@ -1,0 +1,200 @@
+"""How a small navigation error grows: the linear error model of the mechanization, one transition an epoch.
+
+State x = [dp, dv, phi]: position error (m), velocity error (m/s), both INS minus truth in n, and phi (rad) of
+C_ins = (I - phi x) C. The terms are those of `strapdown`, its Earth flags included:
+
+    dp' = dv + ...,   dv' = f x phi + C df - (w_en + 2 w_ie) x dv - (dw_en + 2 dw_ie) x v + dg
+    phi' = -w_in x phi + dw_in - C dw
+
+Over an epoch the transition is I + F dt + F^2 dt^2 / 2 with the mean specific force, and a drive D enters as if all
+of it came at mid-epoch. The vertical channel is open: what steadied the mechanization (height loop with an aid) is a
+known input, so that it is subtracted instead of being modelled, and the aid's own errors do not matter. So is what a
+new arc changes where it begins.
+
+Source: Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., sections 12.3 and 12.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.earth import EARTH_RATE, gravity, radii
+from ins_eval.error_model import drives
+from ins_eval.error_model.geometry import States, along, apart, cross_matrices
+from ins_eval.navigation import PARKED
+from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S, Solution
+
+if TYPE_CHECKING:
+    from ins_eval.error_model.null import Believed
+    from ins_eval.recording.belief import EarthBelief
+
+STATES = 9
+POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
+_CLOCK_S = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorModel:
+    """The error model along one solution, epoch k from node k to node k + 1.
+
+    `transition` and `half` (k, 9, 9) over an epoch and over its second half; `integrals` (k, sources, 3) as in
+    `drives`; `missing` (k, 5, 6) what the equations lack where a term of the Earth is left out, to velocity and phi;
+    `known` (k, 9) what was done to the solution and is no error: by the height loop, by arcs that begin afresh; `arc`
+    (nodes,) the arc to whose end each node belongs; `elapsed` (k, 3, 3) what the equations alone
+    add to position, velocity and phi.
+    """
+
+    nodes_s: np.ndarray
+    states: States | None  # None in a chamber
+    transition: np.ndarray
+    half: np.ndarray
+    integrals: np.ndarray
+    missing: np.ndarray
+    known: np.ndarray
+    arc: np.ndarray
+    elapsed: np.ndarray
+
+    @property
+    def middle_s(self) -> np.ndarray:
+        return 0.5 * (self.nodes_s[1:] + self.nodes_s[:-1])
+
+    @property
+    def interval_s(self) -> np.ndarray:
+        return np.diff(self.nodes_s)
+
+
+def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> ErrorModel:
+    """The error model on the nodes `nodes_s`, the first of which is the start; each arc begins at a node."""
+    states = along(arcs, believed.gyro, believed.gyro_bias, nodes_s)
+    integrals = drives.integrate(believed, arcs, nodes_s)
+    dt = np.diff(nodes_s)[:, None]
+    felt = integrals
+    if believed.recording.kind in PARKED:  # an attitude error turns whatever was felt, noise included
+        felt = drives.integrate(believed, arcs, nodes_s, noise=True)
+    force_n = sum(felt[:, drives.source("accelerometer", axis, "f")] for axis in range(3)) / dt
+    matrices, missing = dynamics(believed.recording.belief.earth, states, force_n)
+    full, half = matrices * dt[:, None], matrices * (0.5 * dt[:, None])
+    eye = np.eye(STATES)
+    transition = eye + full + 0.5 * full @ full
+    half = eye + half + 0.5 * half @ half
+    known = np.zeros((dt.size, STATES))
+    if len(arcs) == 1:
+        known[:, 5], known[:, 2] = _feedback(believed, arcs[0], nodes_s).T
+    begins = np.searchsorted(nodes_s, [one.time_s - _CLOCK_S for one in believed.arcs])
+    inside = begins < dt.size
+    k, afresh = begins[inside], [one for one, here in zip(believed.arcs, inside, strict=True) if here]
+    pushed = (transition[k] @ apart(afresh, states, k)[..., None]) if afresh else np.zeros((0, STATES, 1))
+    known[k] = np.linalg.solve(half[k], pushed)[..., 0]  # what enters at mid-epoch is as much as it is at its node
+    return ErrorModel(
+        nodes_s=nodes_s,
+        states=states,
+        transition=transition,
+        half=half,
+        integrals=integrals,
+        missing=missing * dt[:, None],
+        known=known,
+        arc=np.searchsorted(begins, np.arange(nodes_s.size), side="left"),
+        elapsed=_elapsed(believed.recording.belief.earth, states) * dt[:, None],
+    )
+
+
+def dynamics(earth: EarthBelief, states: States, force_n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """F (k, 9, 9), and the rates (k, 5, 6) by which each term of `EarthBelief` would be missing.
+
+    Parameters: `states` at k + 1 nodes, and the mean specific force `force_n` (k, 3) in m/s^2 between them.
+    """
+    rotation, coriolis, transport = float(earth.rotation), float(earth.coriolis), float(earth.transport_rate)
+
+    def middle(values: np.ndarray) -> np.ndarray:
+        return 0.5 * (values[1:] + values[:-1])
+
+    latitude, height, v = middle(states.latitude_rad), middle(states.height_m), middle(states.velocity_n)
+    north, east, down = v.T
+    s, c, t = np.sin(latitude), np.cos(latitude), np.tan(latitude)
+    meridian, transverse = (radius + height for radius in radii(latitude))
+    zero, one = np.zeros_like(s), np.ones_like(s)
+    ie = EARTH_RATE * np.column_stack([c, zero, -s])
+    en = np.column_stack([east / transverse, -north / meridian, -east * t / transverse])
+    # derivatives by dp = (north, east, down) and by dv
+    ie_p = np.zeros((s.size, 3, 3))
+    ie_p[:, 0, 0], ie_p[:, 2, 0] = -EARTH_RATE * s / meridian, -EARTH_RATE * c / meridian
+    en_p, en_v = np.zeros_like(ie_p), np.zeros_like(ie_p)
+    en_v[:, 0, 1], en_v[:, 1, 0], en_v[:, 2, 1] = one / transverse, -one / meridian, -t / transverse
+    en_p[:, 0, 2], en_p[:, 1, 2] = east / transverse**2, -north / meridian**2
+    en_p[:, 2, 2] = -east * t / transverse**2
+    en_p[:, 2, 0] = -east / (transverse * c**2 * meridian)
+
+    f = np.zeros((s.size, STATES, STATES))
+    f[:, 0, 0], f[:, 0, 2] = -down / meridian, north / meridian
+    f[:, 1, 0], f[:, 1, 1] = east * t / meridian, -(north * t / meridian + down / transverse)
+    f[:, 1, 2] = east / transverse
+    f[:, POSITION, VELOCITY] = np.eye(3)
+    flag_ie, flag_cc = rotation * ie, rotation * coriolis * ie
+    turning = transport * en + 2.0 * flag_cc
+    across = cross_matrices(v)
+    f[:, VELOCITY, POSITION] = across @ (transport * en_p + 2.0 * rotation * coriolis * ie_p)
+    f[:, VELOCITY, VELOCITY] = across @ (transport * en_v) - cross_matrices(turning)
+    f[:, VELOCITY, ATTITUDE] = cross_matrices(force_n)
+    f[:, ATTITUDE, POSITION] = transport * en_p + rotation * ie_p
+    f[:, ATTITUDE, VELOCITY] = transport * en_v
+    f[:, ATTITUDE, ATTITUDE] = -cross_matrices(transport * en + flag_ie)
+    level, formula = _gravity_arguments(earth, latitude, height)
+    f[:, 5, 2] += -earth.gravity_height * (gravity(level, formula + 50.0) - gravity(level, formula - 50.0)) / 100.0
+    f[:, 5, 0] += (
+        earth.gravity_latitude * (gravity(level + 1e-4, formula) - gravity(level - 1e-4, formula)) / (2e-4 * meridian)
+    )
+
+    missing = np.zeros((s.size, 5, 6))
+    missing[:, 0, :3], missing[:, 0, 3:] = float(earth.coriolis) * 2.0 * np.cross(ie, v), -ie
+    missing[:, 1, :3] = rotation * 2.0 * np.cross(ie, v)
+    missing[:, 2, :3], missing[:, 2, 3:] = np.cross(en, v), -en
+    missing[:, 3, 2] = gravity(level, 0.0 * height) - gravity(level, height)
+    missing[:, 4, 2] = gravity(0.0 * latitude + 0.25 * np.pi, formula) - gravity(latitude, formula)
+    return f, missing
+
+
+def _elapsed(earth: EarthBelief, states: States) -> np.ndarray:
+    """Velocity, gravity less Coriolis, and w_in (k, 3, 3): what changes where nothing is felt, between k + 1 nodes."""
+
+    def middle(values: np.ndarray) -> np.ndarray:
+        return 0.5 * (values[1:] + values[:-1])
+
+    latitude, height, v = middle(states.latitude_rad), middle(states.height_m), middle(states.velocity_n)
+    meridian, transverse = (radius + height for radius in radii(latitude))
+    zero = np.zeros_like(latitude)
+    ie = earth.rotation * EARTH_RATE * np.column_stack([np.cos(latitude), zero, -np.sin(latitude)])
+    en = earth.transport_rate * np.column_stack(
+        [v[:, 1] / transverse, -v[:, 0] / meridian, -v[:, 1] * np.tan(latitude) / transverse]
+    )
+    down = np.column_stack([zero, zero, gravity(*_gravity_arguments(earth, latitude, height))])
+    return np.stack([v, down - np.cross(en + 2.0 * earth.coriolis * ie, v), ie + en], axis=1)
+
+
+def _gravity_arguments(earth, latitude: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Latitude and height for which the believed equations take gravity."""
+    return (
+        latitude if earth.gravity_latitude else np.full_like(latitude, 0.25 * np.pi),
+        height if earth.gravity_height else np.zeros_like(height),
+    )
+
+
+def _feedback(believed: Believed, solution: Solution, nodes_s: np.ndarray) -> np.ndarray:
+    """What the height loop added to velocity down (m/s) and position down (m) in each epoch, (k, 2).
+
+    The loop of `strapdown.navigate`: v_D += (k2 e + k3 integral(e)) dt, h -= k1 e dt, e = h - aid at the step's start.
+    """
+    start, tau = believed.start, VERTICAL_TIME_CONSTANT_S
+    stiffness = 2.0 * gravity(start.latitude_rad, start.height_m) / np.mean(radii(start.latitude_rad))
+    k1, k2, k3 = 3.0 / tau, 3.0 / tau**2 + stiffness, 1.0 / tau**3
+    dt = np.diff(solution.time_s)
+    offset = np.zeros(dt.size)
+    offset[1:] = solution.height_m[1:-1] - believed.aid_m[3::4][: dt.size - 1]
+    integral = np.cumsum(offset * dt)
+    total = np.zeros((dt.size + 1, 2))
+    total[1:, 0] = np.cumsum((k2 * offset + k3 * integral) * dt)
+    total[1:, 1] = np.cumsum(k1 * offset * dt)
+    return np.column_stack([np.diff(np.interp(nodes_s, solution.time_s, total[:, j])) for j in range(2)])

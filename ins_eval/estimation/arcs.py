@@ -1,0 +1,238 @@
+"""A recording whose errors would not stay small is navigated in arcs, each from a state of its own.
+
+The states are those of a path that the measurements allow: found by `initialization`, then corrected by a smoother over
+the whole recording that knows the linear error model, wide biases of the sensors, of clock and antenna, and no more,
+
+    x = [dp, dv, phi, b_a, b_g, delay, arm],   x_k+1 = F_k x_k + u_k + w,   y_k = H_k x_k + v,
+
+u what the begin of an arc is known to change, until the path stays. It is only what errors are linear about: what an
+arc changes where it begins is known and is taken off the residual again (`propagation`), so that an error of a sensor
+acts through all arcs as through one.
+
+Source: multiple shooting, Bock and Plitt, IFAC Proc. 17 (1984) 1603; iterated smoother, Bell, SIAM J. Optim. 4 (1994)
+626.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.error_model import null, observations, propagation
+from ins_eval.error_model.columns import coupling
+from ins_eval.error_model.geometry import along, apart, moved, turned
+from ins_eval.estimation.noise import white, without_outliers
+from ins_eval.initialization import GYRO_BIAS, WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS, filtered
+from ins_eval.limits import limits_of
+from ins_eval.strapdown import SAMPLES_PER_STEP
+from ins_eval.units import DEG, DEG_PER_H
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ins_eval.error_model.null import Believed
+    from ins_eval.error_model.observations import Observations
+    from ins_eval.error_model.propagation import ErrorModel
+    from ins_eval.initialization import Initialization
+    from ins_eval.recording import Recording, Start
+
+STATES = 20
+STATE, BIAS, DELAY, ARM, KNOWN = slice(0, 9), slice(9, 15), 15, slice(16, 19), 19  # the last is 1
+DELAY_SIGMA_S, ARM_SIGMA_M = 0.3, 1.0  # of stamps and of an antenna that nobody measured
+LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
+LARGEST_VELOCITY_MPS = 17.0  # what that tilt makes in ten seconds
+FASTEST_MPS = limits_of("velocity_mps")[1]
+SMALL_RAD = 0.5 * DEG  # to which a bias may turn an arc
+SHORTEST_S, LONGEST_S = 2.0, 60.0
+ROUNDS, ROUNDS_AGAIN = 6, 2  # from a first guess, and from the states of the same recording with other effects
+STEADY = 0.2  # sigmas that the begins of arcs may still move
+BEGIN = ("time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "attitude_rad")
+WALK_SHARE = 0.01  # of its wide sigma that a bias wanders in a minute
+
+
+class Diverged(ArithmeticError):
+    """No path of a recording, as it is believed, comes near what was measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """A recording in arcs as it is `navigated`, without the biases that were found.
+
+    `stated` is the start around which the priors of its errors lie: what is believed of it, or, where that was a first
+    guess, what the measurements made of it; it stays with whatever effects the recording is navigated again. `walks` is
+    the white noise that the increments show, rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how much positions and
+    velocities scatter beyond their sigmas.
+    """
+
+    stated: Start
+    navigated: Believed
+    walks: tuple[float, float]
+    fix_scale: tuple[float, float]
+
+
+def needed(believed: Believed) -> bool:
+    """Whether stated sigmas let the attitude go farther off than a linear error model can follow."""
+    gyro = believed.recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
+    duration_s = float(believed.time_s[-1]) - believed.start.time_s
+    return bool(np.hypot(np.max(believed.attitude_sigma_n), gyro * duration_s) > LARGEST_ATTITUDE_RAD)
+
+
+def lost(seen: Observations) -> bool:
+    """Whether a solution in one arc went so far off that small errors do not describe it, whatever was stated."""
+    velocity = np.abs(seen.residual[:, 3:6])
+    return bool((velocity[np.isfinite(velocity)] > LARGEST_VELOCITY_MPS).any())
+
+
+def settle(recording: Recording, folder: str | Path = ".", before: Settled | None = None) -> Settled:
+    """The recording in arcs along a path that the measurements allow; `before`: that of the same with other effects."""
+    if before is None:
+        believed, found, path = null.begin_afresh(recording, folder)
+        begins = _begins(believed, _largest_gyro_bias(believed, found))
+        states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
+        navigated = replace(
+            believed,
+            force_bias=found.accelerometer_bias_mps2,
+            gyro_bias=found.gyro_bias_radps,
+            stands=observations.stands(believed),
+        )
+        here = Settled(believed.start, navigated, found.walks, found.fix_scale)
+    else:
+        known = before.navigated
+        believed = null.begun_at(recording, known.start, folder)
+        states = [known.start, *_on_steps(known.arcs, believed.time_s)]
+        believed = replace(believed, force_bias=known.force_bias, gyro_bias=known.gyro_bias, stands=known.stands)
+        here = replace(before, navigated=believed)
+    here = _begun(here, states)
+    for _ in range(ROUNDS if before is None else ROUNDS_AGAIN):
+        begins, mean, sigma = _errors(here)
+        states = [
+            replace(moved(one, -error[:3], -error[3:6]), attitude_rad=turned(one.attitude_rad, error[6:]))
+            for one, error in zip([here.navigated.start, *here.navigated.arcs], begins, strict=True)
+        ]
+        known = here.navigated
+        biases = {"force_bias": known.force_bias + mean[:3], "gyro_bias": known.gyro_bias + mean[3:]}
+        here = _begun(replace(here, navigated=replace(known, **biases)), states)
+        if (np.abs(begins) < STEADY * sigma).all():
+            break
+    first_guess = before is None and not null.begins_as_stated(recording)
+    return replace(here, stated=here.navigated.start) if first_guess else here  # how far a guess was off costs nothing
+
+
+def planned(recording: Recording, folder: str | Path = ".") -> Settled:
+    """A recording that is free of errors, in arcs along the path that is believed of it."""
+    believed = null.believe(recording, folder)
+    (path,) = null.solve(believed)
+    begins = _begins(believed, recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H)
+    states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
+    navigated = replace(believed, stands=observations.stands(believed))
+    return _begun(Settled(believed.start, navigated, walks=(0.0, 0.0), fix_scale=(1.0, 1.0)), states)
+
+
+def _largest_gyro_bias(believed: Believed, found: Initialization) -> float:
+    """What a gyro may be off after its bias was found, rad/s."""
+    return max(
+        believed.recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H,
+        float(np.abs(found.gyro_bias_radps).max()),
+        float(found.sigmas[GYRO_BIAS].max()),
+    )
+
+
+def _begins(believed: Believed, gyro: float) -> np.ndarray:
+    """Instants (s) at which arcs begin after the first: the ends of steps, as far apart as a `gyro` bias allows."""
+    length_s = float(np.clip(SMALL_RAD / gyro, SHORTEST_S, LONGEST_S))
+    step_s = SAMPLES_PER_STEP * float(np.median(np.diff(believed.time_s)))
+    rows = SAMPLES_PER_STEP * max(1, round(length_s / step_s))
+    return believed.time_s[rows - 1 : -rows // 2 : rows]
+
+
+def _on_steps(arcs: Sequence[Start], time_s: np.ndarray) -> list[Start]:
+    """The same states at the ends of steps of samples at `time_s` (n,): another clock puts those elsewhere.
+
+    By it a recording may end before its last arcs begin; these are gone.
+    """
+    ends_s = time_s[SAMPLES_PER_STEP - 1 :: SAMPLES_PER_STEP]
+    nearest = np.searchsorted(0.5 * (ends_s[1:] + ends_s[:-1]), [one.time_s for one in arcs])
+    inside = {int(k): one for one, k in zip(arcs, nearest, strict=True) if k < ends_s.size - 1}
+    return [replace(one, time_s=float(ends_s[k])) for k, one in inside.items()]
+
+
+def _begun(here: Settled, states: list[Start]) -> Settled:
+    """The same begun at `states`."""
+    start = replace(here.navigated.start, **{name: getattr(states[0], name) for name in BEGIN})
+    return replace(here, navigated=replace(here.navigated, start=start, arcs=tuple(states[1:])))
+
+
+def observed(navigated: Believed) -> tuple[ErrorModel, Observations]:
+    """The error model along the solution of what is `navigated`, and what was measured at its nodes.
+
+    Raises Diverged where that solution is faster than anything that carries an INS.
+    """
+    solution = null.solve(navigated)
+    end_s = float(solution[-1].time_s[-1])
+    measured = observations.sources(navigated, end_s)
+    nodes_s = observations.nodes(navigated, measured, end_s)
+    if not all((np.abs(one.velocity_n) < FASTEST_MPS).all() for one in solution):
+        raise Diverged(f"{navigated.recording.name}: as it is believed its errors grow beyond all bounds")
+    model = propagation.build(navigated, solution, nodes_s)
+    return model, observations.observe(navigated, model.states, model.arc, measured)
+
+
+def inertial(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
+    """Residual (nodes, 9) at `nodes_s` of the pure-inertial solution: in one arc, no bias that was found taken off."""
+    none = np.zeros(3)
+    whole = replace(navigated, arcs=(), gyro_bias=none, force_bias=none)
+    solution = null.solve(whole)
+    states = along(solution, whole.gyro, none, nodes_s)
+    measured = observations.sources(whole, float(solution[-1].time_s[-1]))
+    return observations.observe(whole, states, np.zeros(nodes_s.size, dtype=int), measured).residual
+
+
+def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Smoothed errors at the begins of arcs (arcs, 9), of the biases on average (6,), a sigma of all begins (9,)."""
+    navigated = here.navigated
+    model, seen = observed(navigated)
+    smoothed, sigma = _smoothed(here, model, without_outliers(seen)[0])
+    if not np.isfinite(smoothed).all():
+        raise Diverged(f"{navigated.recording.name}: as it is believed nothing measured corrects its errors")
+    rows = np.searchsorted(model.nodes_s, [one.time_s - 1e-6 for one in (navigated.start, *navigated.arcs)])
+    begins = smoothed[rows, STATE].copy()
+    begins[1:] += apart(navigated.arcs, model.states, rows[1:])
+    return begins, smoothed[:, BIAS].mean(axis=0), sigma
+
+
+def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.ndarray, np.ndarray]:
+    """Errors (nodes, 15) that the residual tells, and one sigma (9,) of the last state."""
+    nodes = model.nodes_s.size
+    f = np.tile(np.eye(STATES), (nodes - 1, 1, 1))
+    f[:, STATE, STATE], f[:, STATE, BIAS] = model.transition, coupling(model)
+    wide = np.repeat([WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS], 3)
+    walk = np.zeros(STATES)
+    walk[3:6], walk[6:9], walk[BIAS] = here.walks[1], here.walks[0], WALK_SHARE / np.sqrt(60.0) * wide
+    noise = walk**2 * model.interval_s[:, None, None] * np.eye(STATES)
+    # what is known to have been done to the solution: carried open loop it would grow for hours as heights do
+    f[:, STATE, KNOWN] = np.einsum("kij,kj->ki", model.half, model.known)
+    h = np.zeros((nodes, 9, STATES))
+    h[:, :, STATE], h[:, :, DELAY], h[:, :, ARM] = seen.design, seen.of_delay, np.swapaxes(seen.of_arm, 1, 2)
+    start = here.navigated.start
+    sigma = np.concatenate([
+        np.full(3, start.position_sigma_m), np.full(3, start.velocity_sigma_mps), here.navigated.attitude_sigma_n,
+        wide, [DELAY_SIGMA_S], np.full(3, ARM_SIGMA_M), [0.0],
+    ])  # fmt: skip
+    scale = np.repeat([*here.fix_scale, 1.0], 3)
+    level = np.maximum(white(seen)[0], scale * seen.sigma)
+    known = np.isfinite(seen.residual)
+    mean, _, covariance, _, _ = filtered(
+        f,
+        noise,
+        np.repeat(np.arange(nodes), 3),
+        np.where(known, seen.residual, 0.0).reshape(-1, 3),
+        h.reshape(-1, 3, STATES),
+        np.where(known, level**2, 0.0).reshape(-1, 3),
+        np.eye(STATES)[KNOWN],
+        np.diag(sigma**2),
+        np.inf,
+    )
+    return mean, np.sqrt(np.diag(covariance)[STATE])

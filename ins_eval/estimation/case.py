@@ -1,0 +1,237 @@
+"""One recording made ready to be judged: residual, error model, what is uncertain anyway, and the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.effects.temperature import SmoothedTemperature, temperature
+from ins_eval.error_model import null
+from ins_eval.error_model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
+from ins_eval.error_model.geometry import apart
+from ins_eval.error_model.library import Candidate, Parameters, candidates, composed_candidates, member
+from ins_eval.error_model.observations import REFERENCE_POSITION_M, Observations
+from ins_eval.error_model.thermometer import step_noise
+from ins_eval.errors import DataRefused
+from ins_eval.estimation import arcs, noise
+from ins_eval.estimation.coarse import block_of, coarse, coarse_noise, few_blocks
+from ins_eval.estimation.noise_fit import Ready, fit
+from ins_eval.estimation.whitening import Whitened, whiten
+from ins_eval.initialization import HEADING_SIGMA_RAD, TILT_SIGMA_RAD
+from ins_eval.navigation import PARKED
+from ins_eval.units import DEG_PER_H, UG
+
+if TYPE_CHECKING:
+    from ins_eval.error_model.null import Believed
+    from ins_eval.error_model.propagation import ErrorModel
+    from ins_eval.estimation.evidence import Gain
+    from ins_eval.estimation.noise import NoiseModel
+    from ins_eval.estimation.noise_fit import Fitted
+    from ins_eval.recording import Recording
+    from ins_eval.recording.belief import Belief, EffectBelief
+
+LEAST_VELOCITY_SIGMA_MPS = 1e-3  # of a start that is said to be exact
+LEAST_POSITION_SIGMA_M = 0.01
+PLACE_SIGMA_M = 3.0  # of a unit that is carried from one stand to the next
+MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
+REFERENCE_ARM_M = 0.3  # between the points at which two boxes navigate, beyond what is stated
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What the evaluation of any hypothesis in one recording needs."""
+
+    name: str
+    kind: str
+    believed: Believed | None  # None where nothing moves: a chamber
+    model: ErrorModel
+    seen: Observations
+    inertial: np.ndarray  # (nodes, 9) what the belief as it stands misses by
+    temperature: SmoothedTemperature | None
+    slow: SlowFactor
+    nuisances: tuple[Column, ...]
+    taken: np.ndarray  # coefficients of the nuisances that were taken off before it was navigated
+    candidates: tuple[Candidate, ...]
+    noise: NoiseModel
+    outliers: int
+    epochs_s: np.ndarray  # between nodes, for what forgets
+    member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
+    again: Callable[[Sequence[EffectBelief]], Case]  # the same recording with these effects believed as well
+
+    def assembled(self, columns: Sequence[Column] = ()) -> Assembled:
+        """Nuisances first, then `columns`."""
+        taken = tuple(zip(self.nuisances, self.taken, strict=True))
+        assembled = assemble(self.model, self.seen, self.slow, [*self.nuisances, *columns], taken)
+        return replace(assembled, interval_s=self.epochs_s)
+
+    def whitened(self, columns: Sequence[Column], noise_point: np.ndarray, block: int = 1, keep: int = 1) -> Whitened:
+        """One pass with noise at `noise_point`, on means over `block` nodes."""
+        assembled = coarse(self.assembled(columns), block)
+        return whiten(assembled, coarse_noise(self.noise, block, self.seen.residual).levels(noise_point), keep)
+
+    def fitted(
+        self,
+        columns: Sequence[Column] = (),
+        start: Fitted | None = None,
+        gain: Gain | None = None,
+        hills: bool = False,
+    ) -> Fitted:
+        """Noise fitted with nuisances and `columns`, of which `gain` tells what they gain; else as nuisances."""
+        return fit(self.ready(columns), len(self.nuisances), gain, start, hills)
+
+    def ready(self, columns: Sequence[Column]) -> Ready:
+        """The pass on means over `block` nodes as a function of the noise point: what it shares is done once."""
+        block = self.block
+        return Ready(coarse(self.assembled(columns), block), coarse_noise(self.noise, block, self.seen.residual))
+
+    @property
+    def block(self) -> int:
+        """Nodes that are averaged where nothing fast is asked about."""
+        if self.believed is None:
+            return 1
+        if self.believed.arcs and self.kind not in PARKED:
+            return few_blocks(self.model.nodes_s.size)
+        position_m = float(np.median(self.noise.white[:, :3]))
+        return block_of(self.model.interval_s, position_m, self.noise.priors["velocity_random_walk"].centre)
+
+
+def prepare(recording: Recording, folder: str | Path = ".", planned: bool = False) -> Case:
+    """Navigate what is believed and set everything up around it.
+
+    Where its errors would not stay small it is navigated in arcs (`arcs`); not so where it is `planned` and free of
+    errors. A parked unit is: in hours its solution is kilometres off, while the standstill is known to a millimetre.
+    """
+    if recording.kind in PARKED:
+        return _in_arcs(recording, folder, (arcs.planned if planned else _settled)(recording, folder))
+    believed = null.believe(recording, folder)
+    if not planned and (not believed.time_s.size or arcs.needed(believed)):  # arcs need no stretch to align on
+        return _in_arcs(recording, folder, _settled(recording, folder))
+    case = _around(recording, believed, nuisances(believed), folder)
+    return _in_arcs(recording, folder, _settled(recording, folder)) if arcs.lost(case.seen) else case
+
+
+def _settled(recording: Recording, folder: str | Path) -> arcs.Settled:
+    try:
+        return arcs.settle(recording, folder)
+    except arcs.Diverged as error:
+        raise DataRefused(
+            f"{error}, expected a path that comes near what was measured; look at units, axes and times, and at what "
+            "is believed of the sensors"
+        ) from None
+
+
+def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) -> Case:
+    """The case around arcs; start and biases are put back linearly."""
+    navigated = settled.navigated
+    uncertain = nuisances(navigated)
+    case = _around(recording, navigated, uncertain, folder)
+    (of_start,) = apart([settled.stated], case.model.states, [0])
+    taken = np.zeros(len(uncertain))
+    for k, column in enumerate(uncertain):
+        if column.start:
+            taken[k] = of_start @ column.start / np.square(column.start).sum()
+        for term in column.terms:
+            if isinstance(term, Drive):
+                biases = navigated.gyro_bias if term.sensor == "gyro" else navigated.force_bias
+                taken[k] = biases[term.axis] / term.weight
+    taken = np.append(taken, np.zeros(len(case.nuisances) - taken.size))
+
+    light = replace(settled, navigated=case.believed)  # what a later case begins from
+
+    def again(effects: Sequence[EffectBelief]) -> Case:
+        believing = replace(recording, belief=with_effects(recording.belief, effects))
+        return _in_arcs(believing, folder, arcs.settle(believing, folder, light))
+
+    return replace(case, inertial=arcs.inertial(navigated, case.model.nodes_s), taken=taken, again=again)
+
+
+def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:
+    """A case around the solution of what is `navigated` of a recording; it keeps no increments, which are large."""
+    model, seen = arcs.observed(navigated)
+    seen, outliers = noise.without_outliers(seen)
+    slow = SlowFactor()
+    agitation = noise.agitation(navigated, model.nodes_s)
+    uncertain = [*uncertain, *places(navigated, model, slow)]
+    navigated = navigated.without_increments(recording)
+    given = temperature(navigated.recording)
+    return Case(
+        name=recording.name,
+        kind=recording.kind,
+        believed=navigated,
+        model=model,
+        seen=seen,
+        inertial=seen.residual,
+        temperature=given,
+        slow=slow,
+        nuisances=tuple(uncertain),
+        taken=np.zeros(len(uncertain)),
+        candidates=(*candidates(navigated, model, given, slow), *composed_candidates(navigated, model, given, slow)),
+        noise=noise.noise_model(
+            navigated.recording.belief, model, seen, step_noise(navigated, given, model.middle_s), agitation
+        ),
+        outliers=outliers,
+        epochs_s=model.interval_s,
+        member=partial(member, navigated, model, given, slow),
+        again=lambda effects: prepare(replace(recording, belief=with_effects(recording.belief, effects)), folder),
+    )
+
+
+def with_effects(belief: Belief, effects: Sequence[EffectBelief]) -> Belief:
+    """A belief in further effects."""
+    return belief.model_copy(update={"effects": (*belief.effects, *effects)})
+
+
+def without_roots(belief: Belief) -> Belief:
+    """A belief whose effects are exact: what is found beside them says how far they are not."""
+    exact = tuple(one.model_copy(update={"root": None}) for one in belief.effects)
+    return belief.model_copy(update={"effects": exact})
+
+
+def nuisances(believed: Believed) -> list[Column]:
+    """What is uncertain whatever the answer, each column carrying one sigma of the belief."""
+    belief, start = believed.recording.belief, believed.start
+    out = []
+    for axis, name in enumerate("xyz"):
+        force = UG * belief.accelerometer.bias_sigma_ug
+        rate = DEG_PER_H * belief.gyro.bias_sigma_deg_per_h
+        out.append(Column(f"turn-on bias of accelerometer {name}", (Drive("accelerometer", axis, "1", force),)))
+        out.append(Column(f"turn-on bias of gyro {name}", (Drive("gyro", axis, "1", rate),)))
+    position = max(start.position_sigma_m, LEAST_POSITION_SIGMA_M)
+    velocity = max(start.velocity_sigma_mps, LEAST_VELOCITY_SIGMA_MPS)
+    sigmas = np.concatenate([[position] * 3, [velocity] * 3, believed.attitude_sigma_n])
+    for k, (sigma, what) in enumerate(
+        zip(sigmas, (f"{q} {d}" for q in ("position", "velocity", "attitude") for d in "NED"), strict=True)
+    ):
+        begin = np.zeros(9)
+        begin[k] = sigma
+        out.append(Column(f"start {what}", start=tuple(begin)))
+    reference = believed.recording.reference
+    if reference is not None:
+        for k, axis in enumerate("NED"):  # of its datum, and of where in its box it navigates
+            size = belief.reference.position_sigma_m or REFERENCE_POSITION_M
+            out.append(Column(f"position offset of the reference {axis}", (Measured(f"channel_{k}", size),)))
+        for axis in "xyz":
+            out.append(Column(f"lever arm of the reference {axis}", (Measured(f"arm_{axis}", REFERENCE_ARM_M),)))
+    if reference is not None and reference.attitude_rad is not None:
+        for axis in "xyz":
+            term = Measured(f"mount_{axis}", MOUNTING_SIGMA_RAD)
+            out.append(Column(f"mounting of the reference about {axis}", (term,)))
+    return out
+
+
+def places(navigated: Believed, model: ErrorModel, slow: SlowFactor) -> list[Column]:
+    """Where and how a unit in arcs stands each time, which nobody measured; each column carries one sigma."""
+    sigmas = [*[PLACE_SIGMA_M] * 3, TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD]
+    out = []
+    for count, stand in enumerate(navigated.stands if navigated.arcs else (), start=1):
+        window = slow.add_window(stand.start_s - 0.5, stand.end_s + 0.5, model)
+        for k, sigma in enumerate(sigmas):
+            what, channel = ("position", k) if k < 3 else ("attitude", k + 3)
+            term = Measured(f"channel_{channel}", sigma, window)
+            out.append(Column(f"{what} of stand {count} {'NED'[k % 3]}", (term,)))
+    return out

@@ -1,0 +1,169 @@
+"""The same regression on means over a few measurements: a fifth of the work where nothing changes within seconds.
+
+Transitions and drives are composed exactly; residual and responses are averaged over a block of nodes and stand at its
+middle node. White noise of n measurements becomes white noise of sigma / sqrt(n). What is lost is what a navigation
+error does within a block beyond a straight line. A block takes the mean of what is there of a channel, where that is
+more than half of it; a node at which nothing was measured, the begin of an arc, does not count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numba
+import numpy as np
+
+from ins_eval.error_model.columns import TO_ATTITUDE, TO_POSITION, TO_VELOCITY, Assembled
+from ins_eval.estimation.whitening import FASTMATH, motion, propagate, show, shown
+
+if TYPE_CHECKING:
+    from ins_eval.estimation.noise import NoiseModel
+
+BLOCK_S = 5.0
+MOST_BLOCKS = 4000
+FEWEST_NODES = 1500  # of a recording that is worth it
+
+
+def block_of(interval_s: np.ndarray, position_m: float, walk: float) -> int:
+    """Nodes in a block, an odd number; 1 where the recording is short.
+
+    A block is so short that a velocity random `walk`, m/s/sqrt(s), moves less in it than one sigma of a position:
+    q sqrt(t^3 / 3) < w.
+    """
+    if interval_s.size < FEWEST_NODES:
+        return 1
+    block_s = min(BLOCK_S, (np.sqrt(3.0) * position_m / walk) ** (2.0 / 3.0))
+    return max(1, int((block_s / float(np.median(interval_s)) + 1.0) / 2.0) * 2 - 1)
+
+
+def few_blocks(nodes: int) -> int:
+    """Nodes in a block of a vehicle in arcs, which turns within seconds: as few as `MOST_BLOCKS` allow."""
+    return (nodes // MOST_BLOCKS + 1) // 2 * 2 + 1
+
+
+def coarse(fine: Assembled, block: int) -> Assembled:
+    """The columns of `fine` on blocks of so many nodes; the first node, the start, stands alone."""
+    if block == 1:
+        return fine
+    blocks = (fine.residual.shape[0] - 1) // block
+    m = fine.count
+    rows, share = _shares(fine.residual, block)
+    weights = np.concatenate([np.ones((1, 9)), share.reshape(-1, 9)])
+    transition, coupling = _composed(block, fine.transition, fine.coupling)
+    sources = np.zeros((blocks, 3 * m, 3))
+    observed = np.zeros((blocks + 1, m, 9))
+    each = np.arange(m)
+    first, last = fine.acting[:, 0], fine.acting[:, 1] - 1
+    block_of_first, block_of_last = (np.where(node > 0, (node - 1) // block + 1, 0) for node in (first, last))
+    # what acts after the middle of a block is felt at that of the next
+    acting = np.column_stack([block_of_first, block_of_last + 2]).clip(max=blocks + 1)
+    spans, span = np.unique(acting, axis=0, return_inverse=True)
+    for k, (begin, end) in enumerate(spans):
+        which = np.flatnonzero(span == k)
+        _average(block, begin, end, weights, motion(fine, which), shown(fine, which), which, sources, observed)
+    mean = (share * np.nan_to_num(fine.residual[rows])).sum(axis=1)
+    residual = np.concatenate([fine.residual[:1], np.where(share.any(axis=1), mean, np.nan)])
+    design = (fine.design[rows] * share[..., None]).sum(axis=1)
+    time_s = np.concatenate([[0.0], np.cumsum(fine.interval_s)])
+    middle = rows[:, block // 2]
+    drive_terms = [(c, target, 3 * c + k, 0) for c in each for k, target in enumerate(_TARGETS)]
+    return replace(
+        fine,
+        acting=acting,
+        transition=transition,
+        half=np.tile(np.eye(9), (blocks, 1, 1)),
+        coupling=coupling,
+        interval_s=np.diff(np.append(0.0, time_s[middle])),
+        sources=sources,
+        slow_epochs=np.ones((1, blocks)),
+        drive_terms=np.array(drive_terms, dtype=np.int64),
+        drive_weights=np.ones(3 * m),
+        residual=residual,
+        design=np.concatenate([fine.design[:1], design]),
+        observed=observed,
+        slow_nodes=np.ones((1, blocks + 1)),
+        observation_terms=np.column_stack([each, each, np.zeros(m, dtype=np.int64)]),
+        observation_weights=np.ones(m),
+    )
+
+
+def _shares(residual: np.ndarray, block: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of each block (blocks, block), and the share of each in the mean of a channel (blocks, block, 9).
+
+    All are 0 where fewer than half of the nodes that measure anything measure the channel.
+    """
+    blocks = (residual.shape[0] - 1) // block
+    rows = np.arange(1, blocks * block + 1).reshape(blocks, block)
+    known = np.isfinite(residual[rows])
+    count = known.sum(axis=1, keepdims=True)
+    enough = count > 0.5 * known.any(axis=2).sum(axis=1)[:, None, None]
+    return rows, np.where(known & enough, 1.0 / np.maximum(count, 1), 0.0)
+
+
+def coarse_noise(noise: NoiseModel, block: int, residual: np.ndarray) -> NoiseModel:
+    """The same noise on blocks of what is measured in `residual` (nodes, 9)."""
+    if block == 1:
+        return noise
+    rows, share = _shares(residual, block)
+    white, later = (np.sqrt(((share * one[rows]) ** 2).sum(axis=1)) for one in (noise.white, noise.later))
+    first, last = np.append(0, rows[:-1, block // 2]), rows[:, block // 2]  # epochs between the middle nodes
+    steps = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(noise.steps, axis=0)])
+    agitation = np.concatenate([np.zeros((1, 2)), np.cumsum(noise.agitation, axis=0)])
+    time_s = np.append(0.0, np.cumsum(noise.interval_s))
+    return replace(
+        noise,
+        white=np.concatenate([noise.white[:1], white]),
+        steps=steps[last] - steps[first],
+        agitation=agitation[last] - agitation[first],
+        later=np.concatenate([noise.later[:1], later]),
+        interval_s=time_s[last] - time_s[first],
+    )
+
+
+_TARGETS = (TO_POSITION, TO_VELOCITY, TO_ATTITUDE)
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+def _composed(block, transition, coupling):
+    """Transition and coupling from the middle of each block to that of the next."""
+    blocks = transition.shape[0] // block
+    out_transition, out_coupling = np.empty((blocks, 9, 9)), np.empty((blocks, 9, 6))
+    phi, g = np.eye(9), np.zeros((9, 6))
+    for b in range(blocks):
+        first = b * block
+        for e in range(first, first + block):
+            phi = transition[e] @ phi
+            g = transition[e] @ g + coupling[e]
+            if e == first + block // 2:
+                out_transition[b] = phi
+                out_coupling[b] = g
+                phi, g = np.eye(9), np.zeros((9, 6))
+    return out_transition, out_coupling
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+def _average(block, begin, end, weights, motion, shown, which, sources, observed):
+    """Drives and responses of the columns `which` at the coarse nodes from `begin` to `end`, 0 before."""
+    m = which.size
+    state = np.zeros((9, m))
+    work = np.zeros((9, m))
+    pushed = np.zeros((9, m))
+    seen = np.zeros((9, m))
+    for b in range(begin, end):
+        seen[:] = 0.0
+        first = 1 + (b - 1) * block
+        for k in range(max(first, 0), first + block):
+            show(shown, k, weights[k], seen)
+            if k == 0:
+                continue
+            propagate(motion, k - 1, state, pushed, work)
+            state[:] = work
+            if k == first + block // 2:
+                for n in range(m):
+                    for i in range(9):
+                        sources[b - 1, 3 * which[n] + i // 3, i % 3] = state[i, n]
+                state[:] = 0.0
+        for n in range(m):
+            for i in range(9):
+                observed[b, which[n], i] = seen[i, n]

@@ -1,0 +1,183 @@
+"""Wrong descriptions of a recording, before physics is looked for: what `consistency` finds, as effects of a belief.
+
+Each contradiction has alternatives. Where there are several, or where the odds leave doubt, they are navigated, and the
+one whose evidence is highest with everything uncertain integrated out is taken, if it is higher than that of what was
+read. Then the recording is examined again as it is mended, until nothing contradicts itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ins_eval.believed import believed
+from ins_eval.errors import InsEvalError
+from ins_eval.estimation.case import prepare, with_effects
+from ins_eval.estimation.chamber import indicated
+from ins_eval.estimation.evidence import log_evidence
+from ins_eval.recording import ChamberReadings, Recording, consistency
+from ins_eval.recording.belief import Belief, EffectBelief
+from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, COUNTED, Finding
+from ins_eval.recording.consistency.rest import check_chamber
+from ins_eval.recording.mending import AXES, ENU, SENSORS, mended, mended_chamber
+from ins_eval.units import DEG, DEG_PER_H, STANDARD_GRAVITY
+
+TURNS = 4  # units, order, velocity and a clock may all be wrong
+UNITS = {  # what was read over what is right
+    "gyro": {1.0 / DEG: "deg", 1.0 / DEG_PER_H: "deg/h", DEG: "rad, read as deg"},
+    "accelerometer": {1.0 / STANDARD_GRAVITY: "g", 1e3 / STANDARD_GRAVITY: "mg", STANDARD_GRAVITY: "m/s^2, read as g"},
+}
+SAME_UNIT = 1e-3  # of a factor
+EAST_NORTH = np.array([[0.0, 1.0], [1.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class WrongDescription:
+    """A wrong description as a belief states it, its log odds, finite also beyond all doubt, and what was seen."""
+
+    effect: EffectBelief
+    log_odds: float
+    seen: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Changes:
+    """What makes the right triads of those read (3, 3), and what else is to be mended; `why` by what it changes."""
+
+    gyro: np.ndarray
+    accelerometer: np.ndarray
+    others: tuple[EffectBelief, ...] = ()
+    why: tuple[tuple[str, Finding], ...] = ()
+
+    @property
+    def described(self) -> list[WrongDescription]:
+        why = dict(self.why)
+        of_sensors = [(sensor, one) for sensor in SENSORS for one in _of_matrix(sensor, getattr(self, sensor))]
+        return [_wrong(one, why[key]) for key, one in (*of_sensors, *((one.name, one) for one in self.others))]
+
+    def on(self, recording: Recording) -> Recording:
+        effects = [one.effect for one in self.described]
+        return replace(recording, belief=with_effects(recording.belief, effects))
+
+
+def wrong_descriptions(recording: Recording) -> tuple[list[WrongDescription], list[Finding] | None]:
+    """What the description of a recording has wrong, as far as its parts tell, and what `consistency` finds beside it.
+
+    The latter is None where that was not looked at.
+    """
+    changes = _Changes(np.eye(3), np.eye(3))
+    if recording.imu is None:
+        return [], None
+    for _ in range(TURNS):
+        here = changes.on(recording)
+        found = consistency.findings(mended(here))
+        decided = (one for one in found if one.decided)
+        options = next(((one, all_of) for one in decided if (all_of := list(_options(one, changes)))), None)
+        best = None if options is None else _best(recording, here, *options)
+        if best is None:
+            return changes.described, found
+        changes = best
+    return changes.described, None
+
+
+def wrong_descriptions_of_chamber(
+    readings: ChamberReadings, belief: Belief, name: str, folder: str | Path = "."
+) -> list[WrongDescription]:
+    """The same of an accelerometer in a chamber: unit and sign of its output."""
+    shown_g = indicated(*mended_chamber(readings, belief, name), folder) / STANDARD_GRAVITY
+    found = next(check_chamber(readings.input_g, shown_g), None)
+    if found is None:
+        return []
+    size = np.abs(found.factor) * np.eye(3)
+    if found.factor < 0.0:
+        size[AXES.index(readings.axis or "x")] *= -1.0
+    return [_wrong(one, found) for one in _of_matrix("accelerometer", size)]
+
+
+def _wrong(effect: EffectBelief, found: Finding) -> WrongDescription:
+    return WrongDescription(effect, float(np.nan_to_num(found.log_odds, posinf=COUNTED)), found.seen)
+
+
+def _best(recording: Recording, here: Recording, found: Finding, options: Sequence[_Changes]) -> _Changes | None:
+    """The option whose navigation is the most probable, None where that of what was read is no worse."""
+    if len(options) == 1 and found.log_odds > BEYOND_DOUBT:
+        return options[0]
+    heights = [_evidence(one.on(recording)) for one in options]
+    if all(height is None for height in heights):  # its odds alone decide
+        return options[0] if found.log_odds > BEYOND_DOUBT else None
+    known = [-np.inf if height is None else height for height in heights]
+    before = _evidence(here)
+    return options[int(np.argmax(known))] if before is None or max(known) > before else None
+
+
+def _evidence(recording: Recording) -> float | None:
+    """log evidence of a recording under its belief, at the expected noise; None where it cannot be navigated."""
+    try:
+        with np.errstate(all="ignore"):
+            case = prepare(believed(recording), recording.folder)
+            height = log_evidence(case.whitened([], np.zeros(len(case.noise.free)), case.block))
+    except (InsEvalError, ArithmeticError, np.linalg.LinAlgError, ValueError):  # a wrong sign makes any solution absurd
+        return None
+    return height if np.isfinite(height) else None
+
+
+def _options(found: Finding, changes: _Changes) -> Iterator[_Changes]:
+    """What would end a contradiction, likeliest first; nothing where it is no matter of this family."""
+    if found.key == "axes":
+        for force, rate in found.orders:
+            moved = {"gyro": rate, "accelerometer": force}
+            new = {sensor: turn @ getattr(changes, sensor) for sensor, turn in moved.items()}
+            because = tuple((s, found) for s, turn in moved.items() if not np.array_equal(turn, np.eye(3)))
+            yield replace(changes, **new, why=(*changes.why, *because))
+    elif found.key in ("gyro.unit", "accelerometer.unit"):
+        sensor = found.key.partition(".")[0]
+        scaled = {sensor: found.factor * getattr(changes, sensor)}
+        yield replace(changes, **scaled, why=(*changes.why, (sensor, found)))
+    elif (one := _of_fixes(found)) is not None and one.name not in dict(changes.why):
+        yield replace(changes, others=(*changes.others, one), why=(*changes.why, (one.name, found)))
+
+
+def _of_fixes(found: Finding) -> EffectBelief | None:
+    if found.key == "velocity.unit":
+        return EffectBelief(name="recording.gps_velocity", value=float(f"{1.0 / found.factor:.6g}"))
+    if found.key == "velocity.axes" and found.matrix is not None:
+        if np.array_equal(found.matrix, np.diag([1.0, 1.0, -1.0])):
+            return EffectBelief(name="recording.gps_velocity", axis="down", value=-1.0)
+        if np.array_equal(found.matrix[:2, :2], EAST_NORTH):  # level motion does not tell the third
+            return EffectBelief(name="recording.reference_frame", value=0.0, frame_found=ENU)
+    if found.jump is not None:
+        at_s, late_s = found.jump
+        return EffectBelief(name="recording.clock_step", value=-late_s, at_s=at_s)
+    return None
+
+
+def _of_matrix(sensor: str, matrix: np.ndarray) -> list[EffectBelief]:
+    """A unit, columns that are exchanged and signs, in the order in which they are mended."""
+    found = []
+    size = float(np.abs(matrix).max())
+    turn = np.rint(matrix / size)
+    for k, axis in enumerate(AXES):
+        j = int(np.argmax(np.abs(turn[k])))
+        if j == k:
+            continue
+        both = turn[k, j] == turn[j, k] == -1.0
+        value = -1.0 if both else 1.0
+        found.append(
+            EffectBelief(name="recording.axes_exchanged", axis=axis, other_axis=AXES[j], value=value, sensor=sensor)
+        )
+        exchange = np.eye(3)
+        exchange[[k, j]] = value * exchange[[j, k]]
+        turn = turn @ exchange  # what is left to be done after it; its inverse is itself
+    found += [
+        EffectBelief(name="recording.axis_sign", axis=AXES[k], value=-1.0, sensor=sensor)
+        for k in range(3)
+        if turn[k, k] < 0.0
+    ]
+    if abs(size - 1.0) > SAME_UNIT:
+        unit = next((name for factor, name in UNITS[sensor].items() if abs(factor * size - 1.0) < SAME_UNIT), None)
+        value = float(f"{1.0 / size:.6g}")
+        found.append(EffectBelief(name="recording.unit", value=value, sensor=sensor, unit_found=unit))
+    return found

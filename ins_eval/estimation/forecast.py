@@ -1,0 +1,261 @@
+"""What recordings tell of every persistent error of the sensors at once: the posterior of an instrument's next flights.
+
+All effects of accelerometers and gyros are free together, each with a normal prior of the size that this grade has, and
+what belongs to a day (turn-on biases, start, the branch on which a magnet begins) is integrated out:
+
+    p(c) = N(0, S),   E[c] = (A + S^-1)^-1 b,   Cov[c] = (A + S^-1)^-1
+
+with A, b the reduced sums of all recordings. Of a law with a time or a width the values of the grid stand side by side,
+each with its part of the variance of the prior: a mean over times and widths, and memory of several times at once. So
+every effect takes its part of what was seen, small ones are shrunk and none is cut. Effects that were named have priors
+wide enough for what they were found to be (`WITHIN_PRIOR` sigmas); those that are not of a sensor, or of one recording
+only, are free beside the others.
+
+The noise is that of the maximum of the evidence with all these effects free: the wander of a sensor is then only what
+no effect accounts for. The priors of all effects of one name, on every axis, are larger or smaller than usual by one
+factor, at the maximum of the evidence. It is the product of two, each log-normal: one of the name, and one that all
+effects of its kind share, offsets of a sensor or errors that follow what it feels. For a sensor whose errors are small
+where they show is a finer one, and small where they do not: a flight tells next to nothing of what gravity drives in a
+gyro, and under a prior that is too wide it takes the offset that a switch-on drew over to the next. One recording may
+differ from the next in each coefficient by `OF_DAY` of its prior; that part is integrated out of each.
+
+Sources: MacKay, Neural Computation 4 (1992) 415 (evidence of the sizes of priors); Bishop 2006, Pattern Recognition and
+Machine Learning, 3.3 to 3.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
+
+from ins_eval.effects.composed import NAME as COMPOSED
+from ins_eval.effects.parts import SENSORS
+from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.estimation.study import Hypothesis, fit_noise, of_case, union, wide
+
+if TYPE_CHECKING:
+    from ins_eval.error_model.columns import Column
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.noise_fit import Fitted
+
+BEGIN = "branch_begin"
+FACTOR_SPREAD = 1.0  # of the logarithm of the factor by which effects of a name are larger than usual
+COMMON = 0.5  # of the variance of that logarithm, which all effects of a kind share; by reasoning
+WITHIN_PRIOR = 3.0  # sigmas of its prior within which an effect that was named lies
+WANDER = ("accelerometer_wander", "gyro_wander")
+CALIBRATED_RUNS = 4.0  # over which a calibrated constant is a mean: the positions of Paper A, section 3.1
+LEAST = 1e-3  # nominal sizes of a bias that is said to be exact
+ROUNDING = 1e-9  # of a variance
+OF_DAY = 0.1  # of a prior's sigma, by which a coefficient differs from one recording to the next; by reasoning
+
+
+@dataclass(frozen=True, eq=False)
+class Forecast:
+    """Effects of the sensors with the posterior of their values.
+
+    `effects` (k,) hypotheses, `mean` (k,) and `covariance` (k, k) of their coefficients in nominal sizes.
+    """
+
+    effects: tuple[Hypothesis, ...]
+    mean: np.ndarray
+    covariance: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Pool:
+    """The persistent effects of the sensors and what is free beside them, each at one sigma of its prior.
+
+    `persistent` (k,) hypotheses with `sigma` (k,) of their priors in nominal sizes and `taken` (k,), what of them was
+    taken off before the recordings were navigated, in the same; `beside` what is of one recording or of no sensor.
+    """
+
+    persistent: tuple[Hypothesis, ...]
+    sigma: np.ndarray
+    taken: np.ndarray
+    beside: tuple[Hypothesis, ...]
+
+    @property
+    def columns(self) -> list[Hypothesis]:
+        own = [one.scaled(s) for one, s in zip(self.persistent, self.sigma, strict=True)]
+        return [*own, *self.beside]
+
+
+def forecast(
+    cases: Sequence[Case], starts: Sequence[Fitted | None], named: Sequence[tuple[Hypothesis, float, float]] = ()
+) -> Forecast:
+    """The posterior of all persistent effects of the sensors from recordings of one instrument.
+
+    `named` are effects that were found, each with its coefficient and what of it was taken off before `cases` were
+    navigated; `starts` noise from which that of each recording is sought.
+    """
+    of = pool(cases, named)
+    if not of.persistent:
+        return Forecast((), np.zeros(0), np.zeros((0, 0)))
+    fitted = fit_noise(cases, of.columns, starts)
+    quiet = [_quiet(case, one) for case, one in zip(cases, fitted, strict=True)]
+    sized = replace(of, sigma=of.sigma * np.exp(factors(of, *_sums(cases, of, quiet))))
+    fitted = fit_noise(cases, sized.columns, quiet)
+    a, b = _sums(cases, of, fitted)
+    mean, covariance = posterior_of(a, b, np.exp(factors(of, a, b)))
+    return Forecast(of.persistent, of.sigma * mean, of.sigma[:, None] * covariance * of.sigma)
+
+
+def pool(cases: Sequence[Case], named: Sequence[tuple[Hypothesis, float, float]] = ()) -> Pool:
+    """Every persistent effect that one of the recordings could show, those `named` among them."""
+    found = [one for one in union(cases) if persistent(one)]
+    members: dict[tuple, list[Hypothesis]] = {}
+    for one in found:
+        members.setdefault((one.key, one.candidate.parameters.get(BEGIN)), []).append(one)
+    own, sigma, beside = [], [], []
+    for (_, begin), alike in members.items():
+        if begin not in (None, 0.0):
+            continue
+        for one in alike:
+            own.append(one)
+            sigma.append(_prior_sigma(one, cases) / np.sqrt(len(alike)))
+            if begin is not None:
+                beside += _begins(one, found, sigma[-1], len(cases))
+    taken = [0.0] * len(own)
+    for one, coefficient, off in named:
+        wide_enough = max(1.0, abs(coefficient) / WITHIN_PRIOR)
+        if not persistent(one):
+            beside.append(one.scaled(wide_enough))
+            continue
+        own.append(one)
+        sigma.append(wide_enough)
+        taken.append(off)
+    return Pool(tuple(own), np.array(sigma), np.array(taken), tuple(beside))
+
+
+def persistent(one: Hypothesis) -> bool:
+    """Whether an effect is of a sensor and stays with it from one recording to the next."""
+    effect = VOCABULARY[one.candidate.name]
+    return effect.enters in SENSORS and not effect.local and effect.name != COMPOSED
+
+
+def _prior_sigma(one: Hypothesis, cases: Sequence[Case]) -> float:
+    """One sigma of the prior in nominal sizes; of a constant bias that of a mean over a few turn-ons."""
+    sensor, _, what = one.candidate.name.partition(".")
+    if what != "bias":
+        return 1.0
+    beliefs = [case.believed.recording.belief for case in cases if case.believed is not None]
+    if not beliefs:
+        return 1.0
+    belief = getattr(beliefs[0], sensor)
+    stated = belief.bias_sigma_ug if sensor == "accelerometer" else belief.bias_sigma_deg_per_h
+    return max(LEAST, float(stated) / np.sqrt(CALIBRATED_RUNS) / one.candidate.nominal)
+
+
+def _begins(one: Hypothesis, found: Sequence[Hypothesis], sigma: float, count: int) -> list[Hypothesis]:
+    """What the branch on which a magnet begins adds in each recording: half of the difference of the two ends."""
+    rest = {name: x for name, x in one.candidate.parameters.items() if name != BEGIN}
+    ends = {
+        float(other.candidate.parameters[BEGIN]): other
+        for other in found
+        if other.key == one.key and {n: x for n, x in other.candidate.parameters.items() if n != BEGIN} == rest
+    }
+    low, high = ends[min(ends)], ends[max(ends)]
+    out = []
+    for r in range(count):
+        if high.columns[r] is None:
+            continue
+        columns: list[Column | None] = [None] * count
+        up, down = wide(high.columns[r], 0.5 * sigma), wide(low.columns[r], -0.5 * sigma)
+        columns[r] = replace(up, terms=(*up.terms, *down.terms))
+        out.append(Hypothesis(one.candidate, tuple(columns)))
+    return out
+
+
+def shared(of: Pool) -> np.ndarray:
+    """Logarithms of the factors of the priors (k,) by independent standard normal numbers (m,): a matrix (k, m).
+
+    One number for each name, on every axis and with every time, and one for each kind.
+    """
+    names = [one.candidate.name for one in of.persistent]
+    kinds = [f"{name.partition('.')[0]} {VOCABULARY[name].multipliers == ('1',)}" for name in names]
+
+    def of_each(what: Sequence[str]) -> np.ndarray:
+        return np.equal.outer(np.array(what), np.array(sorted(set(what)))).astype(float)
+
+    return FACTOR_SPREAD * np.hstack([np.sqrt(1.0 - COMMON) * of_each(names), np.sqrt(COMMON) * of_each(kinds)])
+
+
+def lessened(a: np.ndarray, b: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A and b of one recording once a part of its own of each coefficient, of that `variance` (k,), is integrated out.
+
+    A' = A (I + V A)^-1,   b' = (I + A V)^-1 b
+    """
+    inverse = np.linalg.inv(np.eye(b.size) + a * variance)
+    out = inverse @ a
+    return 0.5 * (out + out.T), inverse @ b
+
+
+def gain(a: np.ndarray, b: np.ndarray, sigma: np.ndarray) -> float:
+    """log B of all columns with priors N(0, sigma^2) against none."""
+    scaled = sigma[:, None] * a * sigma
+    factor = cho_factor(np.eye(b.size) + scaled, lower=True)
+    right = sigma * b
+    return float(0.5 * right @ cho_solve(factor, right) - np.log(np.diag(factor[0])).sum())
+
+
+def posterior_of(a: np.ndarray, b: np.ndarray, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (k,) and covariance (k, k) of coefficients with priors N(0, sigma^2)."""
+    scaled = sigma[:, None] * a * sigma
+    covariance = sigma[:, None] * cho_solve(cho_factor(np.eye(b.size) + scaled, lower=True), np.diag(sigma))
+    covariance = 0.5 * (covariance + covariance.T)
+    return covariance @ b, covariance
+
+
+def root_of(covariance: np.ndarray) -> np.ndarray:
+    """A lower root (k, k) of a covariance: L L' = covariance; of one that rounding has made singular, as near as is."""
+    size = np.sqrt(np.diag(covariance))
+    alike = covariance / np.outer(size, size)
+    return size[:, None] * np.linalg.cholesky(alike + ROUNDING * np.eye(size.size))
+
+
+def _quiet(case: Case, fitted: Fitted) -> Fitted:
+    """The noise with sensors that wander no more than is usual: what the size of effects is to explain first."""
+    loud = np.isin(case.noise.free, WANDER)
+    return replace(fitted, noise_point=np.where(loud, np.minimum(fitted.noise_point, 0.0), fitted.noise_point))
+
+
+def _sums(cases: Sequence[Case], of: Pool, fitted: Sequence[Fitted]) -> tuple[np.ndarray, np.ndarray]:
+    """A (k, k) and b (k,) of the persistent effects at one sigma each, what is new in each recording integrated out."""
+    columns, k = of.columns, len(of.persistent)
+    a, b = np.zeros((k, k)), np.zeros(k)
+    for r, (case, one) in enumerate(zip(cases, fitted, strict=True)):
+        here = of_case(case, r, one.noise_point, columns, False)
+        normal, projection = _without(here.normal, here.projection, k)
+        projection = projection + normal @ (of.taken / of.sigma)
+        normal, projection = lessened(normal, projection, np.full(k, OF_DAY**2))
+        a, b = a + normal, b + projection
+    return a, b
+
+
+def factors(of: Pool, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Logarithm (k,) of the factor of each prior at the maximum of the evidence, see `shared`.
+
+    With s the sigma of a prior,  d log B / d log s = E[c^2] / s^2 - 1.
+    """
+    by_number = shared(of)
+
+    def down(numbers: np.ndarray) -> tuple[float, np.ndarray]:
+        sigma = np.exp(by_number @ numbers)
+        mean, covariance = posterior_of(a, b, sigma)
+        slope = ((mean**2 + np.diag(covariance)) / sigma**2 - 1.0) @ by_number
+        return -gain(a, b, sigma) + 0.5 * float(numbers @ numbers), numbers - slope
+
+    return by_number @ minimize(down, np.zeros(by_number.shape[1]), jac=True, method="L-BFGS-B").x
+
+
+def _without(a: np.ndarray, b: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """A and b of the first `k` columns once the others, each with a standard normal prior, are integrated out."""
+    if b.size == k:
+        return a, b
+    across = np.linalg.solve(np.eye(b.size - k) + a[k:, k:], a[k:, :k])
+    return a[:k, :k] - a[:k, k:] @ across, b[:k] - across.T @ b[k:]

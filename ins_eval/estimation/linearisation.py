@@ -1,0 +1,222 @@
+"""Recordings navigated with some effects, and everything that can be asked around that point."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.effects.accelerometer import AT
+from ins_eval.estimation.held_out import held_out
+from ins_eval.estimation.instants import innovations, remarkable
+from ins_eval.estimation.placing import again
+from ins_eval.estimation.scatter import scattered
+from ins_eval.estimation.search import (
+    NULL,
+    Explanation,
+    Space,
+    chi_square_gains,
+    log_bayes_factor,
+    one_more,
+    possible,
+    posterior,
+    search,
+)
+from ins_eval.estimation.study import Hypothesis, Sums, space, sums, union
+
+if TYPE_CHECKING:
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.noise_fit import Fitted
+    from ins_eval.estimation.refine import RefinedFit
+    from ins_eval.policy import Policy
+
+CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """Recordings navigated with some effects, all hypotheses around that point, and the sums at the noise there.
+
+    `model` are the first hypotheses, `point` (m,) the coefficients that were taken off, 0 elsewhere; `refined` says how
+    sure times, widths and lags of the effects are with which the recordings were navigated.
+    """
+
+    cases: tuple[Case, ...]
+    hypotheses: tuple[Hypothesis, ...]
+    space: Space
+    point: np.ndarray
+    fitted: tuple[Fitted, ...]
+    here: Sums
+    ranked: tuple[Explanation, ...]
+    refined: RefinedFit | None = None
+
+    @property
+    def best(self) -> Explanation:
+        """The most probable set that is not empty; the empty one where each would need a size that no sensor has."""
+        return next((one for one in self.ranked if one.members), NULL)
+
+    @property
+    def keys(self) -> set[tuple]:
+        return {self.hypotheses[k].key for k in self.best.members}
+
+    @cached_property
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the best set, (k,), and their covariance, at the scales of the prior that are best."""
+        m = list(self.best.members)
+        a, b, centre = self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m]
+        _, scales = log_bayes_factor(a, b, centre)
+        return posterior(a, b, centre, scales)
+
+    @cached_property
+    def scatter(self) -> np.ndarray:
+        """Variance (k,) of the coefficients of the best set by how they scatter from stretch to stretch."""
+        m = list(self.best.members)
+        mean, covariance = self.coefficients
+        noise_points = [one.noise_point for one in self.fitted]
+        model = [self.hypotheses[k] for k in m]
+        return scattered(self.cases, model, noise_points, mean - self.point[m], covariance)
+
+    def chosen(self, scaled: bool = True) -> list[Hypothesis]:
+        """The effects of the best set, each with a prior as wide as what was found."""
+        m = list(self.best.members)
+        if not scaled:
+            return [self.hypotheses[k] for k in m]
+        mean, _ = self.coefficients
+        return [self.hypotheses[k].scaled(max(1.0, abs(float(p)))) for k, p in zip(m, mean, strict=True)]
+
+    def name(self) -> str:
+        ones = [self.hypotheses[k].candidate for k in self.best.members]
+        return " + ".join(f"{one.name} {one.axis or ''}".strip() for one in ones)
+
+    def own_first(self, count: int) -> Linearisation:
+        """The same with the set of its first `count` hypotheses best, with which the recordings were navigated.
+
+        A set of the same families with other times, widths or lags is the same explanation.
+        """
+        families = sorted(self.space.families[:count])
+        found = next((one for one in self.ranked if sorted(self.space.families[list(one.members)]) == families), None)
+        if found is None:
+            gain = self.gain(range(count))
+            found = Explanation((), gain, gain - self.space.cost * count)
+        own = replace(found, members=tuple(range(count)))
+        return replace(self, ranked=(own, *(one for one in self.ranked if one is not found)))
+
+    @property
+    def height(self) -> float:
+        """log posterior of the best set, up to what is common to all linearisations."""
+        return self.here.log_null + self.best.log_posterior
+
+    def gain(self, members: Sequence[int]) -> float:
+        """log Bayes factor of these hypotheses together."""
+        m = list(members)
+        return log_bayes_factor(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m])[0]
+
+    def places(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """log B of every family in the place of member `k`, and its best member; -inf where no sensor is so far off."""
+        others = [j for j in self.best.members if j != k]
+        sums = self.here.normal, self.here.projection
+        of_family, members = one_more(*sums, others, self.space)
+        own = self.space.families[k]
+        for family in np.flatnonzero(np.isfinite(of_family)):
+            if family != own and not possible(*sums, [*others, members[family]], self.space)[-1]:
+                of_family[family] = -np.inf
+        if own in self.space.families[others]:  # jumps at two instants are of one family
+            of_family[own], members[own] = self.gain(self.best.members) - self.gain(others), k
+        return of_family, members
+
+    def chi_square_gains(self, k: int) -> np.ndarray:
+        """Of every hypothesis (m,) in the place of member `k`: by how much it lowers chi-square at any size."""
+        others = [j for j in self.best.members if j != k]
+        return chi_square_gains(self.here.normal, self.here.projection, others, self.space)
+
+    def without(self, dropped: Collection[int]) -> Linearisation:
+        """The same with the best set lessened by the hypotheses `dropped`; what was taken off stays known."""
+        kept = tuple(k for k in self.best.members if k not in dropped)
+        gain = self.gain(kept)
+        return replace(self, ranked=(Explanation(kept, gain, gain - self.space.cost * len(kept)), *self.ranked))
+
+    def exchanged(self, k: int, other: int) -> Linearisation:
+        """The same with hypothesis `other` in the place of member `k` of the best set; what was taken off stays."""
+        members = tuple(other if member == k else member for member in self.best.members)
+        gain = self.gain(members)
+        return replace(self, ranked=(Explanation(members, gain, gain - self.space.cost * len(members)), *self.ranked))
+
+    def excluding(self, key: tuple) -> Linearisation:
+        """The same without the sets that hold effects of the family `key`."""
+        of_family = {k for k, one in enumerate(self.hypotheses) if one.key == key}
+        return replace(self, ranked=tuple(one for one in self.ranked if not of_family & set(one.members)))
+
+    @property
+    def taken_beside(self) -> list[int]:
+        """Hypotheses that were taken off the recordings and are not in the best set."""
+        return [int(k) for k in np.flatnonzero(self.point) if k not in self.best.members]
+
+    @cached_property
+    def held_out(self) -> dict[str, float | str]:
+        """The fit on data that were not used."""
+        m = [*self.best.members, *self.taken_beside]
+        noise_points = [one.noise_point for one in self.fitted]
+        model, count = [self.hypotheses[k] for k in m], len(self.best.members)
+        return held_out(self.cases, model, self.point[m], noise_points, count)
+
+
+def linearise(
+    cases: Sequence[Case],
+    model: Sequence[Hypothesis],
+    point: np.ndarray,
+    fitted: Sequence[Fitted],
+    policy: Policy,
+) -> Linearisation:
+    """The linearisation at which the effects of `model` are taken off with coefficients `point`, and its search."""
+    taken = {_identity(one) for one in model}
+    others = [one for one in union(cases) if _identity(one) not in taken]
+    others += _placed_alike(cases, model, others)
+    others += _jumped(cases, model, others, fitted)
+    hypotheses = (*model, *others)
+    of_space = space(hypotheses, policy)
+    whole = np.append(point, np.zeros(len(others)))
+    here = sums(cases, [one.noise_point for one in fitted], hypotheses, whole if point.any() else None)
+    share = policy.least_share(case.kind for case in cases)
+    ranked = search(here.normal, here.projection, of_space, share, policy)
+    return Linearisation(tuple(cases), hypotheses, of_space, whole, tuple(fitted), here, tuple(ranked))
+
+
+def _placed_alike(cases: Sequence[Case], model: Sequence[Hypothesis], others: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Of every family with the same further parameters as an effect of `model` a member at the values of that effect.
+
+    Between the values that are tried of it a jump of one error would look unlike that of another.
+    """
+    families = {one.key: one for one in others}
+    made = []
+    for one in model:
+        placed = _numbers(one)
+        alike = (f for f in families.values() if placed and f.key != one.key and _numbers(f).keys() == placed.keys())
+        made += [again(other, cases, {**other.candidate.parameters, **placed}) for other in alike]
+    known = {_identity(one) for one in (*model, *others)}
+    return [one for one in {_identity(one): one for one in made}.values() if _identity(one) not in known]
+
+
+def _jumped(
+    cases: Sequence[Case], model: Sequence[Hypothesis], others: Sequence[Hypothesis], fitted: Sequence[Fitted]
+) -> list[Hypothesis]:
+    """Of every family of what jumps a member at each instant that the innovations beside `model` show."""
+    made = []
+    for r, (case, noise) in enumerate(zip(cases, fitted, strict=True)):
+        jumping = {one.key: one for one in others if AT.name in one.candidate.parameters and one.columns[r] is not None}
+        if not jumping:
+            continue
+        columns = [one.columns[r] for one in model if one.columns[r] is not None]
+        at_s = remarkable(innovations(case, noise.noise_point, columns), case.model.nodes_s)
+        made += [again(one, cases, {**one.candidate.parameters, AT.name: t}) for one in jumping.values() for t in at_s]
+    return made
+
+
+def _numbers(one: Hypothesis) -> dict[str, float | str]:
+    return {name: x for name, x in one.candidate.parameters.items() if isinstance(x, float | int)}
+
+
+def _identity(one: Hypothesis) -> tuple:
+    return one.key, *sorted(one.candidate.parameters.items(), key=str)

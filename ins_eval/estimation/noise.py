@@ -1,0 +1,295 @@
+"""Levels and correlation of all noise, estimated together with the answer under one prior.
+
+White noise of a measurement channel is read off its second differences, in which an INS that is smooth over seconds
+leaves nothing: robust, and the same under every hypothesis. Where navigator or standstill is smoother than the INS, a
+random walk is separate. The rest is found by maximising the evidence: level and correlation time of the slow error of
+what measures, velocity and angle random walk, level and correlation time of the wander of accelerometers and gyros.
+Each has a log-normal prior around what is believed, the same under the null
+and under every candidate; a level frozen on the null makes false alarms of what the null cannot fit, and a level that
+is taken from the sheet makes them of an instrument that is a little worse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from ins_eval.effects.parts import SENSORS
+from ins_eval.error_model import drives
+from ins_eval.error_model.observations import CHANNELS, Observations
+from ins_eval.estimation.whitening import NoiseLevels
+from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
+
+if TYPE_CHECKING:
+    from ins_eval.error_model.null import Believed
+    from ins_eval.error_model.propagation import ErrorModel
+    from ins_eval.estimation.slope import Slopes
+    from ins_eval.recording.belief import Belief
+
+# of the believed sigma: what measures is not judged by errors far below its own statement
+LEAST_OF_BELIEVED = {"gps": 0.3, "reference": 0.02, "standstill": 0.05}
+WALKING = ("reference", "standstill")  # smoother than the INS, so that its random walk shows between rows
+VELOCITIES, HEADING = range(3, 6), 8
+FEWEST = 20  # measurements that tell a level
+AGITATION_ROWS, AGITATED = 9, 3.0
+SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise of one sigma
+NORMAL_MAD = 0.6745
+WANDER_TIME_S = 1800.0
+COARSE_WANDER_TIME_S = 200.0  # of gyros that flicker within a minute: the plateau of their Allan deviation
+AGITATION_S = 1.0  # within which motion changes faster than fixes tell
+SAMPLING = 0.3  # of what changes within a second: between the twelfth that a trapezoid misses and all that is felt
+JITTER_S = 0.01  # of stamps that a log gives when a message has arrived; both by reasoning, with wide priors
+OUTLIER = 4.5  # sigmas from its neighbours of a measurement that is not believed
+NEIGHBOUR_VARIANCE = 0.3  # of the median of four
+
+
+class Prior(NamedTuple):
+    """Log-normal: `centre` in SI, `spread` of the logarithm; a spread of 0 keeps it fixed."""
+
+    centre: float
+    spread: float
+
+
+class SlowNoise(NamedTuple):
+    """Slow error of what measures: one sigma of position and velocity in believed sigmas, times, prior spreads."""
+
+    position: float
+    position_time_s: float
+    velocity: float
+    velocity_time_s: float
+    spread: float
+    time_spread: float
+
+
+SLOW = {
+    "gps": SlowNoise(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
+    "reference": SlowNoise(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
+    "standstill": SlowNoise(1.0, 300.0, 0.5, 10.0, 0.3, 0.0),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseModel:
+    """What is known of the noise before the evidence is looked at.
+
+    `white` (nodes, 9) one sigma of each measurement, `down` (9,) the slow error of what measures relative to north,
+    `steps` (epochs, 3, 3) what the thermometer adds to velocity, and `agitation` (epochs, 2) the squares of what the
+    increments of velocity and angle change within a second, summed over an epoch: where motion changes fast, what was
+    sampled is not what was integrated, and sensors err in proportion to it. `later` (nodes, 9) is what a stamp that is
+    a second late changes.
+    """
+
+    priors: dict[str, Prior]
+    white: np.ndarray
+    down: np.ndarray
+    steps: np.ndarray
+    agitation: np.ndarray
+    later: np.ndarray
+    interval_s: np.ndarray
+
+    @property
+    def free(self) -> list[str]:
+        return [name for name, prior in self.priors.items() if prior.spread > 0.0]
+
+    def values(self, noise_point: Sequence[float]) -> dict[str, float]:
+        """Levels in SI at a position in prior sigmas from the centre, one for each that is free."""
+        moved = dict(zip(self.free, noise_point, strict=True))
+        return {name: p.centre * np.exp(p.spread * moved.get(name, 0.0)) for name, p in self.priors.items()}
+
+    def levels(self, noise_point: Sequence[float]) -> NoiseLevels:
+        """The same as the filter takes it."""
+        v = self.values(noise_point)
+        dt = self.interval_s
+        of = (v.get(f"{sensor}_sampling", 0.0) ** 2 for sensor in SENSORS)
+        force, rate = (level * one for level, one in zip(of, self.agitation.T, strict=True))
+        wander_time_s = v.get("wander_time", WANDER_TIME_S)
+        sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
+        sigma[HEADING] = v.get("slow_heading", sigma[HEADING])
+        return NoiseLevels(
+            white=np.hypot(self.white, v["jitter"] * self.later) if "jitter" in v else self.white,
+            force=np.eye(3) * (v["velocity_random_walk"] ** 2 * dt + force)[:, None, None] + self.steps,
+            rate=v["angle_random_walk"] ** 2 * dt + rate,
+            slow_sigma=sigma,
+            slow_time_s=np.repeat([v[f"slow_{of}_time"] for of in ("position", "velocity", "attitude")], 3),
+            wander_sigma=np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3),
+            wander_time_s=np.repeat([wander_time_s, v.get("gyro_wander_time", wander_time_s)], 3),
+        )
+
+    def slope(self, noise_point: np.ndarray, by: Slopes) -> np.ndarray:
+        """dL by the noise point from dL `by` what the filter allows for: every level is centre exp(spread x)."""
+        v = self.values(noise_point)
+        slow = by.slow_sigma * self.down
+        parts = {
+            "slow_position": slow[:3].sum(),
+            "slow_velocity": slow[3:6].sum(),
+            "slow_attitude": slow[6:].sum(),
+            "slow_position_time": by.slow_time_s[:3].sum(),
+            "slow_velocity_time": by.slow_time_s[3:6].sum(),
+            "slow_attitude_time": by.slow_time_s[6:].sum(),
+            "velocity_random_walk": 2.0 * v["velocity_random_walk"] * (by.force @ self.interval_s),
+            "angle_random_walk": 2.0 * v["angle_random_walk"] * (by.rate @ self.interval_s),
+            "accelerometer_wander": by.wander_sigma[:3].sum(),
+            "gyro_wander": by.wander_sigma[3:].sum(),
+            "wander_time": by.wander_time_s.sum(),
+        }
+        if "slow_heading" in v:
+            parts["slow_attitude"] = slow[6:HEADING].sum()
+            parts["slow_heading"] = by.slow_sigma[HEADING]
+        if "jitter" in v:
+            white = np.hypot(self.white, v["jitter"] * self.later)
+            share = np.divide(self.later**2, white, out=np.zeros_like(white), where=white > 0.0)  # 0: not measured
+            parts["jitter"] = v["jitter"] * (by.white * share).sum()
+        for sensor, slope, agitation in zip(SENSORS, (by.force, by.rate), self.agitation.T, strict=True):
+            if f"{sensor}_sampling" in v:
+                parts[f"{sensor}_sampling"] = 2.0 * v[f"{sensor}_sampling"] * (slope @ agitation)
+        if "gyro_wander_time" in v:
+            parts["wander_time"] = by.wander_time_s[:3].sum()
+            parts["gyro_wander_time"] = by.wander_time_s[3:].sum()
+        return np.array([parts[name] * v[name] * self.priors[name].spread for name in self.free])
+
+
+def noise_model(
+    belief: Belief, model: ErrorModel, seen: Observations, step_density: np.ndarray, agitation: np.ndarray
+) -> NoiseModel:
+    """Priors from the belief, white noise from the measurements themselves."""
+    level, ratio = white(seen)
+    typical = np.array([np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 1.0 for column in
+                        np.where(np.isfinite(seen.residual), seen.sigma, np.nan).T])  # fmt: skip
+    attitude = bool(np.isfinite(seen.residual[:, 6:]).any())
+    slow = SLOW[seen.measured_by[0] or seen.measured_by[3] or "reference"]
+    accelerometer, gyro = belief.accelerometer, belief.gyro
+    density = accelerometer.velocity_random_walk_ug_per_sqrt_hz
+    axes = np.stack(
+        [
+            model.integrals[:, drives.source("accelerometer", axis, "1")] / model.interval_s[:, None]
+            for axis in range(3)
+        ],
+        axis=1,
+    )  # (epochs, axis, n): unit vectors of the accelerometers, shortened where the body turned
+    steps = np.einsum("ka,kai,kaj->kij", step_density * model.interval_s[:, None], axes, axes)
+    parked = seen.measured_by[HEADING] == "standstill"  # who enters a vehicle tilts it far more than he turns it
+    jerky = bool(model.arc.any()) and not parked
+    return NoiseModel(
+        priors={
+            "slow_position": Prior(slow.position * typical[0], slow.spread),
+            "slow_position_time": Prior(slow.position_time_s, slow.time_spread),
+            "slow_velocity": Prior(slow.velocity * typical[3], slow.spread),
+            "slow_velocity_time": Prior(slow.velocity_time_s, slow.time_spread),
+            "slow_attitude": Prior(0.5 * typical[6], 1.2 if attitude else 0.0),
+            "slow_attitude_time": Prior(300.0, 1.2 if attitude else 0.0),
+            "velocity_random_walk": Prior(UG * (density or 5.0), 0.7 if density else 1.2),
+            "angle_random_walk": Prior(DEG_PER_SQRT_H * max(gyro.angle_random_walk_deg_per_sqrt_h, 1e-5), 0.7),
+            "accelerometer_wander": Prior(0.2 * UG * max(accelerometer.bias_sigma_ug, 1.0), 1.0),
+            "gyro_wander": Prior(0.2 * DEG_PER_H * max(gyro.bias_sigma_deg_per_h, 1e-4), 1.0),
+            "wander_time": Prior(WANDER_TIME_S, 1.0),
+            **({"slow_heading": Prior(0.5 * typical[HEADING], 1.2)} if parked else {}),
+            **({"gyro_wander_time": Prior(COARSE_WANDER_TIME_S, 1.5)} if model.arc.any() else {}),
+            **({f"{sensor}_sampling": Prior(SAMPLING, 1.2) for sensor in SENSORS} if jerky else {}),
+            **({"jitter": Prior(JITTER_S, 1.2)} if jerky else {}),
+        },
+        white=level,
+        down=np.array([1.0, 1.0, ratio[0], 1.0, 1.0, ratio[1], 1.0, 1.0, 1.0]),
+        steps=steps,
+        agitation=agitation,
+        later=np.where(np.isfinite(seen.residual), seen.of_delay, 0.0),
+        interval_s=model.interval_s,
+    )
+
+
+def agitation(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
+    """Squares (epochs, 2) of the increments of velocity and angle less their mean of a second, summed over an epoch.
+
+    The mean of axes, as it is on average over that second.
+    """
+    epoch = np.clip(np.searchsorted(nodes_s, navigated.time_s - 1e-6) - 1, 0, nodes_s.size - 2)
+    rows = max(1, round(AGITATION_S / float(np.median(np.diff(navigated.time_s)))))
+    out = np.zeros((nodes_s.size - 1, 2))
+    for k, increments in enumerate((navigated.velocity, navigated.gyro)):
+        changes = np.zeros(epoch.size)
+        for column in increments.T:
+            change = uniform_filter1d(column, rows)
+            np.subtract(column, change, out=change)
+            changes += np.square(change, out=change)
+        changes /= 3.0
+        changes = np.maximum(uniform_filter1d(changes, rows), 0.0)  # running sums round below 0
+        out[:, k] = np.bincount(epoch, changes, nodes_s.size - 1)
+    return out
+
+
+def white(seen: Observations) -> tuple[np.ndarray, tuple[float, float]]:
+    """One sigma of each measurement (nodes, 9), and by how much down is noisier than north and east."""
+    factor = np.ones(CHANNELS)
+    level = seen.sigma.copy()
+    for channel, by in enumerate(seen.measured_by):
+        here = np.flatnonzero(np.isfinite(seen.residual[:, channel]))
+        if here.size <= FEWEST:
+            continue
+        y = seen.residual[here, channel] / seen.sigma[here, channel]
+        inside = seen.arc[here[2:]] == seen.arc[here[:-2]]  # a new arc is a jump
+        if inside.sum() <= FEWEST:
+            continue
+        level_of = _level_less_walk if by in WALKING else _level
+        factor[channel] = max(LEAST_OF_BELIEVED.get(by, 1.0), level_of(np.diff(y, 2)[inside]))
+        level[:, channel] *= factor[channel]
+        if by == "standstill" and channel in VELOCITIES:
+            level[here, channel] = np.maximum(level[here, channel], seen.sigma[here, channel] * _agitation(y, inside))
+    ratios = tuple(float(factor[2 + k] / np.sqrt(factor[k] * factor[k + 1])) for k in (0, 3))
+    return level, ratios
+
+
+def _level(second: np.ndarray) -> float:
+    """One sigma of white noise by the median of its `second` differences (n,)."""
+    return _deviation(second) / SECOND_DIFFERENCE
+
+
+def _level_less_walk(second: np.ndarray) -> float:
+    """The same beside a random walk: var(d_k) = 6 w^2 + 2 q^2, var(d_k + d_k+1) = 4 w^2 + 2 q^2 of w white, steps q."""
+    white = np.sqrt(max(0.0, 0.5 * (_deviation(second) ** 2 - _deviation(second[1:] + second[:-1]) ** 2)))
+    return min(white, _level(second))  # a sway faster than the rows alternates and would look larger
+
+
+def _deviation(values: np.ndarray) -> float:
+    return float(np.median(np.abs(values - np.median(values)))) / NORMAL_MAD
+
+
+def _agitation(y: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """White noise (n,) of a standstill where people, engines or wind disturb it more than is usual, else 0.
+
+    `inside` (n - 2,) tells second differences that lie in one arc.
+    """
+    second = np.diff(y, 2)
+    usual = _deviation(second[inside])
+    second = np.pad(np.where(inside, second, 0.0), 1, mode="edge")
+    local = np.sqrt(np.maximum(uniform_filter1d(second**2, AGITATION_ROWS), 0.0))  # running sums round below 0
+    return np.where(local > AGITATED * usual, local / SECOND_DIFFERENCE, 0.0)
+
+
+def without_outliers(seen: Observations) -> tuple[Observations, int]:
+    """The same without isolated measurements that nothing smooth could explain, and their number.
+
+    One is left out where it stands more than `OUTLIER` sigmas of what changes from row to row from the median of the
+    two before and the two after it, and none of these does. In arcs, where errors change from row to row, it must stand
+    apart as far in units of half the range of these four.
+    """
+    residual = seen.residual.copy()
+    count = 0
+    for channel in range(CHANNELS):
+        here = np.flatnonzero(np.isfinite(residual[:, channel]))
+        by = seen.measured_by[channel]
+        if here.size <= FEWEST or by == "standstill":  # nobody reads a standstill wrong
+            continue
+        y = residual[here, channel] / seen.sigma[here, channel]
+        y /= max(LEAST_OF_BELIEVED.get(by, 1.0), _level(np.diff(y, 2)))
+        beside = np.stack([np.roll(y, shift) for shift in (-2, -1, 1, 2)])
+        size = np.abs(y - np.median(beside, axis=0)) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
+        if seen.arc.any():  # a late fix in a turn stands apart from its neighbours as they do from one another
+            size /= np.maximum(1.0, 0.5 * np.ptp(beside, axis=0))
+        size[:2] = size[-2:] = 0.0
+        odd = here[size > OUTLIER]
+        residual[odd, channel] = np.nan
+        count += odd.size
+    return replace(seen, residual=residual), count

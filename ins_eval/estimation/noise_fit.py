@@ -1,0 +1,183 @@
+"""The maximum of the evidence over the free levels of the noise (`noise`), prior included.
+
+By quasi-Newton steps with the filter's own slopes, in units of the curvature. Where attitude is measured, or where
+gyros flicker, the evidence has several hills, and the top of more than one is sought.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ins_eval.estimation.evidence import log_evidence, log_evidence_with, sensitivity
+from ins_eval.estimation.slope import slopes
+from ins_eval.estimation.whitening import Whitened, whiten
+
+if TYPE_CHECKING:
+    from ins_eval.error_model.columns import Assembled
+    from ins_eval.estimation.evidence import Gain
+    from ins_eval.estimation.noise import NoiseModel
+
+WIDEST = 3.0  # prior sigmas that a level may move
+_APART = 0.3  # prior sigmas between the points that tell a curvature
+_ENOUGH = 0.05  # nats that two further steps must gain
+_STEPS, _EVALUATIONS = 60, 80  # of the slope
+_RUNS, _FAR = 4, 0.5  # prior sigmas from where a curvature was taken, beyond which it is taken again
+_THREADS = 2
+# what measures attitude and what gyros do are told apart by their times alone, and so is a wander from an effect: an
+# error that forgets at once and one that lasts are hills of their own
+LASTING = (
+    (("slow_attitude", "slow_heading"), "slow_attitude_time"),
+    (("gyro_wander",), "gyro_wander_time"),
+)  # levels and the time for which they last
+# prior sigmas; half a sigma apart, since minutes of samples tell a level to a tenth and a coarser net misses its hill
+_OTHER_TIMES, _OTHER_LEVELS = (-2.0, 2.0), np.linspace(-2.0, 2.0, 9)
+_ANOTHER_TIME = 1.0  # prior sigmas from a time that is another
+_HOPELESS = 30.0  # nats below the top that is known, from which no other hill is climbed
+
+
+@dataclass(frozen=True, eq=False)
+class Ready:
+    """Columns and noise of one recording on means over the same blocks."""
+
+    columns: Assembled
+    noise: NoiseModel
+
+    def __call__(self, noise_point: np.ndarray) -> Whitened:
+        """The pass with noise at `noise_point`."""
+        return whiten(self.columns, self.noise.levels(noise_point))
+
+    def slope(
+        self, noise_point: np.ndarray, sensitivity: Callable[[Whitened], tuple[float, np.ndarray]]
+    ) -> tuple[float, np.ndarray]:
+        """The log evidence that `sensitivity` tells of a pass, and how it changes with the noise point."""
+        height, by = slopes(self.columns, self.noise.levels(noise_point), sensitivity)
+        return height, self.noise.slope(noise_point, by)
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass.
+
+    `unit` are the sigmas by which it was climbed, those of the curvature where it began.
+    """
+
+    noise_point: np.ndarray
+    log_evidence: float
+    whitened: Whitened
+    unit: np.ndarray
+
+
+def fit(ready: Ready, known: int, gain: Gain | None = None, start: Fitted | None = None, hills: bool = False) -> Fitted:
+    """Maximise log evidence + log prior over the free levels, in prior sigmas from the centre.
+
+    Of the columns beyond those `known`, `gain` tells what they gain; without it all are known. By quasi-Newton steps
+    in units of the curvature at the start: thousands of fixes tell one level to a hundredth of its prior sigma and
+    another not at all. With `hills` the top is sought on more than the hill where the start lies.
+    """
+
+    def height(noise_point: np.ndarray) -> float:
+        whitened = ready(noise_point)
+        found = log_evidence(whitened) if gain is None else log_evidence_with(whitened, known, gain)
+        return found - 0.5 * float(noise_point @ noise_point)
+
+    def slope(noise_point: np.ndarray) -> tuple[float, np.ndarray]:
+        found, by = ready.slope(noise_point, lambda w: sensitivity(w) if gain is None else sensitivity(w, known, gain))
+        return found - 0.5 * float(noise_point @ noise_point), by - noise_point
+
+    free = ready.noise.free
+    begin, unit = (np.zeros(len(free)), None) if start is None else (start.noise_point, start.unit)
+    top = _top(height, slope, begin, unit)
+    for names, lasting in LASTING if hills else ():
+        if lasting not in free:
+            continue
+        others = _other_hills(height, top, [free.index(one) for one in names if one in free], free.index(lasting))
+        top = max((top, *(_top(height, slope, other, None) for other in others)), key=lambda one: one.height)
+    return Fitted(top.noise_point, top.height, ready(top.noise_point), top.unit)
+
+
+class _Top(NamedTuple):
+    noise_point: np.ndarray
+    height: float
+    unit: np.ndarray
+
+
+def _top(
+    height: Callable[[np.ndarray], float],
+    slope: Callable[[np.ndarray], tuple[float, np.ndarray]],
+    noise_point: np.ndarray,
+    unit: np.ndarray | None,
+) -> _Top:
+    """The top of the hill on which `noise_point` lies, and the units in which it was climbed."""
+    for run in range(_RUNS):
+        begin = noise_point
+        if unit is None or run > 0:
+            unit = _unit(height, begin)
+        noise_point, highest = _climbed(slope, begin, unit)
+        if np.abs(noise_point - begin).max() < _FAR:
+            break
+    return _Top(noise_point, highest, unit)
+
+
+def _other_hills(
+    height: Callable[[np.ndarray], float], top: _Top, levels: Sequence[int], time: int
+) -> list[np.ndarray]:
+    """Points on other hills: the error of these `levels` lasts for another `time` than at the `top`."""
+    found = []
+    for other in _OTHER_TIMES:
+        if abs(other - top.noise_point[time]) < _ANOTHER_TIME:
+            continue
+        points = np.repeat(top.noise_point[None], len(_OTHER_LEVELS), axis=0)
+        points[:, time] = other
+        points[:, levels] = _OTHER_LEVELS[:, None]
+        heights = [height(point) for point in points]
+        if max(heights) > top.height - _HOPELESS:
+            found.append(points[int(np.argmax(heights))])
+    return found
+
+
+def _unit(height: Callable[[np.ndarray], float], at: np.ndarray) -> np.ndarray:
+    """One sigma of each level by the curvature."""
+    sides = [at + sign * one for one in _APART * np.eye(at.size) for sign in (1.0, -1.0)]
+    with ThreadPoolExecutor(_THREADS) as pool:
+        here, *heights = pool.map(height, [at, *sides])
+    curvature = (2.0 * here - np.array(heights[::2]) - np.array(heights[1::2])) / _APART**2
+    return 1.0 / np.sqrt(np.maximum(curvature, 1.0))  # that of the prior is 1
+
+
+def _climbed(
+    slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.ndarray, unit: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """The highest position found from `begin` by steps in `unit`, and its height."""
+
+    def down(moved: np.ndarray) -> tuple[float, np.ndarray]:
+        height, by = slope(begin + unit * moved)
+        return -height, -unit * by
+
+    found = minimize(
+        down,
+        np.zeros(begin.size),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=list(zip((-WIDEST - begin) / unit, (WIDEST - begin) / unit, strict=True)),
+        options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": 0.1},
+        callback=_Patience(),
+    )
+    return np.clip(begin + unit * found.x, -WIDEST, WIDEST), -float(found.fun)
+
+
+class _Patience:
+    """Stops where two steps together gained next to nothing."""
+
+    def __init__(self):
+        self.seen: list[float] = []
+
+    def __call__(self, intermediate_result) -> None:
+        self.seen.append(float(intermediate_result.fun))
+        if len(self.seen) > 2 and self.seen[-3] - self.seen[-1] < _ENOUGH:
+            raise StopIteration

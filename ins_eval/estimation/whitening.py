@@ -1,0 +1,406 @@
+"""One Kalman pass that makes the residual white, and every column of the regression with it.
+
+The filter carries what process noise makes of the navigation error (9 states, nothing at the start), a first-order
+Gauss-Markov error of what measures in each channel (9 states), and the slow wander of each
+accelerometer and gyro from its value at the start (6 states). What a column contributes is its response s less what
+the filter makes of it, xi = s - x:
+
+    xi- = F xi+ + drive,   z = H xi- + o,   e = z / sqrt(S),   xi+ = xi- - K z
+
+so the open vertical channel, in which s grows as exp(t sqrt(2 g / R)), does no harm. The residual itself is one more
+column: o is the residual, its drive the known height loop with opposite sign. Channels are taken one by one.
+
+Source: de Jong, J. Am. Stat. Assoc. 86 (1991) 1073 and Biometrika 78 (1991) 653: the augmented Kalman filter.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import numba
+import numpy as np
+
+if TYPE_CHECKING:
+    from ins_eval.error_model.columns import Assembled
+
+ALL_STATES = 24
+FASTMATH = {"contract", "reassoc", "nsz"}
+_CHUNK = 512  # nodes whose whitened rows are kept at a time
+_TOGETHER = 256  # columns at most whose states move together: as many as a core keeps at hand
+_THREADS = 2
+
+
+class Motion(NamedTuple):
+    """How m columns move from node to node: `transition`, `half` (epochs, 9, 9), `coupling` (epochs, 9, 6) of sensors.
+
+    `terms` (n, 4) are column, first of three states, source and slow factor of each drive, `weights` (n,) its size.
+    """
+
+    transition: np.ndarray
+    half: np.ndarray
+    coupling: np.ndarray
+    interval_s: np.ndarray
+    sources: np.ndarray
+    slow_epochs: np.ndarray
+    terms: np.ndarray
+    weights: np.ndarray
+
+
+class Shown(NamedTuple):
+    """What m columns put into the measurements: `terms` (n, 3) are column, response and slow factor, `weights` (n,)."""
+
+    observed: np.ndarray
+    slow_nodes: np.ndarray
+    terms: np.ndarray
+    weights: np.ndarray
+
+
+class Tape(NamedTuple):
+    """What the filter makes of the noise, for the columns, and what the adjoint of a pass needs besides (`slope`).
+
+    `gain` (rows, 24) and `variance` (rows,) of each measurement. For the adjoint, else without nodes: `covariance`
+    (nodes, 24, 24) before the measurements of a node, `slow` (nodes, 15, m) the states of the columns that decay,
+    before they do.
+    """
+
+    gain: np.ndarray
+    variance: np.ndarray
+    covariance: np.ndarray
+    slow: np.ndarray
+
+
+class Measured(NamedTuple):
+    """`residual` (nodes, 9), NaN where nothing was measured, and `design` (nodes, 9, 9) of the navigation error."""
+
+    residual: np.ndarray
+    design: np.ndarray
+
+
+def motion(columns: Assembled, which: np.ndarray) -> Motion:
+    """How the columns `which` (m,) move."""
+    return Motion(
+        columns.transition,
+        columns.half,
+        columns.coupling,
+        columns.interval_s,
+        columns.sources,
+        columns.slow_epochs,
+        *_terms_of(columns.drive_terms, columns.drive_weights, which, columns.count),
+    )
+
+
+def shown(columns: Assembled, which: np.ndarray) -> Shown:
+    """What the columns `which` (m,) put into the measurements."""
+    return Shown(
+        columns.observed,
+        columns.slow_nodes,
+        *_terms_of(columns.observation_terms, columns.observation_weights, which, columns.count),
+    )
+
+
+def _terms_of(terms: np.ndarray, weights: np.ndarray, which: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The terms of the columns `which` of `count`, in whose order they are numbered, and their weights."""
+    place = np.full(count, -1)
+    place[which] = np.arange(which.size)
+    chosen = place[terms[:, 0]] >= 0
+    terms = terms[chosen]
+    terms[:, 0] = place[terms[:, 0]]
+    return terms, weights[chosen]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+def propagate(motion, e, state, pushed, work):
+    """`work` (9, m): the columns `state`, of which the first nine rows count, after epoch `e`; `pushed` is scratch."""
+    m = work.shape[1]
+    pushed[:] = 0.0
+    for n in range(motion.terms.shape[0]):
+        c, target, s, slow = motion.terms[n, 0], motion.terms[n, 1], motion.terms[n, 2], motion.terms[n, 3]
+        x = motion.weights[n] * motion.slow_epochs[slow, e]
+        if x != 0.0:
+            for j in range(3):
+                pushed[target + j, c] += x * motion.sources[e, s, j]
+    for i in range(9):
+        for c in range(m):
+            work[i, c] = 0.0
+        for j in range(9):
+            a, b = motion.transition[e, i, j], motion.half[e, i, j]
+            if a != 0.0:
+                for c in range(m):
+                    work[i, c] += a * state[j, c]
+            if b != 0.0:
+                for c in range(m):
+                    work[i, c] += b * pushed[j, c]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+def show(shown, k, by, out):
+    """Add to `out` (9, m) what the columns put into the channels at node `k`, times `by` (9,)."""
+    for n in range(shown.terms.shape[0]):
+        c, s, slow = shown.terms[n, 0], shown.terms[n, 1], shown.terms[n, 2]
+        x = shown.weights[n] * shown.slow_nodes[slow, k]
+        if x != 0.0:
+            for channel in range(9):
+                out[channel, c] += by[channel] * x * shown.observed[k, s, channel]
+
+
+class NoiseLevels(NamedTuple):
+    """What the filter allows for.
+
+    `white` (nodes, 9) one sigma of each measurement; `force` (epochs, 3, 3) and `rate` (epochs,) covariance that an
+    epoch adds to velocity, (m/s)^2, and to phi, rad^2; `slow_sigma` (9,) and `slow_time_s` (9,) of the
+    Gauss-Markov errors of what measures; `wander_sigma` (6,) and `wander_time_s` (6,) those of accelerometers
+    (m/s^2) and gyros (rad/s).
+    """
+
+    white: np.ndarray
+    force: np.ndarray
+    rate: np.ndarray
+    slow_sigma: np.ndarray
+    slow_time_s: np.ndarray
+    wander_sigma: np.ndarray
+    wander_time_s: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """Sums over the whitened rows: A = X'X (m, m), b = X'e (m,), e'e, log|S| and the number of rows.
+
+    `kept` (nodes, 9, k) are the whitened rows of the residual and of the first k - 1 columns, NaN where nothing was
+    measured.
+    """
+
+    normal: np.ndarray
+    projection: np.ndarray
+    square: float
+    log_determinant: float
+    rows: int
+    kept: np.ndarray
+
+
+def tape(rows: int, nodes: int = 0, count: int = 0) -> Tape:
+    """An empty tape for `rows` measurements, and for the adjoint at `nodes` of `count` columns."""
+    return Tape(
+        np.empty((rows, ALL_STATES)),
+        np.empty(rows),
+        np.empty((nodes, ALL_STATES, ALL_STATES)),
+        np.empty((nodes, ALL_STATES - 9, count)),
+    )
+
+
+def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1) -> Whitened:
+    """Whiten the residual and all columns; the residual is the first of `columns`, and `keep` of them are kept.
+
+    They are taken in the order in which they begin: what is yet to begin costs nothing.
+    """
+    count, nodes = columns.count, columns.residual.shape[0]
+    begin = columns.acting[:, 0]
+    order = np.argsort(begin, kind="stable")
+    place = np.argsort(order)
+    bounds = np.linspace(0, count, -(-count // _TOGETHER) + 1).astype(int)
+    parts = [Responses(columns, noise, order[lo:hi], lo) for lo, hi in zip(bounds[:-1], bounds[1:], strict=True)]
+    covariance = Covariance(columns, noise)
+    total = np.zeros((count, count))
+    kept = np.full((nodes, 9, keep), np.nan)
+    whole = np.zeros((9 * min(nodes, _CHUNK), count))
+    log_determinant = 0.0
+    rows = 0
+    with ThreadPoolExecutor(min(_THREADS, len(parts))) as pool:
+        each = pool.map if len(parts) > 1 else map
+        for first in range(0, nodes, _CHUNK):
+            last = min(nodes, first + _CHUNK)
+            measured = np.isfinite(columns.residual[first:last])
+            recorded = tape(int(measured.sum()))
+            out = whole[: recorded.variance.size]
+            log_determinant += covariance.advance(first, last, recorded)
+            begun = int(np.searchsorted(begin[order], last))
+            chosen = [one for one in parts if one.column < begun]
+            for _ in each(partial(Responses.advance, first=first, last=last, recorded=recorded, out=out), chosen):
+                pass
+            total[:begun, :begun] += out[:, :begun].T @ out[:, :begun]
+            kept[first:last][measured] = out[:, place[:keep]]
+            rows += out.shape[0]
+    total = total[np.ix_(place, place)]
+    return Whitened(total[1:, 1:], total[1:, 0], float(total[0, 0]), log_determinant, rows, kept)
+
+
+class Covariance:
+    """The covariance of the filter on its way along the nodes."""
+
+    def __init__(self, columns: Assembled, noise: NoiseLevels):
+        self.noise = noise
+        self.motion = motion(columns, np.zeros(0, dtype=int))
+        self.measured = Measured(columns.residual, columns.design)
+        self.now = np.zeros((ALL_STATES, ALL_STATES))
+        self.now[range(9, 18), range(9, 18)] = noise.slow_sigma**2
+
+    def advance(self, first: int, last: int, recorded: Tape) -> float:
+        """Record the gains at the nodes from `first` to `last`; returns log|S| of them."""
+        return _filter(first, last, self.motion, self.measured, self.noise, self.now, recorded)
+
+
+class Responses:
+    """The columns `which` (m,) on their way along the nodes; they stand from `column` on in what is whitened."""
+
+    def __init__(self, columns: Assembled, noise: NoiseLevels, which: np.ndarray, column: int = 0):
+        self.noise, self.column = noise, column
+        self.motion, self.shown = motion(columns, which), shown(columns, which)
+        self.measured = Measured(columns.residual, columns.design)
+        self.xi = np.zeros((ALL_STATES, which.size))
+        self.xi[:9] = columns.start[which].T
+
+    def advance(self, first: int, last: int, recorded: Tape, out: np.ndarray) -> None:
+        """Whiten the nodes from `first` to `last` with the gains recorded there, into the rows of `out`."""
+        given = self.motion, self.shown, self.measured, self.noise, recorded
+        # a slice of `out` has another layout, which compiles the kernel a second time
+        _respond(first, last, *given, self.xi, self.column, out)
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+def _filter(first, last, motion, measured, noise, p, tape):
+    residual, design = measured.residual, measured.design
+    taping = tape.covariance.size > 0
+    t = np.empty((9, 24))
+    line = np.empty(9)
+    f_turned, g_turned = np.empty((9, 9)), np.empty((6, 9))
+    h = np.zeros(24)
+    ph = np.empty(24)
+    decay = np.empty(15)
+    row = 0
+    logs = 0.0
+    for k in range(first, last):
+        if k > 0:
+            e = k - 1
+            f, g, dt = motion.transition[e], motion.coupling[e], motion.interval_s[e]
+            for i in range(15):
+                decay[i] = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
+            # inner loops run along rows, so that they are vector code
+            for i in range(9):
+                for j in range(9):
+                    f_turned[j, i] = f[i, j]
+                for j in range(6):
+                    g_turned[j, i] = g[i, j]
+            for i in range(9):
+                for j in range(24):
+                    t[i, j] = 0.0
+                for q in range(9):
+                    x = f[i, q]
+                    for j in range(24):
+                        t[i, j] += x * p[q, j]
+                for q in range(6):
+                    x = g[i, q]
+                    for j in range(24):
+                        t[i, j] += x * p[18 + q, j]
+            for i in range(9):
+                for j in range(9):
+                    line[j] = 0.0
+                for q in range(9):
+                    x = t[i, q]
+                    for j in range(9):
+                        line[j] += x * f_turned[q, j]
+                for q in range(6):
+                    x = t[i, 18 + q]
+                    for j in range(9):
+                        line[j] += x * g_turned[q, j]
+                for j in range(i, 9):
+                    p[i, j] = line[j]
+                    p[j, i] = line[j]
+                for j in range(15):
+                    x = t[i, 9 + j] * decay[j]
+                    p[i, 9 + j] = x
+                    p[9 + j, i] = x
+            for i in range(15):
+                x = decay[i]
+                for j in range(15):
+                    p[9 + i, 9 + j] *= x * decay[j]
+                sigma = noise.slow_sigma[i] if i < 9 else noise.wander_sigma[i - 9]
+                p[9 + i, 9 + i] += sigma**2 * (1.0 - decay[i] ** 2)
+            for i in range(3):
+                for j in range(3):
+                    p[3 + i, 3 + j] += noise.force[e, i, j]
+                p[6 + i, 6 + i] += noise.rate[e]
+        if taping:
+            tape.covariance[k] = p
+        for channel in range(9):
+            if not np.isfinite(residual[k, channel]):
+                continue
+            h[:] = 0.0
+            for i in range(9):
+                h[i] = design[k, channel, i]
+            h[9 + channel] = 1.0
+            s = noise.white[k, channel] ** 2
+            ph[:] = 0.0
+            for j in range(24):
+                x = h[j]
+                if x != 0.0:
+                    for i in range(24):
+                        ph[i] += x * p[j, i]
+            for i in range(24):
+                s += h[i] * ph[i]
+            gain = tape.gain[row]
+            for i in range(24):
+                gain[i] = ph[i] / s
+            for i in range(24):
+                x = gain[i]
+                for j in range(24):
+                    p[i, j] -= x * ph[j]
+            tape.variance[row] = s
+            logs += np.log(s)
+            row += 1
+    return logs
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
+def _respond(first, last, motion, shown, measured, noise, tape, xi, column, out):
+    residual, design = measured.residual, measured.design
+    taping = tape.slow.size > 0
+    m = xi.shape[1]
+    work = np.empty((9, m))
+    pushed = np.empty((9, m))
+    z_base = np.empty((9, m))
+    z = np.empty(m)
+    whole = np.ones(9)
+    row = 0
+    for k in range(first, last):
+        if k > 0:
+            e = k - 1
+            g, dt = motion.coupling[e], motion.interval_s[e]
+            propagate(motion, e, xi, pushed, work)
+            for i in range(9):
+                for j in range(6):
+                    x = g[i, j]
+                    for c in range(m):
+                        work[i, c] += x * xi[18 + j, c]
+            for i in range(9):
+                for c in range(m):
+                    xi[i, c] = work[i, c]
+            for i in range(15):
+                decay = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
+                for c in range(m):
+                    if taping:
+                        tape.slow[k, i, c] = xi[9 + i, c]
+                    xi[9 + i, c] *= decay
+        # what columns put into the measurements
+        z_base[:] = 0.0
+        show(shown, k, whole, z_base)
+        for channel in range(9):
+            if not np.isfinite(residual[k, channel]):
+                continue
+            gain = tape.gain[row]
+            for c in range(m):
+                z[c] = z_base[channel, c] + xi[9 + channel, c]
+            for i in range(9):
+                x = design[k, channel, i]
+                if x != 0.0:
+                    for c in range(m):
+                        z[c] += x * xi[i, c]
+            root = 1.0 / np.sqrt(tape.variance[row])
+            for c in range(m):
+                out[row, column + c] = root * z[c]
+            for i in range(24):
+                x = gain[i]
+                for c in range(m):
+                    xi[i, c] -= x * z[c]
+            row += 1

@@ -1,0 +1,220 @@
+"""What is navigated in arcs: real recordings of MEMS units that stand and fly, and what must not be named in them.
+
+What is documented of each stands in `SOURCE.md` beside it. The laws of the parked unit are held against straight
+lines through its means of 20 s, which need no navigation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmark.runners.imported import recorded
+from benchmark.worlds.real import SOURCES
+from ins_eval.diagnosis.answer.judge import Diagnosis, judge
+from ins_eval.error_model import null
+from ins_eval.estimation import arcs
+from ins_eval.estimation import case as cases
+from ins_eval.estimation.evidence import log_evidence, sensitivity
+from ins_eval.estimation.study import fit_noise
+from ins_eval.recording import Recording, form
+from ins_eval.recording.belief import EffectBelief
+from ins_eval.units import DEG_PER_H, UG
+from tests.diagnosis.real_recordings import RECORDINGS
+
+SETTLED_S = 65.0  # until which the unit was carried
+MEANS_S = 20.0
+FROM_S, TO_S = 400.0, 520.0  # of a climb
+DRIFT_PPM = 0.05  # of a clock: 6 microseconds in all
+SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wander
+OFF_M, NEAR, NO_PRIOR = 500.0, 0.2, 1.0  # of a guess, share of it that is left; sigmas of a prior, of 17 for a guess
+STAMPS_S, FIX_M, FIX_MPS = 0.05, 0.5, 0.05  # one sigma of stamps and of fixes
+AGREES, SLOPE_STEP = 0.35, 1e-3  # at one speed stamps and white noise look alike, and a part is counted twice
+AUTOPILOT_LATE_S = (0.21, 0.29)  # of positions, by the authors' filter; of velocities, by their increments
+
+
+def imported(name: str, folder: Path) -> Recording:
+    source = next(one for one in SOURCES if one.name == name)
+    if recorded(source, RECORDINGS, folder) is None:
+        pytest.skip(f"{RECORDINGS / source.file} is not here")
+    return form.read(folder)
+
+
+def judged(recording: Recording, folder: Path) -> Diagnosis:
+    return judge([cases.prepare(recording, folder)])
+
+
+def values(found: Diagnosis) -> dict[tuple[str, str | None], float]:
+    return {(one.hypothesis.candidate.name, one.hypothesis.candidate.axis): one.value for one in found.effects}
+
+
+def slope(time_s: np.ndarray, output: np.ndarray, temperature_c: np.ndarray) -> float:
+    """Of a straight line through means over `MEANS_S` of an output against the temperature."""
+    rows = time_s > SETTLED_S
+    count = round(MEANS_S / float(np.median(np.diff(time_s))))
+    output, temperature_c = (
+        one[rows][: rows.sum() // count * count].reshape(-1, count).mean(axis=1) for one in (output, temperature_c)
+    )
+    return float(np.polyfit(temperature_c, output, 1)[0])
+
+
+def climb(ideal_recording) -> Recording:
+    """Two minutes of a flight with gyros that are believed to be bad enough for arcs of 18 s."""
+    whole = ideal_recording("climb-cruise-landing")
+    rows, fixes = (one.time_s > FROM_S for one in (whole.imu, whole.gps)), whole.gps
+    imu_rows, fix_rows = rows
+    imu_rows, fix_rows = imu_rows & (whole.imu.time_s <= TO_S), fix_rows & (fixes.time_s <= TO_S)
+    imu = replace(
+        whole.imu,
+        time_s=whole.imu.time_s[imu_rows],
+        gyro=whole.imu.gyro[imu_rows],
+        accelerometer=whole.imu.accelerometer[imu_rows],
+        further={},
+    )
+    first = int(np.searchsorted(fixes.time_s, FROM_S))
+    start = replace(
+        whole.start,
+        time_s=FROM_S,
+        latitude_rad=float(fixes.latitude_rad[first]),
+        longitude_rad=float(fixes.longitude_rad[first]),
+        height_m=float(fixes.height_m[first]),
+        velocity_n=tuple(float(v) for v in fixes.velocity_n[first]),
+        attitude_rad=(0.0, 0.0, 0.0),
+    )
+    gyro = whole.belief.gyro.model_copy(update={"bias_sigma_deg_per_h": 100.0})
+    belief = whole.belief.model_copy(update={"gyro": gyro})
+    return replace(whole, imu=imu, gps=fixes.rows(fix_rows), start=start, belief=belief)
+
+
+def test_arcs_begin_where_samples_end_also_by_another_clock(ideal_recording) -> None:
+    """A state that is a sample away from where its arc begins would be a jump of metres."""
+    recording = climb(ideal_recording)
+    drift = EffectBelief(name="recording.clock_drift", value=DRIFT_PPM)
+    case = cases.prepare(recording)
+    other = case.again([drift])
+    assert len(other.believed.arcs) == len(case.believed.arcs) > 3
+    for arc in other.believed.arcs:
+        assert arc.time_s in other.believed.time_s
+
+
+def test_stamps_that_jitter_and_motion_between_samples_are_noise_of_their_own(ideal_recording) -> None:
+    """Fixes at stamps that are off by chance scatter with speed; slopes of the evidence are those of differences."""
+    recording = climb(ideal_recording)
+    rng = np.random.default_rng(4)
+    fixes = recording.gps
+    late_s = np.clip(STAMPS_S * rng.standard_normal(fixes.time_s.size), -3.0 * STAMPS_S, 3.0 * STAMPS_S)
+    white = [FIX_MPS * rng.standard_normal(fixes.velocity_n.shape), *(FIX_M * rng.standard_normal((2, late_s.size)))]
+    received = replace(
+        fixes,
+        time_s=fixes.time_s + late_s,
+        velocity_n=fixes.velocity_n + white[0],
+        latitude_rad=fixes.latitude_rad + white[1] / 6.37e6,
+        longitude_rad=fixes.longitude_rad + white[2] / 6.37e6,
+    )
+    case = cases.prepare(replace(recording, gps=received))
+    (fitted,) = fit_noise([case], [], [None])
+    allowed = case.noise.levels(fitted.noise_point).white[np.isfinite(case.seen.residual[:, 0])]
+    speed = np.median(np.abs(fixes.velocity_n[:, :2]), axis=0)
+    np.testing.assert_allclose(np.median(allowed[:, :2], axis=0), np.hypot(FIX_M, STAMPS_S * speed), rtol=AGREES)
+    ready = case.ready([])
+    _, slope_of = ready.slope(fitted.noise_point, sensitivity)
+    for name in ("jitter", "accelerometer_sampling", "gyro_sampling"):
+        step = SLOPE_STEP * np.eye(slope_of.size)[case.noise.free.index(name)]
+        sides = [log_evidence(ready(fitted.noise_point + sign * step)) for sign in (1.0, -1.0)]
+        difference = (sides[0] - sides[1]) / (2.0 * SLOPE_STEP)
+        assert slope_of[case.noise.free.index(name)] == pytest.approx(difference, rel=1e-3, abs=1e-3)
+
+
+def test_how_far_a_first_guess_was_off_is_held_against_no_start(ideal_recording, monkeypatch) -> None:
+    """A guess that is half a kilometre off is corrected, and the start that it had is no prior of any effect."""
+    recording = climb(ideal_recording)
+    find = null.begin_afresh
+
+    def guessed_far_off(recording: Recording, folder: Path) -> tuple:
+        believed, found, path = find(recording, folder)
+        path = replace(path, longitude_rad=path.longitude_rad + OFF_M / 6.37e6)
+        start = null.start_at(path, believed.start.time_s)
+        off = {"position_sigma_m": believed.start.position_sigma_m, "velocity_sigma_mps": 3.0}
+        return replace(believed, start=replace(start, **off)), found, path
+
+    monkeypatch.setattr(null, "begin_afresh", guessed_far_off)
+    case = cases.prepare(recording)
+    again = case.again([])
+    assert np.nanmax(np.abs(case.seen.residual[:, :3])) < NEAR * OFF_M
+    for one in (case, again):
+        starts = [taken for column, taken in zip(one.nuisances, one.taken, strict=True) if column.start]
+        assert len(starts) == 9
+        np.testing.assert_allclose(starts, 0.0, atol=NO_PRIOR)
+
+
+def test_what_an_alignment_uses_up_is_navigated_in_arcs(ideal_recording, monkeypatch) -> None:
+    """Of a unit that stands for minutes and then taxis no heading is found before the end; arcs begin without one."""
+    recording = climb(ideal_recording)
+    expected = cases.prepare(recording)
+    believe = null.believe
+
+    def used_up(recording: Recording, folder: Path) -> null.Believed:
+        believed = believe(recording, folder)
+        return replace(believed, time_s=believed.time_s[:0])
+
+    monkeypatch.setattr(null, "believe", used_up)
+    found = cases.prepare(recording)
+    assert len(found.believed.arcs) == len(expected.believed.arcs) > 3
+    np.testing.assert_array_equal(found.seen.residual, expected.seen.residual)
+
+
+def test_arcs_that_begin_after_the_end_by_another_clock_are_gone(ideal_recording) -> None:
+    recording = climb(ideal_recording)
+    case = cases.prepare(recording)
+    last = case.believed.arcs[-1]
+    ends_s = case.believed.time_s
+    ends_s = ends_s[ends_s < last.time_s - 1.0]
+    kept = arcs._on_steps(case.believed.arcs, ends_s)
+    assert 0 < len(kept) < len(case.believed.arcs)
+    assert max(one.time_s for one in kept) < ends_s[-1]
+    assert len({one.time_s for one in kept}) == len(kept)
+
+
+@pytest.fixture(scope="module")
+def warm_up(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Path]:
+    folder = tmp_path_factory.mktemp("warm_up") / "recording"
+    return imported("warm-up", folder), folder
+
+
+@pytest.mark.slow
+def test_a_parked_unit_that_warms_up_has_its_laws_of_temperature(warm_up) -> None:
+    recording, folder = warm_up
+    found = values(judged(recording, folder))
+    imu, interval_s = recording.imu, recording.interval_s
+    temperature = np.asarray(imu.temperature_c).reshape(len(imu.time_s), -1)[:, 0]
+    gyro = slope(imu.time_s, imu.gyro[:, 2] / interval_s / DEG_PER_H, temperature)
+    force = slope(imu.time_s, imu.accelerometer[:, 2] / interval_s / UG, temperature)
+    assert found["gyro.bias_temperature", "z"] == pytest.approx(gyro, rel=SLOPE_AGREES)
+    assert found["accelerometer.bias_temperature", "z"] == pytest.approx(force, rel=SLOPE_AGREES)
+
+
+@pytest.mark.slow
+def test_a_temperature_of_another_time_is_no_cause(warm_up) -> None:
+    recording, folder = warm_up
+    temperature = np.roll(recording.imu.temperature_c, len(recording.imu.time_s) // 2, axis=0)
+    elsewhere = replace(recording, imu=replace(recording.imu, temperature_c=temperature))
+    assert not [name for name, _ in values(judged(elsewhere, folder)) if "temperature" in name]
+
+
+def late_in_flight(found: Diagnosis) -> float:
+    """How late the fixes are from the start of the motion on: an offset, and a step of the other clock before it."""
+    of = values(found)
+    return of.get(("gps.time_offset", None), 0.0) - of.get(("recording.clock_step", None), 0.0)
+
+
+@pytest.mark.slow
+def test_the_clock_of_an_autopilot_is_late_and_an_applied_delay_comes_on_top(tmp_path: Path) -> None:
+    recording = imported("plane", tmp_path / "plane")
+    applied = 0.15
+    later = replace(recording, gps=replace(recording.gps, time_s=recording.gps.time_s + applied))
+    own, both = (late_in_flight(judged(one, tmp_path / "plane")) for one in (recording, later))
+    assert AUTOPILOT_LATE_S[0] < own < AUTOPILOT_LATE_S[1]
+    assert AUTOPILOT_LATE_S[0] < both - applied < AUTOPILOT_LATE_S[1]

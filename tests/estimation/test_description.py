@@ -1,0 +1,187 @@
+"""Wrong descriptions written into files after the truth was made: named first, with axis, time and size; else none."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmark.worlds.cases import a_recording as of_navigation_grade
+from benchmark.worlds.cases import a_unit
+from benchmark.worlds.description import misdescribe
+from benchmark.worlds.grades import a_recording as of_grade
+from benchmark.worlds.record import Made
+from ins_eval.cli import main
+from ins_eval.diagnosis.answer.verdict import NO_MISMATCH
+from ins_eval.earth import EARTH_RATE
+from ins_eval.effects.parts import SENSORS, conditions
+from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.error_model.library import COARSEST_PPM, LARGEST_OF, sized
+from ins_eval.estimation.description import _of_matrix, wrong_descriptions
+from ins_eval.interface.diagnose import diagnose
+from ins_eval.recording import Imu, Recording, Start, form
+from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief
+from ins_eval.recording.consistency.alternatives import MATRICES
+from ins_eval.recording.mending import mended
+
+RATE_HZ = 20.0
+SIGN, EXCHANGED, UNIT = "recording.axis_sign", "recording.axes_exchanged", "recording.unit"
+STEP_S, DRIFT_PPM, SIGMAS = 0.15, 60.0, 4.0
+AT_S = 1200.0
+DEG = 57.29577951308232
+WRONG = [
+    (SIGN, "x", -1.0, {"sensor": "gyro"}),
+    (SIGN, "z", -1.0, {"sensor": "gyro"}),
+    (SIGN, "y", -1.0, {"sensor": "accelerometer"}),
+    (EXCHANGED, "x", 1.0, {"sensor": "accelerometer", "other_axis": "y"}),
+    (UNIT, None, DEG, {"sensor": "gyro", "unit_found": "deg"}),
+    (UNIT, None, 1.0 / 9.80665, {"sensor": "accelerometer", "unit_found": "g"}),
+    ("recording.gps_velocity", None, 3.6, {}),
+    ("recording.reference_frame", None, 0.0, {"frame_found": "ENU"}),
+]
+GRADES = ("navigation", "industrial")
+QUICK = {("navigation", UNIT, "gyro"), ("industrial", SIGN, "gyro"), ("industrial", EXCHANGED, "accelerometer")}
+CASES = [
+    pytest.param(grade, one, marks=() if (grade, one[0], one[3].get("sensor")) in QUICK else pytest.mark.slow)
+    for grade in GRADES
+    for one in WRONG
+]
+
+
+@cache
+def made(grade: str, trajectory: str = "drive") -> Made:
+    rng = np.random.default_rng(5)
+    if grade != "navigation":
+        return of_grade(rng, grade, trajectory, RATE_HZ)
+    return of_navigation_grade(rng, a_unit(rng, "plain", pulses=False), trajectory, RATE_HZ, (), False, ())
+
+
+def spoilt(folder: Path, grade: str, *wrong: tuple, trajectory: str = "drive") -> Path:
+    one = made(grade, trajectory)
+    tables = {name: dict(columns) for name, columns in one.tables.items()}
+    for name, axis, value, parameters in wrong:
+        misdescribe(tables, name, axis, value, parameters)
+    Made(**{**vars(one), "tables": tables}).save(folder)
+    return folder
+
+
+def said(folder: Path) -> list[tuple]:
+    found, _ = wrong_descriptions(form.read(folder, doubted=True))
+    return [(one.effect.name, one.effect.axis, one.effect.value, one.effect.sensor) for one in found]
+
+
+@pytest.mark.parametrize(("grade", "wrong"), CASES)
+def test_a_wrong_description_is_named_and_nothing_else(tmp_path, grade: str, wrong: tuple) -> None:
+    name, axis, value, parameters = wrong
+    ((found, of, factor, sensor),) = said(spoilt(tmp_path / "drive", grade, wrong))
+    assert (found, of, sensor) == (name, axis, parameters.get("sensor"))
+    assert factor == pytest.approx(value, rel=1e-5)
+
+
+def test_what_no_standstill_shows_is_written(tmp_path) -> None:
+    """A parked unit in g: there are no finite odds of that, and the answer is JSON all the same."""
+    rng, n = np.random.default_rng(4), 20 * 120
+    rate = EARTH_RATE * np.array([np.cos(0.6), 0.0, -np.sin(0.6)])
+    imu = Imu(
+        time_s=np.arange(1, n + 1) / RATE_HZ,
+        gyro=rate / RATE_HZ + 1e-7 * rng.standard_normal((n, 3)),
+        accelerometer=np.array([0.0, 0.0, -1.0]) / RATE_HZ + 1e-6 * rng.standard_normal((n, 3)),
+        accelerometer_form="increment",
+    )
+    form.write(
+        Recording("unit", "static", Start(0.0, 0.6, 0.1, 0.0, attitude_rad=(0.0, 0.0, 0.0)), imu), tmp_path / "unit"
+    )
+    answer = tmp_path / "answer.json"
+    assert main(["diagnose", str(tmp_path / "unit"), "--json", str(answer), "--quiet"]) == 0
+    first = json.loads(answer.read_text())["effects"][0]
+    assert (first["name"], first["parameters"]["unit_found"]) == (UNIT, "g")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("grade", GRADES)
+def test_two_wrong_descriptions_are_both_named(tmp_path, grade: str) -> None:
+    both = (WRONG[4], WRONG[6])
+    assert {one[0] for one in said(spoilt(tmp_path / "drive", grade, *both))} == {UNIT, "recording.gps_velocity"}
+
+
+@pytest.mark.parametrize("trajectory", ["drive", pytest.param("climb, cruise, landing", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("grade", [*GRADES, "consumer", "tactical"])
+def test_a_sound_recording_has_none(tmp_path, grade: str, trajectory: str) -> None:
+    assert said(spoilt(tmp_path / "sound", grade, trajectory=trajectory)) == []
+
+
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_every_order_and_sign_comes_back_from_what_is_said_of_it(sensor: str) -> None:
+    rng = np.random.default_rng(3)
+    read = {one: rng.standard_normal((7, 3)) for one in SENSORS}
+    imu = Imu(np.arange(1.0, 8.0), read["gyro"], read["accelerometer"], "increment")
+    for matrix in MATRICES:
+        belief = Belief(effects=tuple(_of_matrix(sensor, 0.5 * matrix)))
+        right = mended(Recording("r", "drive", Start(0.0, 0.6, 0.1, 0.0), imu, belief=belief))
+        np.testing.assert_allclose(getattr(right.imu, sensor), 0.5 * read[sensor] @ matrix.T, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("gyro_deg_per_h", "accelerometer_ug"), [(0.01, 50.0), (5.0, 800.0), (300.0, 4e3), (3000.0, 4e4)]
+)
+def test_usual_sizes_of_a_grade_are_below_what_no_sensor_does(gyro_deg_per_h: float, accelerometer_ug: float) -> None:
+    """Scale factors and misalignments of a few per cent at most, whatever the offsets; navigation grade as it is."""
+    belief = Belief(
+        gyro=GyroBelief(bias_sigma_deg_per_h=gyro_deg_per_h),
+        accelerometer=AccelerometerBelief(bias_sigma_ug=accelerometer_ug),
+    )
+    imu = Imu(np.arange(1.0, 8.0), np.zeros((7, 3)), np.zeros((7, 3)), "increment")
+    given = conditions(Recording("r", "drive", Start(0.0, 0.6, 0.1, 0.0), imu, belief=belief))
+    for name in ("accelerometer.scale", "gyro.scale", "gyro.misalignment", "accelerometer.misalignment"):
+        effect = VOCABULARY[name]
+        _, nominal, _ = sized(effect, {}, [], imu.time_s, given)
+        assert effect.nominal <= nominal <= COARSEST_PPM < LARGEST_OF["ppm"]
+        if gyro_deg_per_h < 0.05:
+            assert nominal == effect.nominal
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        WRONG[0],
+        WRONG[3],
+        WRONG[4],
+        WRONG[6],
+        ("recording.clock_step", None, STEP_S, {"at_s": AT_S}),
+        ("recording.clock_drift", None, DRIFT_PPM, {}),
+    ],
+    ids=lambda one: one[0],
+)
+def test_the_answer_names_it_first(tmp_path, wrong: tuple) -> None:
+    name, axis, value, parameters = wrong
+    answer = diagnose([spoilt(tmp_path / "drive", "navigation", wrong)]).found.answer
+    first = answer["effects"][0]
+    assert (first["name"], first["axis"]) == (name, axis)
+    low, high = first["parameters"]["interval95"]
+    middle, half = 0.5 * (low + high), max(SIGMAS / 1.96 * 0.5 * (high - low), 1e-5 * abs(value))
+    assert middle == pytest.approx(value, abs=half)
+    assert answer["mismatch"][0]["channel"] == ("clock" if "clock" in name else "recording")
+    assert answer["verdict"] != "unexplained"
+    for key, expected in parameters.items():
+        found = first["parameters"][key]
+        assert found == (pytest.approx(expected, abs=5.0) if key == "at_s" else expected)
+
+
+@pytest.mark.slow
+def test_what_is_written_mends_the_next_diagnosis(tmp_path) -> None:
+    folder, model = spoilt(tmp_path / "drive", "navigation", WRONG[0]), tmp_path / "belief.toml"
+    result = diagnose([folder], model_file=model)
+    assert result.found.answer["effects"][0]["name"] == SIGN and str(result)
+    again = diagnose([folder], belief=model).found.answer
+    assert (again["verdict"], again["effects"]) == (NO_MISMATCH, [])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trajectory", ["drive", "climb, cruise, landing"])
+def test_a_sound_recording_is_given_none(tmp_path, trajectory: str) -> None:
+    answer = diagnose([spoilt(tmp_path / "sound", "navigation", trajectory=trajectory)]).found.answer
+    assert not [one for one in answer["effects"] if one["name"].startswith("recording.")]

@@ -1,0 +1,90 @@
+"""The posterior of all effects against closed forms of linear problems, solved with numpy as least squares."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from ins_eval.estimation.forecast import COMMON, factors, gain, lessened, posterior_of, root_of
+from ins_eval.recording import form
+from ins_eval.recording.belief import Belief, EffectBelief
+from ins_eval.tables import parse, read_toml
+
+ROWS, COUNT = 40, 6
+ROUNDING = 1e-9
+FEW_AXES = 0.02  # what a prior of one moves a logarithm that a hundred axes tell
+
+
+@pytest.fixture
+def problem() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Columns (rows, k), what was seen (rows,) with white noise of one, and one sigma (k,) of each prior."""
+    rng = np.random.default_rng(5)
+    columns, sigma = rng.standard_normal((ROWS, COUNT)), np.geomspace(0.1, 3.0, COUNT)
+    return columns, columns @ (sigma * rng.standard_normal(COUNT)) + rng.standard_normal(ROWS), sigma
+
+
+def test_the_posterior_is_that_of_least_squares_with_the_prior_as_further_rows(problem) -> None:
+    x, y, sigma = problem
+    mean, covariance = posterior_of(x.T @ x, x.T @ y, sigma)
+    stacked = np.vstack([x, np.diag(1.0 / sigma)])
+    expected, *_ = np.linalg.lstsq(stacked, np.append(y, np.zeros(COUNT)), rcond=None)
+    assert mean == pytest.approx(expected, rel=ROUNDING)
+    assert covariance == pytest.approx(np.linalg.pinv(stacked) @ np.linalg.pinv(stacked).T, rel=ROUNDING)
+
+
+def test_the_gain_is_that_of_the_densities(problem) -> None:
+    x, y, sigma = problem
+    with_them = multivariate_normal(np.zeros(ROWS), np.eye(ROWS) + (x * sigma**2) @ x.T).logpdf(y)
+    without = multivariate_normal(np.zeros(ROWS), np.eye(ROWS)).logpdf(y)
+    assert gain(x.T @ x, x.T @ y, sigma) == pytest.approx(with_them - without, rel=ROUNDING)
+
+
+def test_what_differs_from_recording_to_recording_stays_with_each(problem) -> None:
+    """Two recordings, in each of which every coefficient has a part of its own: free beside the common ones."""
+    x, y, sigma = problem
+    rng = np.random.default_rng(6)
+    other, seen = rng.standard_normal((ROWS, COUNT)), rng.standard_normal(ROWS)
+    own = 0.3 * np.ones(COUNT)
+    parts = [lessened(a.T @ a, a.T @ b, own**2) for a, b in ((x, y), (other, seen))]
+    mean, covariance = posterior_of(sum(a for a, _ in parts), sum(b for _, b in parts), sigma)
+    zero = np.zeros((ROWS, COUNT))
+    stacked = np.vstack([
+        np.hstack([x, x, zero]), np.hstack([other, zero, other]), np.diag(1.0 / np.concatenate([sigma, own, own]))
+    ])  # fmt: skip
+    expected, *_ = np.linalg.lstsq(stacked, np.concatenate([y, seen, np.zeros(3 * COUNT)]), rcond=None)
+    assert mean == pytest.approx(expected[:COUNT], rel=1e-7)
+    whole = np.linalg.inv(stacked.T @ stacked)
+    assert covariance == pytest.approx(whole[:COUNT, :COUNT], rel=1e-7)
+
+
+def test_a_sensor_whose_errors_are_small_where_they_show_is_small_where_they_do_not() -> None:
+    """Of names that are seen exactly on many axes the factors are known: the others' are conditional means of a normal.
+
+    The logarithms have one variance, of which names of a kind share a part p: after n names with the logarithm x that
+    of another of the kind is n p x / (n p + 1 - p), and of another kind 0.
+    """
+    axes, log, seen = 100, -1.5, ("gyro.scale", "gyro.asymmetry", "gyro.misalignment")
+    name = [one for one in seen for _ in range(axes)] + ["gyro.g_sensitivity", "gyro.bias"]
+    of = SimpleNamespace(persistent=[SimpleNamespace(candidate=SimpleNamespace(name=one)) for one in name])
+    values = np.append(np.exp(log) * np.where(np.arange(len(seen) * axes) % 2, 1.0, -1.0), [0.0, 0.0])
+    certain = np.append(np.full(len(seen) * axes, 1e6), [0.0, 0.0])
+    found = factors(of, np.diag(certain), certain * values)
+    assert found[:-2] == pytest.approx(log, abs=FEW_AXES)
+    n = len(seen)
+    assert found[-2] == pytest.approx(n * COMMON * log / (n * COMMON + 1.0 - COMMON), abs=FEW_AXES)
+    assert found[-1] == pytest.approx(0.0, abs=ROUNDING)
+
+
+def test_a_written_model_is_read_with_its_covariance(tmp_path) -> None:
+    covariance = np.array([[4.0, 1.0], [1.0, 9.0]])
+    root = root_of(covariance)
+    assert root @ root.T == pytest.approx(covariance, rel=1e-8)
+    effects = tuple(
+        EffectBelief(name="accelerometer.bias", axis=axis, value=k + 1.0, root=tuple(root[k, : k + 1]))
+        for k, axis in enumerate("xy")
+    )
+    file = form.write_belief(tmp_path / "model.toml", Belief(effects=effects))
+    assert parse(Belief, read_toml(file), str(file)).effects == effects

@@ -1,0 +1,252 @@
+"""Recordings of one instrument together: their sums and their evidence against explicit densities and quadrature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal
+
+from ins_eval.error_model.columns import Column, Drive, Measured
+from ins_eval.error_model.library import Candidate
+from ins_eval.estimation import study
+from ins_eval.estimation.evidence import SCALES
+from ins_eval.estimation.study import Hypothesis
+from ins_eval.estimation.whitening import Whitened
+from ins_eval.policy import Policy
+
+ROUNDING = 1e-7
+LAPLACE = 0.05  # nats: a parabola in place of a log posterior that is nearly one
+OFF_THE_TOP = 0.2  # prior sigmas by which the noise may stand beside its best
+LAPLACE_ASIDE = 0.25  # nats, from there
+RANGE = (-3.0, 4.5, 46)  # prior sigmas of a level and points of the quadrature
+
+
+@dataclass(eq=False)
+class Regression:
+    """A recording as a plain regression: e = N u + X p + white noise, a level for each part of the rows.
+
+    A column stands in `start`; noise of part l is exp(spread_l position_l).
+    """
+
+    name: str
+    data: np.ndarray
+    anyway: np.ndarray
+    spreads: tuple[float, ...] = (0.0,)
+    candidates: tuple[Candidate, ...] = ()
+    block: int = 1
+    asked: list[int] = field(default_factory=list)
+
+    @property
+    def nuisances(self) -> tuple[Column, ...]:
+        return tuple(Column("", start=tuple(one)) for one in self.anyway.T)
+
+    @property
+    def noise(self) -> SimpleNamespace:
+        return SimpleNamespace(free=[f"level {k}" for k, one in enumerate(self.spreads) if one > 0.0])
+
+    def sigma(self, position: np.ndarray) -> np.ndarray:
+        """(n,)"""
+        part = np.arange(self.data.size) * len(self.spreads) // self.data.size
+        moved = np.zeros(len(self.spreads))
+        moved[np.array(self.spreads) > 0.0] = position
+        return np.exp(np.array(self.spreads) * moved)[part]
+
+    def whitened(self, columns, position, block=1) -> Whitened:
+        self.asked.append(block)
+        s = self.sigma(position)
+        x = np.column_stack([self.anyway, *(np.array(one.start) for one in columns)]) / s[:, None]
+        e = self.data / s
+        return Whitened(x.T @ x, x.T @ e, float(e @ e), 2.0 * float(np.log(s).sum()), e.size, np.empty(0))
+
+    def ready(self, columns):
+        return lambda position: self.whitened(columns, position, self.block)
+
+
+def hypothesis(*columns: np.ndarray | None) -> Hypothesis:
+    made = tuple(None if one is None else Column("", start=tuple(one)) for one in columns)
+    return Hypothesis(Candidate("accelerometer.bias_drift", "x", "ug/h", 1.0, next(filter(None, made))), made)
+
+
+def recordings(spreads=(0.0,), rows: int = 30) -> tuple[list[Regression], list[Hypothesis]]:
+    """Two recordings; the first effect shows in both, the second and third in one of them each."""
+    rng = np.random.default_rng(9)
+    x = rng.standard_normal((2, rows, 3)) @ np.array([[1.0, 0.5, 0.2], [0.0, 1.0, 0.3], [0.0, 0.0, 1.0]])
+    anyway = rng.standard_normal((2, rows, 2))
+    p = np.array([1.5, -0.8, 0.0])
+    shown = np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0]])
+    cases = [
+        Regression(f"r{r}", x[r] @ (p * shown[r]) + anyway[r] @ [0.3, -1.0] + rng.standard_normal(rows), anyway[r],
+                   spreads)
+        for r in range(2)
+    ]  # fmt: skip
+    ones = [hypothesis(*(x[r, :, k] if shown[r, k] else None for r in range(2))) for k in range(3)]
+    return cases, ones
+
+
+def stacked(cases, hypotheses, positions) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Data (n,), columns (n, k) and the covariance (n, n) under the belief, all recordings under one another."""
+    n = [case.data.size for case in cases]
+    x = np.concatenate([
+        np.column_stack([np.zeros(n[r]) if one.columns[r] is None else one.columns[r].start for one in hypotheses])
+        for r in range(len(cases))
+    ])  # fmt: skip
+    whole = np.zeros((sum(n), sum(n)))
+    first = 0
+    for case, position in zip(cases, positions, strict=True):
+        part = slice(first, first + case.data.size)
+        whole[part, part] = np.diag(case.sigma(position) ** 2) + case.anyway @ case.anyway.T
+        first = part.stop
+    return np.concatenate([case.data for case in cases]), x, whole
+
+
+def prior_of_noise(positions) -> float:
+    return -0.5 * float(sum(np.sum(np.square(one)) for one in positions))
+
+
+def test_sums_of_recordings_add() -> None:
+    cases, ones = recordings((0.4,))
+    positions = [np.array([0.7]), np.array([-0.5])]
+    found = study.sums(cases, positions, ones)
+    y, x, whole = stacked(cases, ones, positions)
+    inverse = np.linalg.inv(whole)
+    np.testing.assert_allclose(found.normal, x.T @ inverse @ x, rtol=ROUNDING, atol=ROUNDING)
+    np.testing.assert_allclose(found.projection, x.T @ inverse @ y, rtol=ROUNDING, atol=ROUNDING)
+    expected = multivariate_normal.logpdf(y, cov=whole) + prior_of_noise(positions)
+    assert found.log_null == pytest.approx(expected, abs=ROUNDING)
+    assert found.normal[1, 2] == 0.0  # effects that no recording shows together
+
+
+def test_what_was_taken_off_is_added_back() -> None:
+    """Sums of recordings navigated with effects, against sums around the belief."""
+    cases, ones = recordings()
+    positions = [np.zeros(0)] * 2
+    around = study.sums(cases, positions, ones)
+    point = np.array([1.2, -0.4, 3.0])
+    navigated = [replace(case, data=case.data - taken(ones, point, r)) for r, case in enumerate(cases)]
+    found = study.sums(navigated, positions, ones, point)
+    np.testing.assert_allclose(found.normal, around.normal)
+    np.testing.assert_allclose(found.projection, around.projection, rtol=ROUNDING)
+    assert found.log_null == pytest.approx(around.log_null, abs=ROUNDING)
+    apart = study.sums(navigated, positions, ones)
+    assert np.abs(apart.projection - around.projection).max() > 10.0
+
+
+def test_the_coarse_pass_is_asked_for_in_blocks() -> None:
+    cases, ones = recordings()
+    cases[0].block = 7
+    study.sums(cases, [np.zeros(0)] * 2, ones, coarse=True)
+    study.sums(cases, [np.zeros(0)] * 2, ones)
+    assert cases[0].asked == [7, 1]
+
+
+@pytest.mark.parametrize(("spreads", "count"), [((0.5,), 2), ((0.5, 0.4), 1)])
+@pytest.mark.parametrize("model", [[], [0], [0, 1]])
+def test_noise_is_integrated_out(spreads, count: int, model) -> None:
+    """log Z around the noise that a model likes best, against a dense quadrature, at every scale of the effects."""
+    cases, ones = recordings(spreads)
+    cases, ones = cases[:count], [replace(one, columns=one.columns[:count]) for one in ones[:2]]
+    expected = quadrature(cases, ones, model)
+    top = most_probable(cases, ones, model)
+    found = study.marginal(cases, top, ones, [model], np.zeros(2))[0]
+    assert found == pytest.approx(expected, abs=LAPLACE)
+    aside = [one + OFF_THE_TOP for one in top]
+    assert study.marginal(cases, aside, ones, [model], np.zeros(2))[0] == pytest.approx(expected, abs=LAPLACE_ASIDE)
+
+
+def test_a_model_that_likes_other_noise_is_never_overstated() -> None:
+    """The null at the noise of the effects that are there: far from its own, and far too low, so it is taken there."""
+    cases, ones = recordings((0.5,))
+    at = most_probable(cases, ones, [0, 1])
+    null, full = study.marginal(cases, at, ones, [[], [0, 1]], np.zeros(3))
+    assert full == pytest.approx(quadrature(cases, ones, [0, 1]), abs=LAPLACE)
+    assert null < quadrature(cases, ones, [])
+
+
+def test_noise_is_integrated_out_around_recordings_navigated_with_effects() -> None:
+    cases, ones = recordings((0.5,))
+    ones, point = ones[:2], np.array([1.2, -0.4])
+    navigated = [replace(case, data=case.data - taken(ones, point, r)) for r, case in enumerate(cases)]
+    top = most_probable(cases, ones, [0, 1])
+    found = study.marginal(navigated, top, ones, [[0, 1]], np.zeros(2), point)[0]
+    assert found == pytest.approx(quadrature(cases, ones, [0, 1]), abs=LAPLACE)
+
+
+def test_hypotheses_of_all_recordings() -> None:
+    """A shared effect is one; a step at the same time in each belongs to each; what one cannot show is None there."""
+    column = Column("", start=(1.0,))
+    shared = Candidate("accelerometer.bias_drift", "x", "ug/h", 1.0, column)
+    memory = [
+        Candidate("accelerometer.bias_creep", "x", "ug/degC", 1.0, column, {"time_constant_s": tau})
+        for tau in (600.0, 2400.0)
+    ]
+    step = Candidate("accelerometer.bias_step", "x", "ug", 1.0, column, {"at_s": 900.0})
+    of_earth = Candidate("earth.coriolis", None, "", 0.1, column, centre=10.0)
+    composed = Candidate("composed", "z", "ug", 1.0, column, {"driver": "u", "form": "accelerometer bias = value * u"})
+    cases = [SimpleNamespace(candidates=(shared, *memory, step, composed)),
+             SimpleNamespace(candidates=(shared, *memory, step, of_earth))]  # fmt: skip
+    found = study.union(cases)
+    known = [tuple(one is not None for one in h.columns) for h in found]
+    both, first, second = (True, True), (True, False), (False, True)
+    assert known == [both, both, both, first, first, second, second]
+    space = study.space(found, Policy(handicap=3.0))
+    family = {h.candidate.name: space.families[k] for k, h in enumerate(found)}
+    assert space.families[1] == space.families[2]
+    assert len(set(family.values())) == 5
+    assert [space.centre[k] for k, h in enumerate(found) if h.candidate is of_earth] == [10.0]
+    assert {h.candidate.name: space.handicap[k] for k, h in enumerate(found) if space.handicap[k]} == {"composed": 3.0}
+
+
+def test_a_wider_prior() -> None:
+    column = Column("", (Drive("gyro", 0, "1", 2.0), Measured("delay", 0.5)), start=(1.0, -3.0))
+    one = Hypothesis(Candidate("gyro.bias_drift", "x", "(deg/h)/h", 1.0, column), (column, None)).scaled(4.0)
+    wide, none = one.columns
+    assert none is None
+    assert [term.weight for term in wide.terms] == [8.0, 2.0]
+    assert wide.start == (4.0, -12.0)
+
+
+def taken(ones, point: np.ndarray, r: int) -> np.ndarray:
+    """What effects with these coefficients are in recording `r` (n,)."""
+    shown = [(p, one.columns[r]) for p, one in zip(point, ones, strict=True) if one.columns[r] is not None]
+    return sum(p * np.array(column.start) for p, column in shown)
+
+
+def evidence(cases, ones, model, flat: Sequence[float]) -> float:
+    """log of density times prior of the noise, the mean over scales, with all levels in `flat`."""
+    levels = len(cases[0].noise.free)
+    positions = [np.array(flat[r * levels : (r + 1) * levels]) for r in range(len(cases))]
+    y, x, whole = stacked(cases, ones, positions)
+    root = np.linalg.cholesky(whole)
+    e, w = np.linalg.solve(root, y), np.linalg.solve(root, x[:, model])
+    a, b = w.T @ w, w.T @ e
+    each = [0.0]
+    if model:
+        scales = [np.array(s) for s in product(SCALES, repeat=len(model))]
+        inner = [np.eye(s.size) + s[:, None] * a * s for s in scales]
+        each = [
+            0.5 * (s * b) @ np.linalg.solve(m, s * b) - 0.5 * np.linalg.slogdet(m)[1]
+            for s, m in zip(scales, inner, strict=True)
+        ]
+    null = -0.5 * e @ e - np.log(np.diag(root)).sum() - 0.5 * y.size * np.log(2.0 * np.pi)
+    return null + float(logsumexp(each)) - np.log(len(each)) + prior_of_noise(positions)
+
+
+def most_probable(cases, ones, model) -> list[np.ndarray]:
+    levels = len(cases[0].noise.free)
+    found = minimize(lambda flat: -evidence(cases, ones, model, flat), np.zeros(levels * len(cases)), tol=1e-3)
+    return list(found.x.reshape(len(cases), levels))
+
+
+def quadrature(cases, ones, model) -> float:
+    """Integral over a standard normal prior of each level: the trapezoid on a grid over all that is probable."""
+    levels = len(cases[0].noise.free) * len(cases)
+    grid = np.linspace(*RANGE)
+    heights = [evidence(cases, ones, model, at) for at in product(grid, repeat=levels)]
+    return float(logsumexp(heights)) + levels * (np.log(grid[1] - grid[0]) - 0.5 * np.log(2.0 * np.pi))
