@@ -275,48 +275,55 @@ def _filter(motion, measured, noise, tape):
     for i in range(9):
         p[9 + i, 9 + i] = noise.slow_sigma[i] ** 2
     taping = tape.covariance.size > 0
-    t = np.empty((9, 24))
-    line = np.empty(9)
-    f_turned, g_turned = np.empty((9, 9)), np.empty((6, 9))
+    t = np.zeros((9, 24))
+    turned = np.zeros((15, 12))  # transition and coupling, so that inner loops run along rows
+    line = np.zeros(12)
     h = np.zeros(24)
-    ph = np.empty(24)
+    ph = np.zeros(24)
     decay = np.empty(15)
+    # lengths that the compiler does not know: loops of known ones are unrolled to scalar code, half as fast
+    states = tape.gain.shape[1]
+    padded = states // 2
     row = 0
     logs = 0.0
+    before_s = -1.0
     for k in range(residual.shape[0]):
         if k > 0:
             e = k - 1
-            f, g, dt = motion.transition[e], motion.coupling[e], motion.interval_s[e]
-            for i in range(15):
-                decay[i] = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
-            # inner loops run along rows, so that they are vector code
+            dt = motion.interval_s[e]
+            if dt != before_s:
+                before_s = dt
+                for i in range(15):
+                    decay[i] = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
             for i in range(9):
                 for j in range(9):
-                    f_turned[j, i] = f[i, j]
+                    turned[j, i] = motion.transition[e, i, j]
                 for j in range(6):
-                    g_turned[j, i] = g[i, j]
+                    turned[9 + j, i] = motion.coupling[e, i, j]
             for i in range(9):
-                for j in range(24):
+                for j in range(states):
                     t[i, j] = 0.0
                 for q in range(9):
-                    x = f[i, q]
-                    for j in range(24):
-                        t[i, j] += x * p[q, j]
+                    x = turned[q, i]
+                    if x != 0.0:
+                        for j in range(states):
+                            t[i, j] += x * p[q, j]
                 for q in range(6):
-                    x = g[i, q]
-                    for j in range(24):
-                        t[i, j] += x * p[18 + q, j]
+                    x = turned[9 + q, i]
+                    if x != 0.0:
+                        for j in range(states):
+                            t[i, j] += x * p[18 + q, j]
             for i in range(9):
-                for j in range(9):
+                for j in range(padded):
                     line[j] = 0.0
                 for q in range(9):
                     x = t[i, q]
-                    for j in range(9):
-                        line[j] += x * f_turned[q, j]
+                    for j in range(padded):
+                        line[j] += x * turned[q, j]
                 for q in range(6):
                     x = t[i, 18 + q]
-                    for j in range(9):
-                        line[j] += x * g_turned[q, j]
+                    for j in range(padded):
+                        line[j] += x * turned[9 + q, j]
                 for j in range(i, 9):
                     p[i, j] = line[j]
                     p[j, i] = line[j]
@@ -339,25 +346,24 @@ def _filter(motion, measured, noise, tape):
         for channel in range(9):
             if not np.isfinite(residual[k, channel]):
                 continue
-            h[:] = 0.0
             for i in range(9):
                 h[i] = design[k, channel, i]
-            h[9 + channel] = 1.0
             s = noise.white[k, channel] ** 2
-            ph[:] = 0.0
-            for j in range(24):
+            for i in range(states):
+                ph[i] = p[9 + channel, i]
+            for j in range(9):
                 x = h[j]
                 if x != 0.0:
-                    for i in range(24):
+                    for i in range(states):
                         ph[i] += x * p[j, i]
-            for i in range(24):
+            s += ph[9 + channel]
+            for i in range(9):
                 s += h[i] * ph[i]
-            gain = tape.gain[row]
-            for i in range(24):
-                gain[i] = ph[i] / s
-            for i in range(24):
-                x = gain[i]
-                for j in range(24):
+            inverse = 1.0 / s
+            for i in range(states):
+                x = ph[i] * inverse
+                tape.gain[row, i] = x
+                for j in range(states):
                     p[i, j] -= x * ph[j]
             tape.variance[row] = s
             logs += np.log(s)
