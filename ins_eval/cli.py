@@ -53,9 +53,8 @@ def _flight_report(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser(
         "flight-report", help="fly an ensemble with every compensation and report velocity RMS and CEP"
     )
-    parser.add_argument("--profile", default="climb-cruise-landing", help=options.PROFILE_HELP)
+    options.flown(parser)
     parser.add_argument("--model", help="one more compensation: my.py:MyModel, or a compensation FILE.toml")
-    parser.add_argument("--population", default="jb-kt8", help=options.POPULATION_HELP)
     options.instruments(parser, 200, "number of instruments; more than 200 are flown linearly (default: %(default)s)")
     options.export(parser)
     options.output(parser, "folder of the report (default: %(default)s)", Path("reports/flight"))
@@ -187,11 +186,8 @@ def _simulate(verbs: argparse._SubParsersAction) -> None:
     parser = verbs.add_parser("simulate", help="write a simulated recording")
     parser.add_argument("kind", choices=("flight", "oven", "chamber"))
     options.output(parser, "folder of the recording", required=True)
-    parser.add_argument("--profile", default="climb-cruise-landing", help=options.PROFILE_HELP)
-    parser.add_argument("--population", default="jb-kt8", help=options.POPULATION_HELP)
-    parser.add_argument(
-        "--instrument", type=options.at_least(0), default=0, metavar="I", help="its number (default: %(default)s)"
-    )
+    options.flown(parser)
+    options.instrument(parser)
     parser.add_argument("--axis", choices="xyz", help="of the accelerometer in the chamber (default: x)")
     parser.add_argument(
         "--unit", metavar="NAME", help='a printed accelerometer in the chamber: "JB-KT8 #1", or all in one table'
@@ -296,9 +292,7 @@ def _loop(verbs: argparse._SubParsersAction) -> None:
         default="gain",
         help="change the gain by that much, or a resistor behind it (default: %(default)s)",
     )
-    tests.add_argument(
-        "--instrument", type=options.at_least(0), default=0, metavar="I", help="its number (default: %(default)s)"
-    )
+    options.instrument(tests)
     options.replaced(tests, "--unit", "--instrument")
     options.seed(tests)
     gains = actions.add_parser(

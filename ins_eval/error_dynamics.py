@@ -27,7 +27,7 @@ from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S
 from ins_eval.trajectory import Increments, Trajectory
 
 STATES, DRIVES = 10, 7
-POSITION, VELOCITY, ATTITUDE, INTEGRAL = slice(0, 3), slice(3, 6), slice(6, 9), 9
+ATTITUDE = slice(6, 9)
 # Steps of the central differences of latitude, height and velocity: the equations are smooth over many times as much.
 _DIFFERENCES = ((0, 1e-5), (2, 100.0), (3, 0.1), (4, 0.1), (5, 0.1))
 

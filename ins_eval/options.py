@@ -14,8 +14,6 @@ LAST_PORT = 65535
 STANDARD_OUTPUT = Path("-")
 EXPORTS = ("csv", "parquet", "mat", "nc", "kml", "gpx", "tex")  # `exports.FORMATS`, without importing them
 FILES = (".toml", ".json", ".html", ".csv", ".py")  # a folder with such a name is a slip
-PROFILE_HELP = "name of a shipped profile or a .toml file (default: %(default)s)"
-POPULATION_HELP = "accelerometers: a shipped population or a .toml file (default: %(default)s)"
 
 
 def output(parser: argparse.ArgumentParser, words: str, default: Path | None = None, required: bool = False) -> None:
@@ -60,6 +58,20 @@ def cluster(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="compute on the workers of this Dask scheduler, such as tcp://node:8786; changes no digit",
     )
+
+
+def flown(parser: argparse.ArgumentParser) -> None:
+    """``--profile`` and ``--population``, of verbs that simulate flights."""
+    words = "name of a shipped profile or a .toml file (default: %(default)s)"
+    parser.add_argument("--profile", default="climb-cruise-landing", help=words)
+    words = "accelerometers: a shipped population or a .toml file (default: %(default)s)"
+    parser.add_argument("--population", default="jb-kt8", help=words)
+
+
+def instrument(parser: argparse.ArgumentParser) -> None:
+    """``--instrument``, of verbs that simulate one of many."""
+    words = "its number (default: %(default)s)"
+    parser.add_argument("--instrument", type=at_least(0), default=0, metavar="I", help=words)
 
 
 def instruments(parser: argparse.ArgumentParser, default: int | None, words: str) -> None:

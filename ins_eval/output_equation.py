@@ -46,29 +46,6 @@ def force_error_ug(c: Coefficients, force_g: np.ndarray) -> np.ndarray | float:
     return along + c.delta_o * p - c.delta_p * o
 
 
-def input_force_g(
-    c: Coefficients,
-    pulse_per_s: np.ndarray | float,
-    scale: np.ndarray | float,
-    bias_ug: np.ndarray | float,
-    pendulous_g: np.ndarray | float = 0.0,
-    output_g: np.ndarray | float = 0.0,
-) -> np.ndarray:
-    """ai in g (n,) that gives the output `pulse_per_s`, the specific force along the two other axes being known.
-
-    Parameters: (n,) or constants each. Newton's method. Raises: DataRefused where no ai near E / K1 - K0 gives it.
-    """
-    target = np.asarray(pulse_per_s, dtype=float) / scale - 1e-6 * np.asarray(bias_ug, dtype=float)
-    i, p, o = (np.array(part) for part in np.broadcast_arrays(target, pendulous_g, output_g))
-    for _ in range(NEWTON_STEPS):
-        miss = i + 1e-6 * force_error_ug(c, np.stack((i, p, o), axis=-1)) - target
-        step = miss / _slopes(c, i, p, o)[0]
-        i = i - step
-        if _converged(step, i):
-            return i
-    raise _no_root()
-
-
 def specific_force_g(
     coefficients: Sequence[Coefficients], pulse_per_s: np.ndarray, scale: np.ndarray, bias_ug: np.ndarray
 ) -> np.ndarray:
@@ -89,23 +66,15 @@ def specific_force_g(
             slopes[:, row, axes] = np.column_stack(_slopes(c, *along.T))
         step = np.linalg.solve(slopes, miss[..., None])[..., 0]
         force -= step
-        if _converged(step, force):
+        if np.all(np.abs(step) <= CONVERGED_G * np.maximum(1.0, np.abs(force))):
             return force
-    raise _no_root()
+    raise DataRefused(
+        f"eq. (1): no specific force found for some output in {NEWTON_STEPS} steps; expected terms that are small "
+        "beside ai, so check the units of the coefficients (ug/g^2, ug/g^3, urad) and of the output (pulse/s)"
+    )
 
 
 def _slopes(c: Coefficients, i: np.ndarray, p: np.ndarray, o: np.ndarray) -> tuple[np.ndarray, ...]:
     """Derivatives of E / K1 with respect to ai, ap and ao."""
     along = 1.0 + 1e-6 * (i * (2.0 * c.k2 + 3.0 * c.k3 * i) + c.kip * p + c.kio * o)
     return along, 1e-6 * (c.kip * i + c.delta_o), 1e-6 * (c.kio * i - c.delta_p)
-
-
-def _converged(step: np.ndarray, force_g: np.ndarray) -> bool:
-    return bool(np.all(np.abs(step) <= CONVERGED_G * np.maximum(1.0, np.abs(force_g))))
-
-
-def _no_root() -> DataRefused:
-    return DataRefused(
-        f"eq. (1): no specific force found for some output in {NEWTON_STEPS} steps; expected terms that are small "
-        "beside ai, so check the units of the coefficients (ug/g^2, ug/g^3, urad) and of the output (pulse/s)"
-    )

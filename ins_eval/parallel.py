@@ -26,7 +26,6 @@ from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-import ins_eval
 from ins_eval.errors import InsEvalError, UsageError
 
 Key = TypeVar("Key", bound=Hashable)
@@ -155,7 +154,7 @@ def _keep_memory() -> None:
 @cache  # of the code that this process has loaded, whatever lies there later
 def code_digest() -> str:
     """SHA-256 of the modules and tables of this package: what decides numbers beside what is asked for."""
-    package, digest = Path(ins_eval.__file__).parent, hashlib.sha256()
+    package, digest = Path(__file__).parent, hashlib.sha256()
     for path in sorted(one for one in package.rglob("*") if one.suffix in (".py", ".toml")):
         digest.update(str(path.relative_to(package)).encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

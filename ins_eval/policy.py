@@ -8,11 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ins_eval.diagnosis.unnamed.disturbance import Suspect
-    from ins_eval.diagnosis.unnamed.locate import Interval
 
 REASONING = "reasoning, no data"
 DEVELOPMENT = "simulated cases of the development sets"
@@ -74,8 +69,8 @@ class Policy:
         """The share of the first effect's nats that a further one must gain, in recordings of these kinds."""
         return max((self.share_chamber if kind == "chamber" else self.share for kind in kinds), default=0.0)
 
-    def largest_probability(self, interval: Interval) -> float:
-        """The largest false alarm probability with which an interval of this channel counts as a mismatch.
+    def largest_probability(self, channel: str) -> float:
+        """The largest false alarm probability with which an interval of a channel of this name counts as a mismatch.
 
         What measures has slow errors and steps of its own.
         """
@@ -85,15 +80,7 @@ class Policy:
             "navigation": self.interval_navigation,
             "reference.attitude": self.interval_attitude,
         }
-        return of_channel.get(interval.channel.name, self.interval)
-
-    def sure(self, suspect: Suspect) -> bool:
-        """Whether a suspect counts as a mismatch."""
-        return suspect.probability <= self.largest_probability(suspect.interval)
-
-    def surest(self, suspects: Iterable[Suspect]) -> Suspect | None:
-        """The sure one that gains most, if any."""
-        return max((one for one in suspects if self.sure(one)), key=lambda one: one.gain, default=None)
+        return of_channel.get(channel, self.interval)
 
     @classmethod
     def described(cls) -> dict[str, tuple[float, str, str]]:

@@ -297,7 +297,7 @@ def test_chambers_that_do_not_make_an_instrument(tmp_path):
 
 def test_what_is_no_chamber(instrument, tmp_path):
     refused(UsageError, 'expected kind = "chamber"', [instrument / "flight"], output=tmp_path / "out")
-    refused(UsageError, "does not exist", [tmp_path / "nowhere"], output=tmp_path / "out")
+    refused(UsageError, "there is no such folder", [tmp_path / "nowhere"], output=tmp_path / "out")
     refused(DataRefused, "holds no recording.toml", [tmp_path], output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

@@ -243,7 +243,8 @@ def test_the_default_size_is_that_of_the_power(made_up: Gate, committed: Committ
         return ensembles(SIZE, seed=5)
 
     monkeypatch.setattr(gate.ensemble, "run", run)
-    check_cep.run(made_up.folder, made_up.committed_file, "climb-cruise-landing", 1, 1, False)
+    flown = {"profile": "climb-cruise-landing", "seed": 1, "committed_file": made_up.committed_file}
+    check_cep.run(made_up.folder, 1, False, **flown)
     assert set(asked) == {committed.power_size}
     assert f"gate: {committed.power_size} paired instruments" in capsys.readouterr().out
 

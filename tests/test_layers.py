@@ -5,10 +5,14 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
+import grimp
 import pytest
 
+ROOMS_OF_A_DIAGNOSIS = ("ins_eval.diagnosis", "ins_eval.estimation", "ins_eval.error_model", "ins_eval.policy")
+LONGEST_CHAIN = 9  # of modules, each of which imports the next
 LINT = "from importlinter.cli import lint_imports_command; lint_imports_command()"
 
 
@@ -88,3 +92,22 @@ def test_the_layers_refuse_a_module_without_a_place(copy: Path) -> None:
     result = lint_imports(copy, "layers")
     assert result.returncode == 1, result.stdout
     assert "nowhere" in result.stdout
+
+
+def imports(annotations: bool) -> dict[str, set[str]]:
+    """Every module of the package with those that it imports; with what only its `annotations` need, or without."""
+    graph = grimp.build_graph("ins_eval", exclude_type_checking_imports=not annotations, cache_dir=None)
+    return {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
+
+
+def test_no_module_imports_itself_by_a_way_round() -> None:
+    """Not even for annotations."""
+    TopologicalSorter(imports(annotations=True)).prepare()  # raises CycleError
+
+
+def test_no_chain_of_imports_in_a_diagnosis_is_long() -> None:
+    found, length = imports(annotations=False), {}
+    for module in TopologicalSorter(found).static_order():
+        if module.startswith(ROOMS_OF_A_DIAGNOSIS):
+            length[module] = 1 + max((length.get(other, 0) for other in found[module]), default=0)
+    assert 3 < max(length.values()) <= LONGEST_CHAIN

@@ -34,7 +34,7 @@ def findings_of(case: Path, policy):
     from threadpoolctl import threadpool_limits
 
     from ins_eval.analysis.diagnose import prepare_folders
-    from ins_eval.diagnosis.answer.findings import collect
+    from ins_eval.diagnosis.answer.collect import collect
 
     folders = [case] if (case / "recording.toml").exists() else sorted(p.parent for p in case.glob("*/recording.toml"))
     with threadpool_limits(1):

@@ -13,7 +13,6 @@ from ins_eval.diagnosis.answer.answer import answer
 from ins_eval.diagnosis.answer.described import with_descriptions
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import Diagnosis
-from ins_eval.errors import UsageError
 from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import prepare_chamber
 from ins_eval.estimation.description import (
@@ -27,7 +26,6 @@ from ins_eval.recording.consistency import WARNING
 from ins_eval.recording.consistency.settling import settled
 from ins_eval.recording.form.description import CHAMBER, open_folder
 from ins_eval.recording.mending import FAMILY
-from ins_eval.tables import parse, read_toml
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -97,8 +95,7 @@ def belief_of(folder: Path, belief_file: Path | None) -> tuple[Belief, Path]:
     """What is believed of a recording, and the folder to which the files that it names are relative."""
     if belief_file is None:
         return form.read_belief(folder), folder
-    tables = {key: table for key, table in read_toml(belief_file).items() if key in Belief.model_fields}
-    return parse(Belief, tables, str(belief_file)), belief_file.parent
+    return form.belief_of_file(belief_file), belief_file.parent
 
 
 class _Ready(NamedTuple):
@@ -112,12 +109,6 @@ class _Ready(NamedTuple):
 
 
 def _made_ready(folder: Path, name: str, belief_file: Path | None = None, unit: str | None = None) -> _Ready:
-    if not folder.is_dir():
-        seen = "this is a file" if folder.exists() else "there is no such folder"
-        raise UsageError(
-            f"{folder}: {seen}, expected a recording in the form ins-recording/1; check the name, or make it: "
-            "ins-eval import FORMAT FILE -o DIR"
-        )
     belief, where = belief_of(folder, belief_file)
     if open_folder(folder).description.kind == CHAMBER:
         belief = believed_of_chamber(belief)

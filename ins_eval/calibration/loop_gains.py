@@ -137,11 +137,6 @@ def rounding_ppm(code: float) -> float:
     return 0.5 / code / PPM
 
 
-def residual_share(before: float, after: float, compensated: float) -> float:
-    """What is left of an output error, |N(1) - N(0)| / |N'(1) - N(0)|: eq. (31), which is printed upside down."""
-    return abs(compensated - before) / abs(after - before)
-
-
 def _student(value: float, sigma: float, freedom: float) -> Gain:
     half = float(stdtrit(freedom, 0.975)) * sigma
     return Gain(float(value), sigma, float(value - half), float(value + half))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ins_eval import gate
 from ins_eval.errors import GateNotMet
@@ -20,41 +22,52 @@ HEADINGS = {
 }
 
 
+@dataclass(frozen=True)
+class Options:
+    """What is flown and held against what, as ``ins-eval check-cep --help`` says it.
+
+    With `commit` what is found is written to `committed_file`, None: that of the package, instead of being held
+    against it.
+    """
+
+    profile: str
+    seed: int
+    size: int | None = None
+    commit: bool = False
+    committed_file: Path | None = None
+
+
 def run(
     output: Path,
-    committed_file: Path | None,
-    profile: str,
-    seed: int,
     workers: int | None,
     quiet: bool,
-    size: int | None = None,
-    commit: bool = False,
     json: Path | None = None,
     scheduler: str | None = None,
+    **options: Any,
 ) -> int:
     """Run the ensembles, print each condition and each control, raise GateNotMet where one does not hold.
 
-    With `commit` what was found is written to `committed_file` instead of being held against it; None is the file of
-    the package.
+    `options` are the fields of `Options`.
     """
-    committed_file = committed_file or gate.COMMITTED_FILE
-    if commit:
-        sizes = Sizes(paper=size, missions=size) if size else COMMIT_SIZES
-        flown = gate.fly(output, profile, seed, sizes, workers, quiet, scheduler)
-        write_whole(committed_file, gate.commit(flown, sizes, seed).encode())
+    of = Options(**options)
+    committed_file = of.committed_file or gate.COMMITTED_FILE
+    if of.commit:
+        sizes = Sizes(paper=of.size, missions=of.size) if of.size else COMMIT_SIZES
+        flown = gate.fly(output, of.profile, of.seed, sizes, workers, quiet, scheduler)
+        write_whole(committed_file, gate.commit(flown, sizes, of.seed).encode())
         write_json(json, {"format": "ins-eval-gate/1", "committed": str(committed_file)})
         if not quiet:
             print(f"committed: {committed_file}")
         return 0
     committed = parse(Committed, read_toml(committed_file), str(committed_file))
-    size = size or committed.power_size
+    size = of.size or committed.power_size
     sizes = Sizes(paper=size, missions=size)
-    seen = gate.compare(gate.fly(output, profile, seed, sizes, workers, quiet, scheduler), seed)
+    seen = gate.compare(gate.fly(output, of.profile, of.seed, sizes, workers, quiet, scheduler), of.seed)
     conditions = gate.conditions(seen, committed, size)
     if not quiet:
-        _print(conditions, seen["paper"], committed, size, seed)
+        _print(conditions, seen["paper"], committed, size, of.seed)
     held = [one._asdict() | {"met": one.met} for one in conditions]
-    write_json(json, {"format": "ins-eval-gate/1", "size": size, "seed": seed, "conditions": held})
+    write_json(json, {"format": "ins-eval-gate/1", "size": size, "seed": of.seed, "conditions": held})
     failures = [f"condition {c.subject}: {c.seen:.3f}, expected {c.limits}" for c in conditions if not c.met]
     failures += gate.control_faults(seen["paper"], committed)
     if failures:

@@ -6,7 +6,7 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -35,27 +35,26 @@ STATIC = ("state", "repetition", "n_out")
 def simulate(
     preset_or_file: str,
     output: Path,
-    forward_ppm: float = -200.0,
-    feedback_ppm: float = 200.0,
-    through: Literal["gain", "resistor"] = "gain",
     instrument: int = 0,
     seed: int = 1,
     json: Path | None = None,
     quiet: bool = False,
+    **injected: Any,
 ) -> int:
     """Take one accelerometer through the paper's procedure and write what its bench recorded into `output`.
 
     ``scan.csv`` and ``current.csv`` are what `calibrate` takes; ``static.csv`` has N_out before and after the drift
-    and compensated; ``manifest.json`` says what was simulated. The same seed gives the same bytes.
+    and compensated; ``manifest.json`` says what was simulated. `injected` are the fields of `Injection`, the drift that
+    is put in. The same seed gives the same bytes.
     """
-    for option, value in (("--forward-ppm", forward_ppm), ("--feedback-ppm", feedback_ppm)):
+    injection = Injection(**injected)
+    for option, value in (("--forward-ppm", injection.forward_ppm), ("--feedback-ppm", injection.feedback_ppm)):
         if not -LARGEST_PPM <= value <= LARGEST_PPM:  # also where it is no number
             raise UsageError(f"{option} {value:g}: expected {-LARGEST_PPM:g} to {LARGEST_PPM:g} ppm; choose another")
     loop = load(preset_or_file)
     margins = stability.margins(loop)  # an unstable loop has nothing to record
     streams = Streams(seed).at("digital loop")
     drawn = population.draw(streams, instrument, loop)
-    injection = Injection(forward_ppm, feedback_ppm, through)
     done = bench.procedure(drawn, streams.at("unit", instrument, "bench"), injection)
     _write_tests(done, loop.counts_per_g, output)
     manifest = {

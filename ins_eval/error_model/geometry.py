@@ -15,6 +15,8 @@ from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 if TYPE_CHECKING:
     from ins_eval.recording import Start
 
+STATES = 9  # of a navigation error: of position and velocity in n, and phi
+POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
 VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
 BLOCK, OVERLAP = 1 << 18, 64  # steps
 _CLOCK_S = 1e-6

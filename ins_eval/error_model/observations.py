@@ -15,8 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ins_eval.earth import EARTH_RATE, radii
-from ins_eval.error_model.geometry import States, cross_matrices
-from ins_eval.error_model.propagation import ATTITUDE, POSITION, STATES, VELOCITY
+from ins_eval.error_model.geometry import ATTITUDE, POSITION, STATES, VELOCITY, States, cross_matrices
 from ins_eval.errors import DataRefused
 from ins_eval.navigation import PARKED
 from ins_eval.recording import Fixes

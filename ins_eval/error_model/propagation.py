@@ -24,7 +24,16 @@ import numpy as np
 
 from ins_eval.earth import EARTH_RATE, gravity, radii
 from ins_eval.error_model import drives
-from ins_eval.error_model.geometry import States, along, apart, cross_matrices
+from ins_eval.error_model.geometry import (
+    ATTITUDE,
+    POSITION,
+    STATES,
+    VELOCITY,
+    States,
+    along,
+    apart,
+    cross_matrices,
+)
 from ins_eval.navigation import PARKED
 from ins_eval.strapdown import VERTICAL_TIME_CONSTANT_S, Solution
 
@@ -32,8 +41,6 @@ if TYPE_CHECKING:
     from ins_eval.error_model.null import Believed
     from ins_eval.recording.belief import EarthBelief
 
-STATES = 9
-POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
 _CLOCK_S = 1e-6
 
 

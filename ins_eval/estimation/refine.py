@@ -17,11 +17,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.effects.lag import NAME as LAG
 from ins_eval.estimation.arcs import Diverged
 from ins_eval.estimation.placing import Point, again, placed
 from ins_eval.estimation.study import Hypothesis, fit_noise, sums
-from ins_eval.recording.belief import EffectBelief
 
 if TYPE_CHECKING:
     from ins_eval.estimation.case import Case
@@ -176,7 +174,7 @@ def _navigated(
     like: Sequence[Case] | None = None,
 ) -> tuple[tuple[Case, ...], tuple[Hypothesis, ...]]:
     """The recordings with the effects of `model` taken off, at the noise of `like` or their own, and the effects."""
-    effects = [believed_effect(one, float(p), original) for one, p in zip(model, point, strict=True) if p != 0.0]
+    effects = [one.believed(float(p), original) for one, p in zip(model, point, strict=True) if p != 0.0]
     try:
         cases = tuple(case.again(effects) for case in original)
     except Diverged as error:
@@ -199,21 +197,6 @@ def _same_white(case: Case, before: Case) -> NoiseModel:
         typical.append([np.nanmedian(column) if np.isfinite(column).any() else 1.0 for column in known.T])
     white = case.noise.white * np.divide(*typical)
     return replace(case.noise, priors=before.noise.priors, down=before.noise.down, white=white)
-
-
-def believed_effect(one: Hypothesis, coefficient: float, cases: Sequence[Case]) -> EffectBelief:
-    """An effect as a belief states it, of a hypothesis with its coefficient."""
-    candidate = one.candidate
-    value = coefficient * candidate.nominal
-    known = {name: p for name, p in candidate.parameters.items() if name in EffectBelief.model_fields}
-    local = None
-    if candidate.local:
-        local = next(case.name for case, column in zip(cases, one.columns, strict=True) if column is not None)
-    if candidate.name.startswith("earth."):
-        value = 1.0
-    if candidate.name == LAG:
-        value = max(value, 0.0)
-    return EffectBelief(name=candidate.name, axis=candidate.axis, value=value, recording=local, **known)
 
 
 def _alike(a: Hypothesis, b: Hypothesis) -> bool:

@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.effects.composed import NAME as COMPOSED
+from ins_eval.effects.lag import NAME as LAG
 from ins_eval.estimation.evidence import log_evidence_of, reduce
 from ins_eval.estimation.search import Space, log_bayes_factor
+from ins_eval.recording.belief import EffectBelief
 
 if TYPE_CHECKING:
     from ins_eval.error_model.columns import Column
@@ -43,6 +45,20 @@ class Hypothesis:
     @property
     def key(self) -> tuple:
         return self.candidate.key
+
+    def believed(self, coefficient: float, cases: Sequence[Case]) -> EffectBelief:
+        """The effect with its coefficient as a belief states it."""
+        candidate = self.candidate
+        value = coefficient * candidate.nominal
+        known = {name: p for name, p in candidate.parameters.items() if name in EffectBelief.model_fields}
+        local = None
+        if candidate.local:
+            local = next(case.name for case, column in zip(cases, self.columns, strict=True) if column is not None)
+        if candidate.name.startswith("earth."):
+            value = 1.0
+        if candidate.name == LAG:
+            value = max(value, 0.0)
+        return EffectBelief(name=candidate.name, axis=candidate.axis, value=value, recording=local, **known)
 
     def scaled(self, factor: float) -> Hypothesis:
         """The hypothesis with a nominal size that is larger by a factor."""

@@ -10,10 +10,8 @@ from ins_eval.errors import UsageError
 from ins_eval.initialization.magnetic import with_magnetic_heading
 from ins_eval.interface.result import PathLike
 from ins_eval.recording import Recording, form
-from ins_eval.recording.belief import Belief
 from ins_eval.recording.form.description import CHAMBER, open_folder
 from ins_eval.recording.validation import validate
-from ins_eval.tables import parse, read_toml
 from ins_eval.units import DEG
 
 
@@ -37,11 +35,8 @@ def read(
     Raises: UsageError, DataRefused.
     """
     source = Path(source)
-    stated = None
-    if belief is not None:
-        tables = {key: table for key, table in read_toml(Path(belief)).items() if key in Belief.model_fields}
-        stated = parse(Belief, tables, str(belief))
-    if source.is_dir():
+    stated = None if belief is None else form.belief_of_file(Path(belief))
+    if source.is_dir() or not source.exists():
         if open_folder(source).description.kind == CHAMBER:
             raise UsageError(f"{source}: it is a chamber recording; calibrate or diagnose it")
         recording = form.read(source, solution_alone=True, belief=stated)
@@ -49,11 +44,6 @@ def read(
         from ins_eval.readers import psins_text  # imported here: the libraries of all formats come with it
 
         recording = replace(validate(psins_text.read(source, {})), folder=source.parent)
-    elif not source.exists():
-        raise UsageError(
-            f"{source}: there is no such folder, expected a recording in the form ins-recording/1; check the name, or "
-            "make it: ins-eval import FORMAT FILE -o DIR"
-        )
     else:
         raise UsageError(
             f"{source}: evaluate takes a folder in the form ins-recording/1 (or a .imu file in PSINS text); bring this "

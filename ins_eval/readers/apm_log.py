@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -49,8 +50,9 @@ class Log:
     height: str
 
 
-def recording(log: Log, name: str, where: str, what: str, assumed: Mapping[str, str]) -> Recording:
-    """The recording of a log; `what` is the first note."""
+def recording(log: Log, path: Path, form: str, assumed: Mapping[str, str]) -> Recording:
+    """The recording of a log whose file is in `form`, a few words."""
+    where = str(path)
     layout = LAYOUT.overridden(assumed)
     rows = log.imu
     samples = sampled(Readings(MS * rows[:, 0], rows[:, 1:4], rows[:, 4:7]), layout, f"{where}, IMU")
@@ -61,7 +63,7 @@ def recording(log: Log, name: str, where: str, what: str, assumed: Mapping[str, 
     attitude = _attitude(log.attitude, f"{where}, ATT")
     start, start_note = _start(samples.start_s, gps, offset_s, attitude)
     return Recording(
-        name=name,
+        name=path.stem,
         kind="flight",
         start=start,
         imu=samples.imu,
@@ -76,7 +78,8 @@ def recording(log: Log, name: str, where: str, what: str, assumed: Mapping[str, 
             accelerometer=ACCELEROMETER,
         ),
         notes=(
-            what,
+            f"The file {path.name} is an ArduPilot log {form} with {len(rows)} IMU rows, {len(log.gps)} fixes and "
+            f"{len(log.attitude)} attitudes.",
             *layout.notes(assumed, "this is the format's convention"),
             *samples.notes,
             f"Found {len(gps.time_s)} GPS fixes, {int((~gps.valid).sum())} of them without a three-dimensional "

@@ -31,14 +31,8 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
     """The whole log as one flight."""
     found = variables(path, [name + end for name in COLUMNS for end in ("", "_label")], EXPECTED)
     tables = {name: _columns(path, found, name) for name in COLUMNS}
-    return recording(
-        Log(tables["IMU"], tables["GPS"], tables["ATT"], "above mean sea level"),
-        path.stem,
-        str(path),
-        f"The file {path.name} is an ArduPilot log in MATLAB form with {len(tables['IMU'])} IMU rows, "
-        f"{len(tables['GPS'])} fixes and {len(tables['ATT'])} attitudes.",
-        assumed,
-    )
+    log = Log(tables["IMU"], tables["GPS"], tables["ATT"], "above mean sea level")
+    return recording(log, path, "in MATLAB form", assumed)
 
 
 def _columns(path: Path, found: dict[str, np.ndarray], table: str) -> np.ndarray:

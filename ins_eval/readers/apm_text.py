@@ -37,11 +37,5 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
         if f"{table}.txt" not in files:
             raise DataRefused(f"{path}: holds no {table}.txt, expected {EXPECTED}; pack all tables of the log")
         tables[table] = text_numbers(f"{path}, {table}.txt", files[f"{table}.txt"], width, meaning)[:, wanted]
-    return recording(
-        Log(tables["IMU"], tables["GPS"], tables["ATT"], "above the take-off point"),
-        path.stem,
-        str(path),
-        f"The file {path.name} is an ArduPilot log in text tables with {len(tables['IMU'])} IMU rows, "
-        f"{len(tables['GPS'])} fixes and {len(tables['ATT'])} attitudes.",
-        assumed,
-    )
+    log = Log(tables["IMU"], tables["GPS"], tables["ATT"], "above the take-off point")
+    return recording(log, path, "in text tables", assumed)

@@ -350,11 +350,8 @@ def _in_mps(recording: Recording) -> Imu | None:
     """Pulses are turned to m/s by the believed scale, which is good enough for this; None where there is none."""
     imu = recording.imu
     if imu.accelerometer_form == "pulse":
-        believed = recording.belief.accelerometer
-        scales = [axis.scale.gamma if axis and axis.scale else None for axis in (believed.x, believed.y, believed.z)]
-        if None in scales:
-            return None
-        imu = replace(imu, accelerometer=imu.accelerometer * (STANDARD_GRAVITY / np.array(scales)))
+        size_mps = recording.belief.accelerometer.mps_per_pulse
+        return None if size_mps is None else replace(imu, accelerometer=imu.accelerometer * size_mps)
     return imu
 
 

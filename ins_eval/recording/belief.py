@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 
 from ins_eval.limits import SMALLEST_DIVISOR, allowed
 from ins_eval.scale_factor import TERMS
+from ins_eval.units import STANDARD_GRAVITY
 
 Vector = tuple[float, float, float]
 NotNegative = Annotated[float, Field(ge=0.0)]
@@ -143,6 +144,12 @@ class AccelerometerBelief(FormTable):
     x: AxisBelief | None = None
     y: AxisBelief | None = None
     z: AxisBelief | None = None
+
+    @property
+    def mps_per_pulse(self) -> np.ndarray | None:
+        """What a pulse of x, y and z is at the believed scales, (3,) in m/s; None where one has no scale."""
+        scales = [axis.scale.gamma if axis and axis.scale else None for axis in (self.x, self.y, self.z)]
+        return None if None in scales else STANDARD_GRAVITY / np.array(scales)
 
 
 class EffectBelief(FormTable):

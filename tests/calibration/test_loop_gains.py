@@ -132,10 +132,6 @@ def test_rounding_of_the_code():
     assert loop_gains.rounding_ppm(32768) == pytest.approx(15.26, abs=0.01)  # 16 bits
 
 
-def test_residual_share_is_the_printed_value_of_equation_31():
-    assert loop_gains.residual_share(0.0, -193.0, 24.0) == pytest.approx(0.1244, abs=1e-4)
-
-
 def test_a_negative_slope_keeps_the_sign_of_its_drift():
     reference, test = -3.0 * N_FPGA[None], -3.0 * 1.0001 * N_FPGA[None]
     found = loop_gains.forward_drift(N_FPGA, reference, test)

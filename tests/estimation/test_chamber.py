@@ -10,7 +10,7 @@ import pytest
 from ins_eval.diagnosis.answer.experiments import information, planned_column
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import NO_MISMATCH
-from ins_eval.diagnosis.unnamed.disturbance import restless
+from ins_eval.diagnosis.unnamed.disturbance import is_sure, restless
 from ins_eval.error_model.columns import assemble
 from ins_eval.errors import DataRefused
 from ins_eval.estimation.case import with_effects
@@ -124,7 +124,7 @@ def test_a_slow_error_beyond_its_grade_is_no_noise(belief) -> None:
             assert found.interval.channel.name == "accelerometer.y"
             assert found.wander.sensor == "accelerometer"
             assert found.wander.bound < found.wander.sigma < WANDER_UG * UG * 2.0
-            assert policy.sure(found)
+            assert is_sure(found, policy)
 
 
 def test_a_rate_term_that_was_left_out_is_named(belief) -> None:

@@ -15,7 +15,7 @@ from ins_eval.error_model.columns import Column
 from ins_eval.error_model.library import Candidate
 from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.placing import Q95, Profile
-from ins_eval.estimation.refine import RefinedFit, _same_white, believed_effect, refine
+from ins_eval.estimation.refine import RefinedFit, _same_white, refine
 from ins_eval.estimation.study import Hypothesis, fit_noise, sums
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.units import UG
@@ -170,7 +170,7 @@ def test_sums_around_what_was_found_are_those_around_the_belief(crept) -> None:
 def test_what_a_belief_says_of_an_effect(candidate, coefficient: float, value: float, recording) -> None:
     """A step belongs to its recording; a term of the Earth is there or not; no element is early."""
     one = Hypothesis(candidate, (None, candidate.column))
-    found = believed_effect(one, coefficient, [SimpleNamespace(name="first"), SimpleNamespace(name="second")])
+    found = one.believed(coefficient, [SimpleNamespace(name="first"), SimpleNamespace(name="second")])
     assert (found.name, found.axis, found.recording) == (candidate.name, candidate.axis, recording)
     assert found.value == pytest.approx(value)
     for name in ("time_constant_s", "at_s"):

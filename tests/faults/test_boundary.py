@@ -410,5 +410,5 @@ def test_the_page_names_no_file_that_is_not_there(tmp_path: Path, sound: Path) -
 def test_reading_a_folder_says_so(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="is a folder"):
         boundary.content(tmp_path, "a file")
-    with pytest.raises(UsageError, match="does not exist"):
+    with pytest.raises(UsageError, match="there is no such folder"):
         form.read(tmp_path / "none")

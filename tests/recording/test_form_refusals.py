@@ -41,7 +41,7 @@ def folder(tmp_path: Path, flight: Recording) -> Path:
 
 
 def test_a_path_that_is_no_folder(tmp_path):
-    assert "does not exist" in refusal(tmp_path / "nowhere", UsageError)
+    assert "there is no such folder" in refusal(tmp_path / "nowhere", UsageError)
     path = tmp_path / "file"
     path.write_text("")
     assert "is a file" in refusal(path, UsageError)

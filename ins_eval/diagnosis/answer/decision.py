@@ -24,6 +24,7 @@ from ins_eval.diagnosis.answer.verdict import (
     UNEXPLAINED,
     channel_of,
 )
+from ins_eval.diagnosis.unnamed.disturbance import surest_of
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.effects.accelerometer import AT
 from ins_eval.effects.composed import NAME as COMPOSED
@@ -56,7 +57,7 @@ def decide(findings: Findings, policy: Policy) -> Decision:
         near = any(one.below_best < policy.near for one in rivals(findings.linearisation, policy))
         return Decision(NOT_IDENTIFIABLE if near else EXPLAINED, findings.beside, findings.shown, named=True)
     suspects = findings.suspects or ()
-    surest = policy.surest(suspects)
+    surest = surest_of(suspects, policy)
     place = () if surest is None else (findings.places[suspects.index(surest)],)
     if heard:
         return _insufficient(findings, surest, place, policy)

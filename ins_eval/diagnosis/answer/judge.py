@@ -1,4 +1,4 @@
-"""A diagnosis: what recordings hold (`findings`), the verdict over it (`decision`), and all that is said of it."""
+"""A diagnosis: what recordings hold (`collect`), the verdict over it (`decision`), and all that is said of it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from scipy.special import logsumexp
 from threadpoolctl import threadpool_limits
 
+from ins_eval.diagnosis.answer.collect import collect
 from ins_eval.diagnosis.answer.decision import Decision, decide
 from ins_eval.diagnosis.answer.experiments import Catalogue
-from ins_eval.diagnosis.answer.findings import Findings, collect
 from ins_eval.diagnosis.answer.invariants import violations
 from ins_eval.diagnosis.answer.rivals import rivals, with_experiments
 from ins_eval.diagnosis.answer.verdict import (
@@ -33,6 +33,7 @@ from ins_eval.policy import Policy
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
+    from ins_eval.diagnosis.answer.findings import Findings
     from ins_eval.estimation.case import Case
     from ins_eval.estimation.linearisation import Linearisation
     from ins_eval.estimation.study import Hypothesis

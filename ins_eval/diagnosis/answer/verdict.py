@@ -12,7 +12,6 @@ from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.lag import NAME as LAG
 from ins_eval.effects.parts import SENSORS
 from ins_eval.estimation.forecast import forecast, persistent, root_of
-from ins_eval.estimation.refine import believed_effect
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,8 +99,7 @@ class Diagnosis:
     def believed(self) -> list[EffectBelief]:
         """The effects as a belief states them."""
         return [
-            believed_effect(one.hypothesis, one.value / one.hypothesis.candidate.nominal, self.cases)
-            for one in self.effects
+            one.hypothesis.believed(one.value / one.hypothesis.candidate.nominal, self.cases) for one in self.effects
         ]
 
     @property
@@ -109,12 +107,12 @@ class Diagnosis:
         """What is believed of the instrument's next recordings.
 
         Wrong descriptions and named effects that are not of a sensor, or of one recording only, as they are stated; of
-        the sensors the posterior of all persistent effects, see `estimate.forecast`. The chance that sensors have
+        the sensors the posterior of all persistent effects, see `estimation.forecast`. The chance that sensors have
         stands in `root`: the rows of a root of the covariance, in units of the values.
         """
         known, found = self.linearisation, [self._of_recording(one) for one in self.described]
         values = {one.hypothesis: one.value / one.hypothesis.candidate.nominal for one in self.effects}
-        found += [believed_effect(one, x, self.cases) for one, x in values.items() if not persistent(one)]
+        found += [one.believed(x, self.cases) for one, x in values.items() if not persistent(one)]
         named: list[tuple[Hypothesis, float, float]] = []
         if known is not None:
             off = dict(zip(known.hypotheses, known.point.tolist(), strict=True))
@@ -129,7 +127,7 @@ class Diagnosis:
         here = [
             case.name for case, column in zip(self.cases, one.hypothesis.columns, strict=True) if column is not None
         ]
-        effect = believed_effect(one.hypothesis, one.value, self.cases)
+        effect = one.hypothesis.believed(one.value, self.cases)
         return effect if len(here) == len(self.cases) else effect.model_copy(update={"recording": here[0]})
 
 
@@ -138,7 +136,7 @@ def _with_roots(posterior: Forecast, cases: Sequence[Case]) -> list[EffectBelief
     nominal = np.array([one.candidate.nominal for one in posterior.effects])
     root = nominal[:, None] * root_of(posterior.covariance)
     return [
-        believed_effect(one, float(mean), cases).model_copy(
+        one.believed(float(mean), cases).model_copy(
             update={"root": tuple(float(f"{x:.{DIGITS}g}") for x in row[: k + 1])}
         )
         for k, (one, mean, row) in enumerate(zip(posterior.effects, posterior.mean, root, strict=True))

@@ -103,7 +103,7 @@ def _unnamed(windows: _Windows, least: float | None, rng: np.random.Generator, p
     if interval is None:
         return UnnamedDisturbance(None, gain, 0.0)
     sigma = trials.sigma(interval.t2)
-    sure = trials.probability(interval.t2) <= policy.largest_probability(interval)
+    sure = trials.probability(interval.t2) <= policy.largest_probability(interval.channel.name)
     if least is None or (sure and 0.5 * interval.t2 > least) or gain > least:
         return UnnamedDisturbance(located(case, r, interval, sigma), gain, sigma, interval)
     return UnnamedDisturbance(None, gain, sigma)

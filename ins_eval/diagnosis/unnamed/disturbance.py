@@ -7,7 +7,7 @@ own. An interval is judged as the largest of all that were looked at (`locate`),
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -51,6 +51,16 @@ class Suspect:
     fitted: Fitted
     follows: str = ""
     wander: Wander | None = None
+
+
+def is_sure(suspect: Suspect, policy: Policy) -> bool:
+    """Whether a suspect counts as a mismatch."""
+    return suspect.probability <= policy.largest_probability(suspect.interval.channel.name)
+
+
+def surest_of(suspects: Iterable[Suspect], policy: Policy) -> Suspect | None:
+    """The sure one that gains most, if any."""
+    return max((one for one in suspects if is_sure(one, policy)), key=lambda one: one.gain, default=None)
 
 
 def of_windows(

@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from ins_eval.recording import Recording
 from ins_eval.recording.consistency.alternatives import MATRICES, NU
-from ins_eval.units import DEG, DEG_PER_H, STANDARD_GRAVITY
+from ins_eval.units import DEG, DEG_PER_H
 
 RATE_FACTORS = np.array([1.0, DEG, 1.0 / DEG, DEG_PER_H, 1.0 / DEG_PER_H, DEG_PER_H / DEG, DEG / DEG_PER_H])
 RELATIVE_FACTORS = RATE_FACTORS[:4]
@@ -67,13 +67,9 @@ class Integrals:
 def integrated(recording: Recording) -> Integrals | None:
     """Pulses are turned to m/s by the believed scale; None where there is none."""
     imu = recording.imu
-    per_unit = np.ones(3)
-    if imu.accelerometer_form == "pulse":
-        believed = recording.belief.accelerometer
-        scales = [axis.scale.gamma if axis and axis.scale else None for axis in (believed.x, believed.y, believed.z)]
-        if None in scales:
-            return None
-        per_unit = STANDARD_GRAVITY / np.array(scales)
+    per_unit = recording.belief.accelerometer.mps_per_pulse if imu.accelerometer_form == "pulse" else np.ones(3)
+    if per_unit is None:
+        return None
     time_s = np.append(recording.start.time_s, imu.time_s)
     kept = slice(None, None, max(1, int(STEP_S / max(float(np.median(np.diff(time_s))), 1e-9) + 1e-6)))
 

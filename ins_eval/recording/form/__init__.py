@@ -15,7 +15,16 @@ Every column and key: docs/recording.md.
 
 from __future__ import annotations
 
-from ins_eval.recording.form.reading import read, read_belief, read_chamber, validated
+from ins_eval.recording.form.reading import belief_of_file, read, read_belief, read_chamber, validated
 from ins_eval.recording.form.writing import write, write_belief, write_chamber
 
-__all__ = ["read", "read_belief", "read_chamber", "validated", "write", "write_belief", "write_chamber"]
+__all__ = [
+    "belief_of_file",
+    "read",
+    "read_belief",
+    "read_chamber",
+    "validated",
+    "write",
+    "write_belief",
+    "write_chamber",
+]

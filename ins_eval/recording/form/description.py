@@ -122,8 +122,11 @@ def open_folder(folder: str | Path) -> Opened:
     """
     folder = Path(folder)
     if not folder.is_dir():
-        seen = "is a file" if folder.exists() else "does not exist"
-        raise UsageError(f"{folder}: {seen}, expected the folder of a recording, with {FILE} in it; name that folder")
+        seen = "this is a file" if folder.exists() else "there is no such folder"
+        raise UsageError(
+            f"{folder}: {seen}, expected a recording in the form {FORMAT}; check the name, or make it: "
+            "ins-eval import FORMAT FILE -o DIR"
+        )
     path = folder / FILE
     if not path.is_file():
         raise DataRefused(

@@ -115,15 +115,13 @@ def _check_heading(fixes: Fixes, where: str) -> None:
 
 def _check_force(recording: Recording, where: str) -> None:
     """The median specific force is not that of gravity in another unit."""
-    imu, accelerometers = recording.imu, recording.belief.accelerometer
-    per_g = np.full(3, STANDARD_GRAVITY)
-    if imu.accelerometer_form == "pulse":
-        scales = [getattr(accelerometers, axis) and getattr(accelerometers, axis).scale for axis in "xyz"]
-        if not all(scales):
-            return
-        per_g = np.array([scale.gamma for scale in scales])
+    imu = recording.imu
+    per_unit = recording.belief.accelerometer.mps_per_pulse if imu.accelerometer_form == "pulse" else np.ones(3)
+    if per_unit is None:
+        return
     step_s = float(np.median(recording.interval_s))
-    force_g = float(np.median(np.linalg.norm(imu.accelerometer / per_g, axis=1) / recording.interval_s))
+    force = np.linalg.norm(imu.accelerometer * per_unit, axis=1) / recording.interval_s
+    force_g = float(np.median(force)) / STANDARD_GRAVITY
     if ORDINARY_FORCE[0] <= force_g <= ORDINARY_FORCE[1]:
         return
     mix_ups = {1.0 / step_s: "rates given for increments", step_s: "increments given for rates"}

@@ -36,6 +36,7 @@ from ins_eval.recording.form.names import (
 from ins_eval.recording.form.plausibility import check_plausible
 from ins_eval.recording.mending import mended
 from ins_eval.recording.validation import validate
+from ins_eval.tables import parse, read_toml
 from ins_eval.units import DEG
 
 CLOCK_TOLERANCE = 0.1  # of the step that rate_hz states; milliseconds for seconds is a factor of 1000
@@ -168,6 +169,12 @@ def read_chamber(folder: str | Path, unit: str | None = None) -> ChamberReadings
 def read_belief(folder: str | Path) -> Belief:
     """What a recording of any kind believes, without its tables."""
     return open_folder(folder).belief
+
+
+def belief_of_file(file: Path) -> Belief:
+    """The belief tables of a file, which may hold others."""
+    tables = {key: table for key, table in read_toml(file).items() if key in Belief.model_fields}
+    return parse(Belief, tables, str(file))
 
 
 def _there(opened: Opened, name: str, table: Columns | None) -> Columns:

@@ -1,0 +1,351 @@
+"""From recordings to findings: noise, the best set of effects, what is left beside it, what has no name.
+
+    1  noise is fitted under the null, and every effect and every interval of every channel is looked at with it
+    2  noise is fitted again under the best set of effects and under the best intervals, and the search repeated: what
+       is wrong has inflated the noise of the null
+    3  the finalists are compared with the noise integrated out of each
+    4  the finalist is refitted through the full mechanization (`refine`)
+    5  enough? what a slow disturbance of a channel, or any interval of it, still gains beside the effects
+
+Sources: Kass and Raftery 1995; Willsky and Jones 1976.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.answer.decision import explains, is_heard
+from ins_eval.diagnosis.answer.findings import Findings
+from ins_eval.diagnosis.answer.verdict import channel_of
+from ins_eval.diagnosis.unnamed import locate
+from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
+from ins_eval.diagnosis.unnamed.disturbance import (
+    intervals,
+    is_sure,
+    one_sensor,
+    restless,
+    surest_of,
+    with_quiet_sensors,
+    within_grade,
+)
+from ins_eval.diagnosis.unnamed.mismatch import Mismatch, located
+from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
+from ins_eval.diagnosis.unnamed.where import where
+from ins_eval.effects.parts import SENSORS
+from ins_eval.estimation.instants import innovations
+from ins_eval.estimation.linearisation import linearise
+from ins_eval.estimation.refine import Impossible, RefinedFit, refine
+from ins_eval.estimation.search import one_more
+from ins_eval.estimation.study import Hypothesis, fit_noise, marginal, wide
+from ins_eval.navigation import PARKED
+from ins_eval.streams import Streams
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from ins_eval.diagnosis.unnamed.disturbance import Suspect
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.linearisation import Linearisation
+    from ins_eval.estimation.noise_fit import Fitted
+    from ins_eval.policy import Policy
+
+ROUNDS = 3
+ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
+
+
+def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], None] = lambda _: None) -> Findings:
+    """Search recordings of one instrument together."""
+    cases = tuple(cases)
+    rng = Streams(0).at("diagnosis", "significance").rng()
+    progress("noise")
+    null = tuple(fit_noise(cases, [], [None] * len(cases), hills=True))
+    known = [
+        replace(one, noise_point=within_grade(case, one.noise_point, policy))
+        for case, one in zip(cases, null, strict=True)
+    ]
+    progress("effects")
+    around_belief = linearise(cases, (), np.zeros(0), known, policy)
+    begin = _begun(around_belief, known, policy)
+    alone = () if _of_earth(begin) else _alone(cases, null, policy)
+    linearisation = _searched(cases, begin, policy)
+    quiet = _quiet(cases, linearisation, alone)
+    if any((a.noise_point != b.noise_point).any() for a, b in zip(quiet, linearisation.fitted, strict=True)):
+        other = _searched(cases, _at_noise(begin, quiet, policy), policy)
+        linearisation = max(linearisation, other, key=lambda one: one.height)
+    findings = Findings(
+        cases=cases,
+        null=null,
+        innovations=tuple(innovations(case, one.noise_point) for case, one in zip(cases, null, strict=True)),
+        alone=alone,
+        linearisation=linearisation,
+        gain=_gain(cases, known, linearisation, policy),
+        around_belief=around_belief,
+    )
+    suspects = None
+    if not is_heard(findings, policy):
+        progress("intervals")
+        suspects = _suspects(findings, rng, policy)
+        if surest := surest_of(suspects, policy):
+            findings = _stepped(findings, surest.recording, surest.interval, surest.fitted, policy)
+    if is_heard(findings, policy):
+        progress("what is left")
+        findings = _enough(_examined(findings, rng, policy), rng, policy)
+        if explains(findings, policy):
+            return findings
+    suspects = _suspects(findings, rng, policy) if suspects is None else suspects
+    return replace(findings, suspects=suspects, places=tuple(_place(findings, one) for one in suspects))
+
+
+def _quiet(cases: Sequence[Case], linearisation: Linearisation, alone: Sequence[Suspect]) -> list[Fitted]:
+    """The noise of sensors that wander little, or of a sure disturbance without a name.
+
+    What is wrong has made the sensors look noisy, and a slow error of a bench stands in for an effect. But sensors that
+    need arcs in motion do wander: jumps and laws enough would describe any path of them.
+    """
+    quiet = [
+        one
+        if case.believed is not None and case.believed.arcs and case.kind not in PARKED
+        else replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
+        for case, one in zip(cases, linearisation.fitted, strict=True)
+    ]
+    for one in alone:
+        quiet[one.recording] = one.fitted
+    return quiet
+
+
+def _alone(cases: Sequence[Case], null: Sequence[Fitted], policy: Policy) -> tuple[Suspect, ...]:
+    """Disturbances without a name that are sure, each at a noise of its own; the one that gains most is last."""
+    found = [look(case, r, null[r], policy) for r, case in enumerate(cases) for look in (one_sensor, motion_dependence)]
+    sure = (one for one in found if one is not None and is_sure(one, policy))
+    return tuple(sorted(sure, key=lambda one: one.gain))
+
+
+def _suspects(findings: Findings, rng: np.random.Generator, policy: Policy) -> tuple[Suspect, ...]:
+    """Disturbances without a name, at the noise of the null or their own."""
+    found = list(findings.alone)
+    for r, case in enumerate(findings.cases):
+        found += intervals(case, r, findings.null[r], rng, policy)
+    if surest_of(found, policy) is None:  # what is located as an interval explains more than that a sensor wanders
+        for r, case in enumerate(findings.cases):
+            found += [one for one in (restless(case, r, findings.null[r], policy),) if one is not None]
+    return tuple(found)
+
+
+def _enough(findings: Findings, rng: np.random.Generator, policy: Policy) -> Findings:
+    """The findings with jumps of sensors beside the effects, where these leave nothing; else as they are."""
+    tried = findings
+    for _ in range(ROUNDS):
+        left = tried.beside
+        if explains(tried, policy) or left.mismatch is None or left.interval is None:
+            break
+        r = left.mismatch.recording
+        stepped = _stepped(tried, r, left.interval, tried.linearisation.fitted[r], policy)
+        if stepped is tried:
+            break
+        tried = _examined(stepped, rng, policy)
+    return tried if explains(tried, policy) else findings
+
+
+def _stepped(findings: Findings, r: int, off: locate.Interval, noise: Fitted, policy: Policy) -> Findings:
+    """The findings where a sensor has jumped that is `off` from an instant to the end, if that is more probable.
+
+    The jump stands beside the effects that are heard; `noise` is that of recording `r`.
+    """
+    cases, before = findings.cases, findings.linearisation
+    heard = is_heard(findings, policy)
+    case = before.cases[r] if heard else cases[r]
+    exact = None if case.believed is None else _jump(case, off, noise.noise_point)
+    if exact is None:
+        return findings
+    sensor, _, axis = exact.channel.name.partition(".")
+    step = case.member(f"{sensor}.bias_step", axis, {"at_s": exact.begin_s})
+    columns = tuple(step.column if k == r else None for k in range(len(cases)))
+    model = [*(before.chosen(scaled=False) if heard else []), Hypothesis(step, columns)]
+    point = np.append(before.point[list(before.best.members)] if heard else [], 0.0)
+    fitted = list(before.fitted if heard else findings.null)
+    fitted[r] = noise
+    try:
+        refined = refine(cases, model, fitted, point)
+    except Impossible:
+        return findings
+    linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
+    linearisation = replace(linearisation, refined=refined).own_first(len(refined.model))
+    if linearisation.height <= before.height:
+        return findings
+    return replace(findings, linearisation=linearisation, gain=_gain(cases, findings.null, linearisation, policy))
+
+
+def _examined(findings: Findings, rng: np.random.Generator, policy: Policy) -> Findings:
+    """The findings with what the effects leave, and where each shows."""
+    linearisation = findings.linearisation
+    instead, beside = left_unexplained(linearisation, rng, policy)
+    shown = tuple(_shown(linearisation, k) for k in linearisation.best.members)
+    return replace(findings, instead=instead, beside=beside, shown=shown)
+
+
+def _place(findings: Findings, suspect: Suspect) -> Mismatch:
+    """Where a suspect is, to the second."""
+    case = findings.cases[suspect.recording]
+    exact = locate.refined(case, suspect.interval, suspect.fitted.noise_point)
+    follows = suspect.follows
+    instead = None if findings.instead is None else findings.instead.mismatch
+    if instead and (instead.recording, instead.channel) == (suspect.recording, exact.channel.name):
+        follows = follows or instead.follows
+    return located(case, suspect.recording, exact, suspect.sigma, follows)
+
+
+def _begun(around_belief: Linearisation, null: Sequence[Fitted], policy: Policy) -> Linearisation:
+    """The linearisation from which the search begins: around the belief, or around one effect alone.
+
+    An error that alone does most of what a whole set does may be so large that nothing linear around a solution with it
+    can be trusted, and the others of the set mend what the first left. So does a term of the Earth that the belief
+    leaves out. Each such effect is tried by navigating with it alone, and the most probable is where the search begins.
+    """
+    best, cases = around_belief, around_belief.cases
+    gain = around_belief.best.log_bayes_factor
+    if gain < policy.earth:
+        return around_belief
+    of_family, members = one_more(around_belief.here.normal, around_belief.here.projection, (), around_belief.space)
+    alone = [
+        k
+        for family, k in enumerate(members)
+        if around_belief.hypotheses[k].candidate.name.startswith("earth.")
+        or (len(around_belief.best.members) > 1 and of_family[family] > policy.most_of_set * gain)
+    ]
+    for k in alone:
+        with suppress(Impossible):
+            best = max(best, _around(cases, around_belief.hypotheses[k], null, policy), key=lambda one: one.height)
+    return best
+
+
+def _around(cases: tuple[Case, ...], alone: Hypothesis, null: Sequence[Fitted], policy: Policy) -> Linearisation:
+    """The linearisation around the recordings navigated with one effect; raises Impossible."""
+    refined = refine(cases, [alone], null)
+    return linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
+
+
+def _of_earth(begin: Linearisation) -> bool:
+    return any(one.candidate.name.startswith("earth.") for one in begin.hypotheses[: np.count_nonzero(begin.point)])
+
+
+def _at_noise(linearisation: Linearisation, fitted: Sequence[Fitted], policy: Policy) -> Linearisation:
+    """The linearisation around the same point, its sums and its search at another noise."""
+    m = int(np.count_nonzero(linearisation.point))
+    return linearise(linearisation.cases, linearisation.hypotheses[:m], linearisation.point[:m], fitted, policy)
+
+
+def _searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Policy) -> Linearisation:
+    """Search, fit the noise under the set found, navigate with that set, and search again until the set stays."""
+    for turn in range(ROUNDS):
+        best = linearisation.best
+        if best.log_bayes_factor < policy.worth_refitting:
+            return linearisation
+        if turn == 0:
+            fitted = fit_noise(linearisation.cases, linearisation.chosen(), linearisation.fitted, hills=True)
+            linearisation = _at_noise(linearisation, fitted, policy)
+            if linearisation.best.log_posterior < 0.0:
+                return linearisation
+        linearisation, refined = _refined(cases, linearisation)
+        keys = linearisation.keys
+        linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
+        linearisation = replace(linearisation, refined=refined)
+        own = linearisation.own_first(len(refined.model))
+        placed = set(linearisation.best.members) == set(range(len(refined.model)))
+        last = turn == ROUNDS - 1
+        if linearisation.keys == keys and not placed and not last:
+            continue  # at the noise of the answer another time, width or lag is better
+        if last or linearisation.best.log_posterior <= own.best.log_posterior + policy.stay:
+            linearisation = own
+        if linearisation.keys == keys:
+            break
+    return linearisation
+
+
+def _refined(cases: tuple[Case, ...], linearisation: Linearisation) -> tuple[Linearisation, RefinedFit]:
+    """The best set with which the recordings can be navigated, and the fit there."""
+    while True:
+        try:
+            point = linearisation.point[list(linearisation.best.members)]
+            return linearisation, refine(cases, linearisation.chosen(scaled=False), linearisation.fitted, point)
+        except Impossible as error:
+            linearisation = linearisation.excluding(error.key)
+
+
+def _gain(cases: Sequence[Case], null: Sequence[Fitted], linearisation: Linearisation, policy: Policy) -> float:
+    """log Bayes factor of the best set against the null, the noise integrated out of both."""
+    best = linearisation.best
+    if best.log_bayes_factor < policy.worth_refitting:
+        return best.log_bayes_factor
+    m = list(best.members)
+    centre = linearisation.space.centre[m]
+    share = best.log_bayes_factor - linearisation.gain(m)
+    models = [[], list(range(len(m)))]
+    noise_points = [one.noise_point for one in linearisation.fitted]
+    quiet = [one.noise_point for one in null]
+    chosen, point = linearisation.chosen(scaled=False), linearisation.point[m]
+    there = marginal(linearisation.cases, noise_points, chosen, models, centre, point)
+    if all(a.model.nodes_s.size == b.model.nodes_s.size for a, b in zip(cases, linearisation.cases, strict=True)):
+        alone = marginal(cases, quiet, [], [[]], np.zeros(0))
+    else:  # a clock that is set right moves measurements past one another, and other means are compared
+        alone = marginal(linearisation.cases, quiet, chosen, [[]], centre, point)
+    return float(there[1] - max(there[0], alone[0])) + share
+
+
+def _shown(linearisation: Linearisation, k: int) -> Mismatch:
+    """Where effect `k` shows: the recording and the interval that hold most of its energy."""
+    of_family, _ = linearisation.places(k)
+    gain = float(of_family[linearisation.space.families[k]])
+    one, best, fitted = linearisation.hypotheses[k], linearisation.best, linearisation.fitted
+    beside = [h for j, h in zip(best.members, linearisation.chosen(), strict=True) if j != k]
+    energies = []
+    for r, case in enumerate(linearisation.cases):
+        if one.columns[r] is None:
+            continue
+        known = len(case.nuisances)
+        columns = [wide(h.columns[r], 16.0) for h in beside if h.columns[r] is not None] + [one.columns[r]]
+        last = known + len(columns)
+        whitened = case.whitened(columns, fitted[r].noise_point, keep=last + 1)
+        taken = np.linalg.solve(
+            np.eye(last - 1) + whitened.normal[: last - 1, : last - 1], whitened.normal[: last - 1, last - 1]
+        )
+        energy = np.nansum((whitened.kept[..., last] - whitened.kept[..., 1:last] @ taken) ** 2, axis=1)
+        energies.append((float(energy.sum()), r, energy))
+    _, r, energy = max(energies, key=lambda entry: entry[0])
+    case = linearisation.cases[r]
+    part = np.cumsum(energy) / max(float(energy.sum()), 1e-300)
+    begin, end = np.searchsorted(part, ENERGY)
+    nodes_s = case.model.nodes_s
+    begin_s, end_s = (float(nodes_s[max(begin - 1, 0)]), float(nodes_s[min(end, nodes_s.size - 1)]))
+    if "at_s" in one.candidate.parameters:
+        begin_s, end_s = float(one.candidate.parameters["at_s"]), float(nodes_s[-1])
+    return Mismatch(
+        recording=r,
+        channel=channel_of(one.candidate.name, one.candidate.axis, one.candidate.parameters),
+        axis=one.candidate.axis or "",
+        begin_s=begin_s,
+        end_s=end_s,
+        where=where(case.model, case.temperature, begin_s, end_s),
+        significance_sigma=float(np.sqrt(2.0 * max(0.0, gain - linearisation.space.cost))),
+    )
+
+
+def _jump(case: Case, interval: locate.Interval, noise_point: np.ndarray) -> locate.Interval | None:
+    """Where a sensor is off to the end of a recording: at rest the instant from which it is so is known to seconds.
+
+    There an accelerometer that jumps feels what it would if a gyro were off for a moment and tilted it, so every sensor
+    is tried. None for what is off between two instants otherwise, or is no sensor.
+    """
+    last_s = float(case.model.nodes_s[-1])
+    if not interval.channel.name.startswith(SENSORS):
+        return None
+    tried = [interval]
+    if interval.end_s < last_s:
+        sensors = [one for one in locate.channels(case.seen) if one.name.startswith(SENSORS)]
+        tried = [replace(interval, channel=one, end_s=last_s) for one in sensors if case.kind in PARKED]
+    found = [locate.refined(case, one, noise_point) for one in tried]
+    window_s = np.diff(locate.edges(case.model))[0]
+    return max((one for one in found if one.end_s > last_s - window_s), key=lambda one: one.t2, default=None)
