@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs, noise
 from ins_eval.estimation.coarse import block_of, coarse, coarse_noise, few_blocks
 from ins_eval.estimation.noise_fit import Ready, fit
-from ins_eval.estimation.whitening import Whitened, whiten
+from ins_eval.estimation.whitening import Gains, Whitened, gains, whiten
 from ins_eval.initialization import HEADING_SIGMA_RAD, TILT_SIGMA_RAD
 from ins_eval.navigation import PARKED
 from ins_eval.units import DEG_PER_H, UG
@@ -62,6 +62,7 @@ class Case:
     epochs_s: np.ndarray  # between nodes, for what forgets
     member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
     again: Callable[[Sequence[EffectBelief]], Case]  # the same recording with these effects believed as well
+    _gains: dict[tuple[int, bytes], Gains] = field(default_factory=dict, init=False, repr=False)  # of the last noise
 
     def assembled(self, columns: Sequence[Column] = ()) -> Assembled:
         """Nuisances first, then `columns`."""
@@ -72,7 +73,12 @@ class Case:
     def whitened(self, columns: Sequence[Column], noise_point: np.ndarray, block: int = 1, keep: int = 1) -> Whitened:
         """One pass with noise at `noise_point`, on means over `block` nodes."""
         assembled = coarse(self.assembled(columns), block)
-        return whiten(assembled, coarse_noise(self.noise, block, self.seen.residual).levels(noise_point), keep)
+        levels = coarse_noise(self.noise, block, self.seen.residual).levels(noise_point)
+        at = block, noise_point.tobytes()
+        if at not in self._gains:
+            self._gains.clear()
+            self._gains[at] = gains(assembled, levels)
+        return whiten(assembled, levels, keep, self._gains[at])
 
     def fitted(
         self,

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numba
 import numpy as np
 
-from ins_eval.estimation.whitening import FASTMATH, Covariance, Responses, Whitened, tape
+from ins_eval.estimation.whitening import ALL_STATES, FASTMATH, Whitened, gains, motion, respond
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,17 +51,18 @@ def slopes(
     """
     measured = np.isfinite(columns.residual)
     nodes, rows = measured.shape[0], int(measured.sum())
-    out, recorded = np.empty((rows, columns.count)), tape(rows, nodes, columns.count)
-    responses = Responses(columns, noise, np.arange(columns.count))
-    log_determinant = Covariance(columns, noise).advance(0, nodes, recorded)
-    responses.advance(0, nodes, recorded, out)
+    out = np.empty((rows, columns.count))
+    recorded, log_determinant = gains(columns, noise, columns.count)
+    every, begin = np.arange(columns.count), np.zeros((ALL_STATES, columns.count))
+    begin[:9] = columns.start.T
+    respond(columns, noise, every, begin, (0, nodes), recorded, out)
     total = out.T @ out
     kept = np.full((nodes, 9, 1), np.nan)
     kept[measured] = out[:, :1]
     whitened = Whitened(total[1:, 1:], total[1:, 0], float(total[0, 0]), log_determinant, rows, kept)
     height, by_sums = sensitivity(whitened)
     found = Slopes(*(np.zeros(n) for n in ((nodes, 9), nodes - 1, nodes - 1, 9, 9, 6, 6)))
-    _back(responses.motion, measured, columns.design, noise, recorded, out, 2.0 * out @ by_sums, found)
+    _back(motion(columns, every), measured, columns.design, noise, recorded, out, 2.0 * out @ by_sums, found)
     return height, found
 
 

@@ -17,11 +17,12 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numba
 import numpy as np
+
+from ins_eval.estimation.alike import Split
 
 if TYPE_CHECKING:
     from ins_eval.error_model.columns import Assembled
@@ -180,130 +181,149 @@ class Whitened:
     kept: np.ndarray
 
 
-def tape(rows: int, nodes: int = 0, count: int = 0) -> Tape:
-    """An empty tape for `rows` measurements, and for the adjoint at `nodes` of `count` columns."""
-    return Tape(
+class Gains(NamedTuple):
+    """What the filter makes of the noise, the same for all columns: its `tape`, and log|S|."""
+
+    tape: Tape
+    log_determinant: float
+
+
+def gains(columns: Assembled, noise: NoiseLevels, adjoint_of: int = 0) -> Gains:
+    """The gains of the filter, with what the adjoint of so many columns needs."""
+    rows, nodes = int(np.isfinite(columns.residual).sum()), columns.residual.shape[0] if adjoint_of else 0
+    recorded = Tape(
         np.empty((rows, ALL_STATES)),
         np.empty(rows),
         np.empty((nodes, ALL_STATES, ALL_STATES)),
-        np.empty((nodes, ALL_STATES - 9, count)),
+        np.empty((nodes, ALL_STATES - 9, adjoint_of)),
     )
+    still = motion(columns, np.zeros(0, dtype=int))
+    return Gains(recorded, _filter(still, Measured(columns.residual, columns.design), noise, recorded))
 
 
-def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1) -> Whitened:
+def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1, known: Gains | None = None) -> Whitened:
     """Whiten the residual and all columns; the residual is the first of `columns`, and `keep` of them are kept.
 
-    They are taken in the order in which they begin: what is yet to begin costs nothing.
+    What is yet to begin costs nothing, and what is driven alike is whitened together (`Split`). `known` are the gains
+    at this noise, if they are.
     """
     count, nodes = columns.count, columns.residual.shape[0]
-    begin = columns.acting[:, 0]
-    order = np.argsort(begin, kind="stable")
-    place = np.argsort(order)
-    bounds = np.linspace(0, count, -(-count // _TOGETHER) + 1).astype(int)
-    parts = [Responses(columns, noise, order[lo:hi], lo) for lo, hi in zip(bounds[:-1], bounds[1:], strict=True)]
-    covariance = Covariance(columns, noise)
+    recorded, log_determinant = gains(columns, noise) if known is None else known
+    xi = np.zeros((ALL_STATES, count))
+    xi[:9] = columns.start.T
     total = np.zeros((count, count))
     kept = np.full((nodes, 9, keep), np.nan)
-    whole = np.zeros((9 * min(nodes, _CHUNK), count))
-    log_determinant = 0.0
+    space = np.empty(9 * min(nodes, _CHUNK) * (count + ALL_STATES))
     rows = 0
-    with ThreadPoolExecutor(min(_THREADS, len(parts))) as pool:
-        each = pool.map if len(parts) > 1 else map
-        for first in range(0, nodes, _CHUNK):
-            last = min(nodes, first + _CHUNK)
-            measured = np.isfinite(columns.residual[first:last])
-            recorded = tape(int(measured.sum()))
-            out = whole[: recorded.variance.size]
-            log_determinant += covariance.advance(first, last, recorded)
-            begun = int(np.searchsorted(begin[order], last))
-            chosen = [one for one in parts if one.column < begun]
-            for _ in each(partial(Responses.advance, first=first, last=last, recorded=recorded, out=out), chosen):
-                pass
-            total[:begun, :begun] += out[:, :begun].T @ out[:, :begun]
-            kept[first:last][measured] = out[:, place[:keep]]
-            rows += out.shape[0]
-    total = total[np.ix_(place, place)]
+    for first in range(0, nodes, _CHUNK):
+        last = min(nodes, first + _CHUNK)
+        measured = np.isfinite(columns.residual[first:last])
+        here = slice(rows, rows + int(measured.sum()))
+        rows = here.stop
+        part = recorded._replace(gain=recorded.gain[here], variance=recorded.variance[here])
+        split = Split.of_nodes(columns, keep, first, last)
+        begin = split.states(xi)
+        out = space[: part.variance.size * begin.shape[1]].reshape(-1, begin.shape[1])
+        end = _together(columns, noise, split.which, begin, (first, last), part, out)
+        split.add(total, xi, out.T @ out)
+        split.move(xi, end)
+        begun = split.own[split.own < keep]
+        of_kept = np.zeros((out.shape[0], keep))
+        of_kept[:, begun] = out[:, : begun.size]
+        kept[first:last][measured] = of_kept
     return Whitened(total[1:, 1:], total[1:, 0], float(total[0, 0]), log_determinant, rows, kept)
 
 
-class Covariance:
-    """The covariance of the filter on its way along the nodes."""
+def _together(columns, noise, which, xi, nodes: tuple[int, int], recorded, out) -> np.ndarray:
+    """`respond`, of many columns in parts that a core keeps at hand."""
+    count = xi.shape[1]
+    bounds = np.linspace(0, count, -(-count // _TOGETHER) + 1).astype(int)
 
-    def __init__(self, columns: Assembled, noise: NoiseLevels):
-        self.noise = noise
-        self.motion = motion(columns, np.zeros(0, dtype=int))
-        self.measured = Measured(columns.residual, columns.design)
-        self.now = np.zeros((ALL_STATES, ALL_STATES))
-        self.now[range(9, 18), range(9, 18)] = noise.slow_sigma**2
+    def part(lo: int, hi: int) -> np.ndarray:
+        return respond(columns, noise, which[lo:hi], xi[:, lo:hi], nodes, recorded, out, lo)
 
-    def advance(self, first: int, last: int, recorded: Tape) -> float:
-        """Record the gains at the nodes from `first` to `last`; returns log|S| of them."""
-        return _filter(first, last, self.motion, self.measured, self.noise, self.now, recorded)
+    if bounds.size == 2:
+        return part(0, count)
+    with ThreadPoolExecutor(_THREADS) as pool:
+        return np.hstack(list(pool.map(part, bounds[:-1], bounds[1:])))
 
 
-class Responses:
-    """The columns `which` (m,) on their way along the nodes; they stand from `column` on in what is whitened."""
+def respond(
+    columns: Assembled,
+    noise: NoiseLevels,
+    which: np.ndarray,
+    xi: np.ndarray,
+    nodes: tuple[int, int],
+    recorded: Tape,
+    out: np.ndarray,
+    place: int = 0,
+) -> np.ndarray:
+    """Whiten what begins in the states `xi` (24, m) over some nodes, into the columns of `out` from `place` on.
 
-    def __init__(self, columns: Assembled, noise: NoiseLevels, which: np.ndarray, column: int = 0):
-        self.noise, self.column = noise, column
-        self.motion, self.shown = motion(columns, which), shown(columns, which)
-        self.measured = Measured(columns.residual, columns.design)
-        self.xi = np.zeros((ALL_STATES, which.size))
-        self.xi[:9] = columns.start[which].T
-
-    def advance(self, first: int, last: int, recorded: Tape, out: np.ndarray) -> None:
-        """Whiten the nodes from `first` to `last` with the gains recorded there, into the rows of `out`."""
-        given = self.motion, self.shown, self.measured, self.noise, recorded
-        # a slice of `out` has another layout, which compiles the kernel a second time
-        _respond(first, last, *given, self.xi, self.column, out)
+    The first of them are driven as the columns `which` are, others by nothing. Returns the states at the end.
+    """
+    given = motion(columns, which), shown(columns, which), Measured(columns.residual, columns.design), noise, recorded
+    xi = np.array(xi, order="C")
+    _respond(*nodes, *given, xi, place, out)  # a slice of `out` has another layout, which compiles the kernel again
+    return xi
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
-def _filter(first, last, motion, measured, noise, p, tape):
+def _filter(motion, measured, noise, tape):
     residual, design = measured.residual, measured.design
+    p = np.zeros((24, 24))
+    for i in range(9):
+        p[9 + i, 9 + i] = noise.slow_sigma[i] ** 2
     taping = tape.covariance.size > 0
-    t = np.empty((9, 24))
-    line = np.empty(9)
-    f_turned, g_turned = np.empty((9, 9)), np.empty((6, 9))
+    t = np.zeros((9, 24))
+    turned = np.zeros((15, 12))  # transition and coupling, so that inner loops run along rows
+    line = np.zeros(12)
     h = np.zeros(24)
-    ph = np.empty(24)
+    ph = np.zeros(24)
     decay = np.empty(15)
+    # lengths that the compiler does not know: loops of known ones are unrolled to scalar code, half as fast
+    states = tape.gain.shape[1]
+    padded = states // 2
     row = 0
     logs = 0.0
-    for k in range(first, last):
+    before_s = -1.0
+    for k in range(residual.shape[0]):
         if k > 0:
             e = k - 1
-            f, g, dt = motion.transition[e], motion.coupling[e], motion.interval_s[e]
-            for i in range(15):
-                decay[i] = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
-            # inner loops run along rows, so that they are vector code
+            dt = motion.interval_s[e]
+            if dt != before_s:
+                before_s = dt
+                for i in range(15):
+                    decay[i] = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
             for i in range(9):
                 for j in range(9):
-                    f_turned[j, i] = f[i, j]
+                    turned[j, i] = motion.transition[e, i, j]
                 for j in range(6):
-                    g_turned[j, i] = g[i, j]
+                    turned[9 + j, i] = motion.coupling[e, i, j]
             for i in range(9):
-                for j in range(24):
+                for j in range(states):
                     t[i, j] = 0.0
                 for q in range(9):
-                    x = f[i, q]
-                    for j in range(24):
-                        t[i, j] += x * p[q, j]
+                    x = turned[q, i]
+                    if x != 0.0:
+                        for j in range(states):
+                            t[i, j] += x * p[q, j]
                 for q in range(6):
-                    x = g[i, q]
-                    for j in range(24):
-                        t[i, j] += x * p[18 + q, j]
+                    x = turned[9 + q, i]
+                    if x != 0.0:
+                        for j in range(states):
+                            t[i, j] += x * p[18 + q, j]
             for i in range(9):
-                for j in range(9):
+                for j in range(padded):
                     line[j] = 0.0
                 for q in range(9):
                     x = t[i, q]
-                    for j in range(9):
-                        line[j] += x * f_turned[q, j]
+                    for j in range(padded):
+                        line[j] += x * turned[q, j]
                 for q in range(6):
                     x = t[i, 18 + q]
-                    for j in range(9):
-                        line[j] += x * g_turned[q, j]
+                    for j in range(padded):
+                        line[j] += x * turned[9 + q, j]
                 for j in range(i, 9):
                     p[i, j] = line[j]
                     p[j, i] = line[j]
@@ -326,25 +346,24 @@ def _filter(first, last, motion, measured, noise, p, tape):
         for channel in range(9):
             if not np.isfinite(residual[k, channel]):
                 continue
-            h[:] = 0.0
             for i in range(9):
                 h[i] = design[k, channel, i]
-            h[9 + channel] = 1.0
             s = noise.white[k, channel] ** 2
-            ph[:] = 0.0
-            for j in range(24):
+            for i in range(states):
+                ph[i] = p[9 + channel, i]
+            for j in range(9):
                 x = h[j]
                 if x != 0.0:
-                    for i in range(24):
+                    for i in range(states):
                         ph[i] += x * p[j, i]
-            for i in range(24):
+            s += ph[9 + channel]
+            for i in range(9):
                 s += h[i] * ph[i]
-            gain = tape.gain[row]
-            for i in range(24):
-                gain[i] = ph[i] / s
-            for i in range(24):
-                x = gain[i]
-                for j in range(24):
+            inverse = 1.0 / s
+            for i in range(states):
+                x = ph[i] * inverse
+                tape.gain[row, i] = x
+                for j in range(states):
                     p[i, j] -= x * ph[j]
             tape.variance[row] = s
             logs += np.log(s)

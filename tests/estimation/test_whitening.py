@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ins_eval.error_model.columns import Assembled
+from ins_eval.estimation import alike, whitening
 from ins_eval.estimation import case as cases
-from ins_eval.estimation import whitening
 from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.evidence import Gained, log_evidence, mixture, sensitivity
 from ins_eval.estimation.slope import Slopes, slopes
@@ -22,6 +22,7 @@ COLUMNS = 3  # beside the residual
 LONG = 3000  # epochs
 LATE = 9  # node at which a column begins
 MANY = 300  # columns that two threads share
+JUMPS = 5 * EPOCHS
 
 
 @pytest.fixture
@@ -222,3 +223,28 @@ def test_the_kernel_is_compiled_once(problem) -> None:
     np.testing.assert_allclose(many.normal[:COLUMNS, :COLUMNS], few.normal, rtol=ROUNDING)
     slopes(assembled, levels, sensitivity)
     assert len(_filter.signatures) == len(_respond.signatures) == 1
+
+
+def test_jumps_and_intervals_that_are_over_are_whitened_together(problem, monkeypatch) -> None:
+    assembled, levels = problem
+    at, kind = np.divmod(np.arange(JUMPS), 5)  # four kinds of jumps, and an interval, at every node
+    elapsed = np.arange(EPOCHS) - np.arange(EPOCHS)[:, None]
+    terms = np.column_stack([np.arange(JUMPS), 3 * (kind % 2) + 3, kind % 3, at + EPOCHS * (kind == 4)])
+    many = replace(
+        assembled,
+        count=JUMPS,
+        acting=np.column_stack([at + 1, np.where(kind == 4, np.minimum(at + 3, NODES), NODES)]),
+        start=np.zeros((JUMPS, 9)),
+        slow_epochs=np.vstack([elapsed >= 0, (elapsed >= 0) & (elapsed < 2)]).astype(float),
+        drive_terms=terms,
+        drive_weights=np.ones(JUMPS),
+        observation_terms=np.array([(0, 0, 0), (7, 1, 0)]),
+        observation_weights=np.array([1.0, 0.7]),
+    )
+    monkeypatch.setattr(whitening, "_CHUNK", 3)
+    together = whiten(many, levels, keep=2)
+    assert any(alike.Split.of_nodes(many, 2, k, k + 3).drives.size for k in range(0, NODES, 3))
+    monkeypatch.setattr(alike, "WORTH", JUMPS)
+    apart = whiten(many, levels, keep=2)
+    for one, other in zip(together.__dict__.values(), apart.__dict__.values(), strict=True):
+        np.testing.assert_allclose(one, other, rtol=ROUNDING, atol=1e-12 * apart.square)

@@ -137,10 +137,12 @@ class Catalogue:
 
         already = [expect(at_hand, k) for k in range(len(rivals))]
         best: list[Recommendation | None] = [None] * len(rivals)
+        # of effects that belong to one recording alone another one says nothing
+        shared = [k for k, rival in enumerate(rivals) if not all(effects[i].local for i in (*truth, *rival))]
         concerned = [effects[k] for k in sorted({*truth, *(k for rival in rivals for k in rival)})]
         axes = sorted({one.axis for one in concerned if one.name.startswith("accelerometer.")} - {None})
         for experiment in self.experiments(axes):
-            open_ones = [k for k, one in enumerate(best) if one is None or one.gain < self._policy.experiment_enough]
+            open_ones = [k for k in shared if (one := best[k]) is None or one.gain < self._policy.experiment_enough]
             if not open_ones:
                 break
             try:
