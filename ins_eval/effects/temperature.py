@@ -104,14 +104,7 @@ def _smooth(readings: ChamberReadings, rows: np.ndarray) -> np.ndarray:
 
 
 def _smoothed(column: np.ndarray, window: int) -> np.ndarray:
-    """Parabolas through `window` points, at their middle, at the ends at every point; as it is where that is too few.
+    """Parabolas through `window` points; as it is where that is too few."""
+    from scipy.signal import savgol_filter  # imported here, for it takes long and few recordings need it
 
-    Source: Savitzky and Golay, Anal. Chem. 36 (1964) 1627. (scipy's takes a third of a second to import.)
-    """
-    if window <= 3:
-        return column
-    half = window // 2
-    powers = np.vander(np.linspace(-1.0, 1.0, window), 3)
-    fit = powers @ np.linalg.pinv(powers)  # of the values of the points those of their parabola
-    begin, end = fit[:half] @ column[:window], fit[half + 1 :] @ column[-window:]
-    return np.concatenate([begin, np.convolve(column, fit[half], "valid"), end])
+    return savgol_filter(column, window, 2) if window > 3 else column
