@@ -75,10 +75,12 @@ class Case:
         assembled = coarse(self.assembled(columns), block)
         levels = coarse_noise(self.noise, block, self.seen.residual).levels(noise_point)
         at = block, noise_point.tobytes()
-        if at not in self._gains:
+        known = self._gains.get(at)
+        if known is None:
+            known = gains(assembled, levels)
             self._gains.clear()
-            self._gains[at] = gains(assembled, levels)
-        return whiten(assembled, levels, keep, self._gains[at])
+            self._gains[at] = known
+        return whiten(assembled, levels, keep, known)
 
     def fitted(
         self,
