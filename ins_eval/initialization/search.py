@@ -34,6 +34,9 @@ HEADINGS = 12  # first guesses
 KEPT = (12, 6, 4, 2)  # guesses that go on, as the part of the window grows to whole
 GROWTH = (10.0, 20.0, 40.0, np.inf)  # s of motion in each of these parts
 PASSES = 8
+WIDENED = (
+    2.0  # by how much fixes scatter beyond what was taken of them, from which a part is settled again: by reasoning
+)
 APART = np.log(20.0)  # a heading whose likelihood is nearer than this to the best's is a rival
 PIECE_S, LEAST_PIECE_S = 30.0, 1.0  # of a recording that is followed from its first window on
 
@@ -88,10 +91,15 @@ def _best(recording: Recording, window: Window, begin_s: float) -> Initializatio
     open_heading = moving and stated_heading_sigma(recording) > KNOWN_HEADING_RAD
     turns = 2.0 * np.pi * np.arange(HEADINGS) / HEADINGS if open_heading else [0.0]
     ends = [turned(guess, angle) for angle in turns]
+    scale = (1.0, 1.0)
     for kept, seconds in zip(KEPT, GROWTH, strict=True):
         part = until(window, window.moves_s + seconds)
-        settled = (settle(part, one, prior, PASSES) for one in ends)
-        ends = sorted(settled, key=lambda one: -one.log_likelihood)[:kept]
+        settled = _settled(_wider(part, scale), ends, prior)
+        seen = scatter(part, settled[0], prior) if np.isfinite(settled[0].log_likelihood) else scale
+        if max(seen) > WIDENED * max(scale):  # fixes that were believed too well have bent the state
+            settled = _settled(_wider(part, seen), ends, prior)
+            seen = scatter(part, settled[0], prior) if np.isfinite(settled[0].log_likelihood) else seen
+        scale, ends = seen, settled[:kept]
     first = ends[0]
     if not np.isfinite(first.log_likelihood):
         raise DataRefused(
@@ -100,11 +108,21 @@ def _best(recording: Recording, window: Window, begin_s: float) -> Initializatio
         )
     if window.fixes is not None:
         scale = scatter(window, first, prior)
-        wider = replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, scale, strict=True)))
-        ends = sorted((settle(wider, one, prior, PASSES) for one in ends), key=lambda one: -one.log_likelihood)
-        first, window = replace(ends[0], fix_scale=scale), wider
+        window = _wider(window, scale)
+        ends = _settled(window, ends, prior)
+        first = replace(ends[0], fix_scale=scale)
     end = replace(one_pass(window, first, prior, GATE), fix_scale=first.fix_scale)
     return _with_rivals(end, [one_pass(window, one, prior, GATE) for one in ends[1:]])
+
+
+def _settled(window: Window, guesses: list[Initialization], prior: np.ndarray) -> list[Initialization]:
+    """The guesses settled on a window, the most likely first."""
+    return sorted((settle(window, one, prior, PASSES) for one in guesses), key=lambda one: -one.log_likelihood)
+
+
+def _wider(window: Window, scale: tuple[float, float]) -> Window:
+    """The window with sigmas of positions and velocities that are larger by a factor each."""
+    return replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, scale, strict=True)))
 
 
 def _with_rivals(best: Initialization, others: list[Initialization]) -> Initialization:
@@ -137,7 +155,7 @@ def follow(
     Raises DataRefused where the samples in between carry it away.
     """
     window = window_of(recording, dtheta_b, dv_b, begin.start.time_s, until_s, still)
-    window = replace(window, fix_sigma=tuple(s * x for s, x in zip(window.fix_sigma, begin.fix_scale, strict=True)))
+    window = _wider(window, begin.fix_scale)
     begin = replace(begin, about=None, taken=np.zeros(STATES))
     covariance = begin.covariance
     first = one_pass(window, begin, covariance, gate)
