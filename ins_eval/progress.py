@@ -8,7 +8,7 @@ from typing import TextIO
 from tqdm import tqdm
 
 LINE_S = 60.0  # between lines where standard error is no terminal
-_LINE = "{desc}: {n_fmt} of {total_fmt} after {elapsed}, {remaining} to go {postfix}"
+_LINE = "{desc}: {n_fmt} of {total_fmt} after {elapsed}, {remaining} to go{postfix}"
 
 
 def progress(total: int, words: str, quiet: bool, line_s: float = LINE_S) -> tqdm:

@@ -90,10 +90,10 @@ def of_mapping(path: Path, file: Path, mapping: MappingFile, assumed: Mapping[st
 def _mapping(path: Path, assumed: Mapping[str, str], opened: Opened) -> tuple[Path, MappingFile]:
     """The mapping file and what it says, with the kind that is assumed."""
     file = Path(assumed["mapping"]) if "mapping" in assumed else path.with_suffix(".toml")
-    if not file.is_file():
+    if not file.is_file() or not file.stat().st_size:  # or the shell has just made it
         raise UsageError(
-            f"{file}: there is no such mapping file, expected one that says what the columns of {path.name} are; save "
-            f"the following as {path.with_suffix('.toml').name}, complete it and import again",
+            f"{file}: there is no such mapping file, or it is empty, expected one that says what the columns of "
+            f"{path.name} are; save the following as {path.with_suffix('.toml').name}, complete it and import again",
             mapping_template.template(opened(path, True)),
         )
     described = read_toml(file)

@@ -30,7 +30,8 @@ def stretches(recording: Recording) -> list[Recording]:
     edges = [0, *cuts.tolist(), len(time_s)]
     bounds = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if time_s[b - 1] - time_s[a] >= SHORTEST_S]
     gap_s = float(np.diff(time_s).max())
-    found = f"{cuts.size} gap{'s' if cuts.size > 1 else ''} cut the recording, the longest of {gap_s:.4g} s"
+    gaps_are = "gap of" if cuts.size == 1 else f"{cuts.size} gaps, the longest of"
+    found = f"the recording is cut at {'a ' if cuts.size == 1 else ''}{gaps_are} {gap_s:.4g} s"
     if not bounds:
         raise DataRefused(
             f"recording '{recording.name}': {found}, and no stretch lasts {SHORTEST_S:g} s; --assume gaps=bridge draws "

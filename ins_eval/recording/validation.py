@@ -106,7 +106,7 @@ def _check_finite(imu: Imu, where: str) -> None:
         bad = ~sound(values.reshape(len(values), -1)).all(axis=1)
         raise DataRefused(
             f"{where}: {column} is not finite, or beyond {OTHER[1]:g}, in {bad.sum()} IMU samples, first in sample "
-            f"{np.argmax(bad) + 1} of {len(bad)}; ins-eval import ins-recording fills or cuts there"
+            f"{np.argmax(bad) + 1} of {len(bad)}; `ins-eval import ins-recording FOLDER -o NEW` fills or cuts there"
         )
 
 
@@ -134,7 +134,8 @@ def _check_time(recording: Recording, where: str) -> float:
         more = f" and {found.size - 1} more" if found.size > 1 else ""
         raise DataRefused(
             f"{where}: a gap of {steps[k]:.6g} s after {time_s[k]:.6g} s (IMU sample {k + 1}){more}, expected steps of "
-            f"{step_s:.6g} s; ins-eval import ins-recording fills short gaps and cuts the recording at long ones"
+            f"{step_s:.6g} s; `ins-eval import ins-recording FOLDER -o NEW` fills gaps of up to half a second "
+            "and cuts the recording at longer ones"
         )
     return step_s
 
@@ -263,6 +264,10 @@ def _guess(factor: float, step_s: float, sensor: str) -> str:
 def _suspicions(recording: Recording, step_s: float) -> list[str]:
     """One sentence on stamps that are late, and for each channel that seems stuck or saturated."""
     imu, notes = recording.imu, []
+    if recording.start.latitude_rad == recording.start.longitude_rad == 0.0:
+        notes.append(
+            "Warning: the start is at exactly 0° N 0° E, where gravity and Earth rate may be others; state it."
+        )
     late = np.diff(imu.time_s) > LONGEST_STEP * step_s
     if late.any():  # and no gap, which is refused
         notes.append(

@@ -12,6 +12,8 @@ from ins_eval.wording import SUPERSCRIPTS, fixed, joined, sentence, significant
 
 SPOKEN_ODDS = log(1e6)  # nats, beyond which odds are a power of ten
 MOST_ODDS = log(1e100)
+# what is wrong with columns, and is put right before a recording is navigated
+PUT_RIGHT = tuple(f"recording.{what}" for what in ("axis_sign", "axes_exchanged", "unit", "gps_velocity"))
 DESCRIPTIONS = ("recording", "clock", "gps", "reference")  # whose effects are mended in words
 
 
@@ -41,11 +43,17 @@ def worth(tree: Mapping) -> list[str]:
             f"{side} {significant(velocity['before'][side])} to {significant(velocity['after'][side])} m/s"
             for side in ("north", "east")
         ]
-        parts.append(f"velocity RMS of this pure-inertial navigation {joined(each)}")
+        parts.append(f"velocity RMS of this pure-inertial navigation{_put_right(tree)} {joined(each)}")
     rate = found["fit"].get("radial_error_rate_nmi_per_h")
     if rate and "after" in rate:
         parts.append(f"radial error rate {significant(rate['before'])} to {significant(rate['after'])} nmi/h")
     return parts
+
+
+def _put_right(tree: Mapping) -> str:
+    """What was done to the recording before it was navigated, where its description was wrong."""
+    wrong = any(one["name"] in PUT_RIGHT for one in tree["diagnosis"]["effects"])
+    return ", its description put right" if wrong else ""
 
 
 def odds(gained: float) -> str:
@@ -111,10 +119,12 @@ def _navigation(tree: Mapping) -> list[Number]:
         ("radial error rate", rate, "nmi/h"),
     ):
         if of and "after" in of:
-            before = f"with the effects; {fixed(of['before'])} {unit} as believed"
+            before = f"with the effects; {fixed(of['before'])} {unit} as believed{_put_right(tree)}"
             numbers.append(Number(what, f"{fixed(of['after'])} {unit}", before))
         elif of:
-            numbers.append(Number(what, f"{fixed(of['before'])} {unit}", "as believed, this recording"))
+            numbers.append(
+                Number(what, f"{fixed(of['before'])} {unit}", f"as believed{_put_right(tree)}, this recording")
+            )
     return numbers
 
 
@@ -142,9 +152,12 @@ def _next_steps(tree: Mapping) -> list[str]:
     effects, left, rivals = found["effects"], found["unexplained"], found["indistinguishable"]
     steps = []
     described = [one for one in effects if one["name"].partition(".")[0] in DESCRIPTIONS]
-    if described:
-        names = joined([effect_words(one) for one in described])
-        steps.append(f"Correct the description of the recording ({names}) and diagnose it again.")
+    columns = [one for one in described if one["name"] in PUT_RIGHT]
+    stated = [one for one in described if one not in columns]
+    for ones, what in ((columns, "columns"), (stated, "description")):
+        if ones:
+            names = joined([effect_words(one) for one in ones])
+            steps.append(f"Correct the {what} of the recording ({names}) and diagnose it again.")
     experiment = next((one for one in rivals if one["experiment"]), None)
     if found["verdict"] == "not identifiable" and experiment:
         steps.append(sentence(f"make this experiment, which would separate the rivals: {experiment['experiment']}"))

@@ -90,7 +90,7 @@ def _answer(found: EvaluationNumbers) -> str:
     else:
         best, worst = min(velocities, key=velocities.get), max(velocities, key=velocities.get)
         whole = (
-            f"of {len(velocities)} compensations {label(best)} is the best in horizontal velocity, {span}; "
+            f"of {len(velocities)} compensations “{label(best)}” is the best in horizontal velocity, {span}; "
             f"{_called(best)} {_spoken(arms[best])}, {_called(worst)} it is {fixed(velocities[worst])} m/s."
         )
     growth = _growth(found.restarts)

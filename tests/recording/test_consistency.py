@@ -28,6 +28,7 @@ from tests.recording import corpus
 
 RADIUS_M, LATITUDE, LONGITUDE = 6.37e6, 0.7, 0.3
 SIZE_TOLERANCE = 1e-9
+AT_SPEED_MPS = 600.0  # of fixes five times a second
 
 
 def test_the_48_orders_are_all_there_are():
@@ -199,6 +200,18 @@ def test_a_single_outlier_is_named_with_row_and_value(k, column, axis, value, sa
     values = spoilt(getattr(flown.gps, column), k if axis is None else (k, axis), value)
     (found,) = check_outliers(replace(flown, gps=replace(flown.gps, **{column: values})))
     assert f"gps, row {k + 1} at" in found.seen and said in found.seen and found.log_odds == np.inf
+
+
+@pytest.mark.parametrize("rows", [slice(100, None), slice(None, 100)])
+def test_a_path_that_begins_or_ends_at_speed_has_no_outlier_there(rows):
+    """All neighbours of an end lie on one side; it is where the next two lead."""
+    flown = recording()
+    gps = flown.gps
+    stands = np.zeros(len(gps.time_s), dtype=bool)
+    stands[rows] = True
+    way = np.cumsum(np.where(stands, 0.0, AT_SPEED_MPS * np.gradient(gps.time_s)))
+    moved = replace(gps, latitude_rad=gps.latitude_rad[0] + way / RADIUS_M, velocity_n=0.0 * gps.velocity_n)
+    assert not [*check_outliers(replace(flown, gps=moved))]
 
 
 def test_the_farthest_of_many_outliers_is_the_receivers_own():

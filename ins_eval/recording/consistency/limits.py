@@ -134,8 +134,11 @@ def _single(quantity, values, time_s, named, extra: float = 0.0, rows=None) -> I
     others = around[~own].reshape(n, 4)
     expected = np.median(values[others], axis=1)
     sides = values[others].reshape(n, 2, 2).mean(axis=2)
-    # a ramp is near the median of both sides, a step near one of them
-    away = np.minimum(np.abs(values - expected), np.abs(values[:, None] - sides).min(axis=1))
+    # a ramp is near the median of both sides, or at its ends on the line of the next two; a step near one of the sides
+    one, other = np.r_[1, : n - 2, n - 2], np.r_[2, 2:n, n - 3]
+    slope = (values[other] - values[one]) / (time_s[other] - time_s[one])
+    on_line = np.abs(values - values[one] - slope * (time_s - time_s[one]))
+    away = np.min([np.abs(values - expected), np.abs(values[:, None] - sides).min(axis=1), on_line], axis=0)
     whole = time_s[around[:, -1]] - time_s[around[:, 0]] <= 6.0 * float(np.median(np.diff(time_s)))
     spread = 1.4826 * float(np.median(away))
     for share, log_odds in ((1.0, np.inf), (DOUBTFUL, WARNED)):
