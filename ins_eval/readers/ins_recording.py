@@ -13,6 +13,7 @@ from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import AccelerometerBelief
 
 KEYS = ("gps.time_offset_s", "reference.time_offset_s", "gaps", "fill_s")
+MODELS = "compensation"  # of a recording that was simulated, further models to compare
 
 
 def read(path: Path, assumed: Mapping[str, str]) -> Recording:
@@ -22,6 +23,9 @@ def read(path: Path, assumed: Mapping[str, str]) -> Recording:
         layout = Layout("rad", "m/s").overridden(assumed)
         imu, notes = filled(recording.imu, form.given_as_rates(path), layout, str(path))
         recording = replace(recording, imu=imu, notes=(*recording.notes, *notes))
+    if (path / MODELS).is_dir():
+        note = f"The folder {MODELS} was not copied; copy it into the new recording to evaluate with its models."
+        recording = replace(recording, notes=(*recording.notes, note))
     belief = recording.belief.model_copy(
         update={"accelerometer": _from_anywhere(recording.belief.accelerometer, path.resolve())}
     )

@@ -2,7 +2,8 @@
 
 no mismatch       nothing gains what an effect costs, or the effects found do harm on data that were not used
 explained         effects leave nothing, no form without a name does better, and they do no harm on unused data
-not identifiable  the same, but another effect is within `Policy.near` of one of them
+not identifiable  the same, but another effect is within `Policy.near` of one of them; `judge.exchanged` makes it of
+                  `explained` where a more probable one takes the place of an effect
 partly explained  effects explain much, something stays unexplained
 unexplained       something is there, and what has a name only describes it
 """
