@@ -203,7 +203,7 @@ def instrument(tmp_path_factory) -> Path:
 def test_calibrated_file_evaluates_a_flight_to_the_last_digit(instrument, tmp_path):
     """The file made from the chamber recordings is the model that was calibrated beside the simulated flight."""
     mine = str(instrument / "mine.toml")
-    evaluate.run([instrument / "flight"], tmp_path, ["hysteresis", mine], quiet=True)
+    evaluate.run([instrument / "flight"], tmp_path, compensation=["hysteresis", mine], quiet=True)
     found = json.loads((tmp_path / "metrics.json").read_text())["compensations"]
     assert found[mine] == found["hysteresis"]
 
