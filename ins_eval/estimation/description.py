@@ -3,13 +3,15 @@
 Each contradiction has alternatives. Where there are several, or where the odds leave doubt, they are navigated, and the
 one whose evidence is highest with everything uncertain integrated out is taken, if it is higher than that of what was
 read. Then the recording is examined again as it is mended, until nothing contradicts itself. Last, where a scale factor
-that no sensor has would fit best, the sign of that column is tried.
+that no sensor has would fit best, the other sign of that column is tried, and of two such columns each in the place of
+the other.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -86,7 +88,7 @@ def wrong_descriptions(recording: Recording) -> tuple[list[WrongDescription], li
 
 
 def reversed_axis(recording: Recording, case: Case) -> list[WrongDescription]:
-    """The column whose sign is wrong, where the parts of a recording do not tell it and its navigation does.
+    """The column of wrong sign or place, where the parts of a recording do not tell it and its navigation does.
 
     `case` is the recording as it was read. A column with the wrong sign shows twice what is right too much of what it
     indicates, a scale factor error beyond any sensor's. With the sign turned the recording must be more probable
@@ -97,18 +99,29 @@ def reversed_axis(recording: Recording, case: Case) -> list[WrongDescription]:
         return []
     with np.errstate(all="ignore"):
         before = _height(case)
-    options = [EffectBelief(name="recording.axis_sign", axis=axis, value=-1.0, sensor=of) for of, axis, _ in tried]
+    options = list(_what_else(tried))
     heights = [_evidence(replace(recording, belief=with_effects(recording.belief, [one]))) for one in options]
     leads = [-np.inf if height is None else height - before for height in heights]
     best = int(np.argmax(leads))
     if not leads[best] > BEYOND_DOUBT:
         return []
-    sensor, axis, scale = tried[best]
+    chosen = options[best]
+    sensor, axis, scale = next(one for one in tried if one[:2] == (chosen.sensor, chosen.axis))
+    mended = "its sign turned" if chosen.other_axis is None else f"{axis} and {chosen.other_axis} exchanged"
     seen = (
-        f"{sensor} {axis}: a scale factor that is off by {scale:+.2g} would fit best, which no sensor has; with its "
-        "sign turned the fixes agree"
+        f"{sensor} {axis}: a scale factor that is off by {scale:+.2g} would fit best, which no sensor has; with "
+        f"{mended} the fixes agree"
     )
-    return [WrongDescription(options[best], leads[best], seen)]
+    return [WrongDescription(chosen, leads[best], seen)]
+
+
+def _what_else(tried: Sequence[tuple[str, str, float]]) -> Iterator[EffectBelief]:
+    """What columns may be that are none of their axes: of the other sign, or two of a sensor exchanged."""
+    for sensor, axis, _ in tried:
+        yield EffectBelief(name="recording.axis_sign", axis=axis, value=-1.0, sensor=sensor)
+    for (sensor, axis, _), (of, other, _) in combinations(tried, 2):
+        if of == sensor:
+            yield EffectBelief(name="recording.axes_exchanged", axis=axis, other_axis=other, value=1.0, sensor=sensor)
 
 
 def _beyond_sensors(case: Case) -> list[tuple[str, str, float]]:

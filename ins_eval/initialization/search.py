@@ -34,9 +34,7 @@ HEADINGS = 12  # first guesses
 KEPT = (12, 6, 4, 2)  # guesses that go on, as the part of the window grows to whole
 GROWTH = (10.0, 20.0, 40.0, np.inf)  # s of motion in each of these parts
 PASSES = 8
-WIDENED = (
-    2.0  # by how much fixes scatter beyond what was taken of them, from which a part is settled again: by reasoning
-)
+WIDENED = 2.0  # times what is believed that fixes scatter, from which the first part is settled again: by reasoning
 APART = np.log(20.0)  # a heading whose likelihood is nearer than this to the best's is a rival
 PIECE_S, LEAST_PIECE_S = 30.0, 1.0  # of a recording that is followed from its first window on
 
@@ -96,7 +94,7 @@ def _best(recording: Recording, window: Window, begin_s: float) -> Initializatio
         part = until(window, window.moves_s + seconds)
         settled = _settled(_wider(part, scale), ends, prior)
         seen = scatter(part, settled[0], prior) if np.isfinite(settled[0].log_likelihood) else scale
-        if max(seen) > WIDENED * max(scale):  # fixes that were believed too well have bent the state
+        if seconds == GROWTH[0] and max(seen) > WIDENED:  # fixes that were believed too well have bent the state
             settled = _settled(_wider(part, seen), ends, prior)
             seen = scatter(part, settled[0], prior) if np.isfinite(settled[0].log_likelihood) else seen
         scale, ends = seen, settled[:kept]
