@@ -99,7 +99,9 @@ def _else(tree: Mapping) -> list[str]:
         words = f"It could also be {effect_words(one)} ({'; '.join(filter(None, (below, tie)))})"
         lines.append(sentence(f"{words}: {_experiment(one)}"))
     rest = apart[3:]
-    if rest:
+    if len(rest) == 1:
+        lines.append(sentence(f"Nor can {effect_words(rest[0])} be excluded; it is listed below"))
+    elif rest:
         lines.append(sentence(f"{len(rest)} further ones cannot be excluded; they are listed below"))
     if not lines:
         near = next((one for one in tree["evidence"]["families"] if not one["named"]), None)

@@ -100,6 +100,11 @@ def _answer(found: EvaluationNumbers) -> str:
         lines = [f"{name}: {growth}", f"Left alone for longer it is lost: {whole}"]
     else:
         lines = [f"{name} drifts too fast to be left alone for so long: {whole}"]
+    if isinstance(found.alignment, FoundStart):
+        lines.append(
+            "With every compensation and without one, the gyro and accelerometer biases estimated at the start are "
+            "taken off (see Alignment)."
+        )
     lines.append(_heading(found.alignment))
     lines.append("This is one run: a single radial error rate, not a CEP." + _short(found.navigation))
     lines += [solution] if solution else []
@@ -161,7 +166,7 @@ def _heading(start: StartAttitude) -> str:
     if isinstance(start, FoundStart) and not start.heading_known:
         return (
             "The heading is unknown: these gyros do not find north, and no motion shows it. It is taken as "
-            f"{fixed(found)}°, so that north and east of this page are directions of the box."
+            f"{fixed(found, 0)}°, so that north and east of this page are directions of the box."
         )
     how = "motion and rest" if isinstance(start, FoundStart) else "self-alignment"
     text = f"Heading from {how}: {fixed(found)}° ± {fixed(sigma)}° (1 σ)"
@@ -292,6 +297,8 @@ def _alignment(start: StartAttitude) -> list[Block]:
         "pitch [°]": start.pitch_deg,
     }
     rows = [(name, fixed(angle, 3)) for name, angle in angles.items() if angle is not None]
+    if isinstance(start, FoundStart) and not start.heading_known:
+        rows = [("heading, taken as [°]", fixed(start.heading_deg, 0)), *rows[2:]]
     return [
         *paragraphs(where, _heading(start)),
         *table("Attitude at the end of the alignment", ("angle", "value"), rows),
@@ -315,6 +322,7 @@ def _found_start(start: FoundStart) -> str:
         pairs = zip(values, sigmas, strict=True)
         return ", ".join(f"{fixed(value, 0)} ± {significant(sigma, 2)}" for value, sigma in pairs)
 
+    heading = f"heading to {fixed(start.heading_sigma_deg)}°" if start.heading_known else "heading not known"
     gyro_bias = triad(start.gyro_bias_deg_per_h, start.gyro_bias_sigma_deg_per_h)
     accelerometer_bias = triad(start.accelerometer_bias_ug, start.accelerometer_bias_sigma_ug)
     gyro_scale = triad(start.gyro_scale_ppm, start.gyro_scale_sigma_ppm)
@@ -322,7 +330,7 @@ def _found_start(start: FoundStart) -> str:
     text = (
         f"The recording states no attitude. It was found from {start.window_s[0]:.0f} to {start.window_s[1]:.0f} s by "
         f"least squares, from rest, motion and the fixes: roll and pitch to {fixed(start.roll_pitch_sigma_deg)}°, "
-        f"heading to {fixed(start.heading_sigma_deg)}°, velocity to {fixed(max(start.velocity_sigma_mps))} m/s (1 σ). "
+        f"{heading}, velocity to {fixed(max(start.velocity_sigma_mps))} m/s (1 σ). "
         f"Taken off are gyro biases of {gyro_bias} deg/h and accelerometer biases of {accelerometer_bias} µg, scale "
         f"factor errors of {gyro_scale} ppm (gyros) and {accelerometer_scale} ppm (accelerometers) (x, y, z, with "
         "1 σ)."

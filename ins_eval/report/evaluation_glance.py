@@ -106,7 +106,10 @@ def _at_rest(grade: Grade | None) -> list[Number]:
             white, (unit, _) = most.terms["white"], units_of(most.name)["white"]
             low, high = white.interval95
             value, interval = f"{significant(white.value)} {unit}", f"95 %: {significant(low)} to {significant(high)}"
-            numbers.append(Number(f"white noise of {most.name}, the largest", value, interval))
+            above = [one for one in channels if one not in seen and one.terms["white"].interval95[1] > white.value]
+            which = "the largest that is seen" if above else "the largest"
+            beside = [f"{one.name} below {significant(one.terms['white'].interval95[1])}" for one in above]
+            numbers.append(Number(f"white noise of {most.name}, {which}", value, "; ".join([interval, *beside])))
     return numbers
 
 

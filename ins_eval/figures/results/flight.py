@@ -78,9 +78,7 @@ def ensemble_figures(arms, result: dict[str, Any], rng: Streams) -> dict[str, Fi
             size=of_all["size"],
         ),
         "single_flight_rates": figures.single_flight_rates(
-            rates_nmi_per_h={
-                d: {n: arms[n][f"cep_rate_{d}"] for n in (*own, FIRST, SECOND)} for d in SINGLE_FLIGHT
-            },
+            rates_nmi_per_h={d: {n: arms[n][f"cep_rate_{d}"] for n in (*own, FIRST, SECOND)} for d in SINGLE_FLIGHT},
             paper_nmi_per_h=PAPER["cep"],
         ),
     }
