@@ -26,7 +26,7 @@ from ins_eval.report.grade import grade_section
 from ins_eval.report.solution import solution_answer, solution_blocks
 from ins_eval.restarts import Restarts
 from ins_eval.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name
-from ins_eval.wording import MISSING, fixed, joined, sentence, significant, small
+from ins_eval.wording import MISSING, fixed, in_three, joined, sentence, significant, small
 
 SOLUTION = "What the INS put out itself"
 AXES = ("north", "east", "down")
@@ -138,10 +138,10 @@ def _growth(pieces: Mapping[str, Restarts]) -> str:
 
 def _metres(piece: Restarts, k: int) -> str:
     """The position error at one time since the start, with its interval where there is one."""
-    text, interval = f"{fixed(piece.position_rms_m[k], 0)} m", piece.position_interval_m[:, k]
+    text, interval = f"{in_three(piece.position_rms_m[k], 0)} m", piece.position_interval_m[:, k]
     if not _known(interval):
         return text
-    return f"{text} (95 % interval {fixed(interval[0], 0)} to {fixed(interval[1], 0)} m)"
+    return f"{text} (95 % interval {in_three(interval[0], 0)} to {in_three(interval[1], 0)} m)"
 
 
 def _short(navigation: NavigatedSpan) -> str:
@@ -226,8 +226,8 @@ def _by_compensation(title: str, arms: Iterable[str], columns: Mapping[str, Sequ
 
 def _with_interval(value: float, interval: np.ndarray, digits: int) -> str:
     """A value with its 95 % interval, where there is one."""
-    text = fixed(value, digits)
-    return text + (f" ({fixed(interval[0], digits)} to {fixed(interval[1], digits)})" if _known(interval) else "")
+    text = in_three(value, digits)
+    return text + (f" ({in_three(interval[0], digits)} to {in_three(interval[1], digits)})" if _known(interval) else "")
 
 
 def _known(interval: np.ndarray) -> bool:

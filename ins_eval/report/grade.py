@@ -6,7 +6,7 @@ from ins_eval.allan import TERMS
 from ins_eval.figures.results.grade import FIGURE, LAWS
 from ins_eval.grade import Grade, NoiseTerm
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
-from ins_eval.wording import significant
+from ins_eval.wording import alike, significant
 
 OFFSETS = (
     "Gyros: mean rate less the vertical part of Earth rate; the horizontal part, of unknown direction, is in the "
@@ -36,10 +36,10 @@ def grade_section(grade: Grade | None) -> Section:
         caption = "Allan deviation of each channel at rest, and the noise terms that make it."
         blocks.append(Picture(FIGURE, caption))
     if laws := grade.laws_in_units:
-        rows = [
-            (name, significant(law.slope, 4), f"[{', '.join(significant(end, 4) for end in law.interval95)}]", law.unit)
-            for name, law in laws.items()
-        ]
+        rows = []
+        for name, law in laws.items():
+            slope, low, high = alike(law.slope, law.interval95)
+            rows.append((name, slope, f"[{low}, {high}]", law.unit))
         note = (
             "Straight lines of means over ten seconds at rest, with 95 % intervals. They say how a channel moved with "
             "temperature in this recording, not why: time passed as well. ins-eval diagnose separates the two."
