@@ -23,7 +23,6 @@ from ins_eval.figures.style import (
     sheet,
     styled,
 )
-from ins_eval.wording import joined
 
 POINTS = 800  # of a track; it is not a function of time, so its points are thinned evenly
 MOST_BANDS = 4  # of which overlapping ones can still be told apart
@@ -97,7 +96,7 @@ def error_growth(
     legend = distinct(position_m)
     main = _main(legend, position_m)
     note = f"RMS over {count} starts, each from a fix, whose noise is in it. Band: 95 % interval"
-    note += "." if len(main) == len(legend) else f", of {joined(list(map(label, main)))} only."
+    note += "." if len(main) == len(legend) else " of the thick curves; the others are drawn thin."
     figure, ax = sheet(3.7, "How far it is off after the last fix", note)
     for name, text in legend.items():
         if name in main and np.isfinite(band_m[name]).all():

@@ -321,7 +321,7 @@ def _traces(ax: Axes, time_s, series: Series, bridged, suffix: Mapping[str, str]
     time_s, limit = np.asarray(time_s, dtype=float), _limit(series)
     for name, text in distinct(series).items():
         values = np.asarray(series[name], dtype=float)
-        style: dict[str, Any] = {"color": colour(name), "linewidth": 1.0, "zorder": 2.5 if is_own(name) else 2.0}
+        style: dict[str, Any] = {"color": colour(name), "linewidth": 1.8 if is_own(name) else 1.0}
         seen = values if bridged is None else np.where(bridged, np.nan, values)
         beyond = " (goes beyond)" if limit is not None and np.nanmax(np.abs(values)) > limit else ""
         style["label"] = text + suffix.get(name, "") + beyond

@@ -93,6 +93,9 @@ def _answer(found: EvaluationNumbers) -> str:
             f"of {len(velocities)} compensations “{label(best)}” is the best in horizontal velocity, {span}; "
             f"{_called(best)} {_spoken(arms[best])}, {_called(worst)} it is {fixed(velocities[worst])} m/s."
         )
+    if isinstance(found.alignment, FoundStart):
+        taken_off = "the gyro and accelerometer biases estimated at the start (see Alignment) are taken off throughout"
+        whole = f"{whole.removesuffix('.')}; {taken_off}."
     growth = _growth(found.restarts)
     if min(velocities.values()) <= LOST_MPS:
         lines = [f"{name}: {whole}", *([sentence(growth)] if growth else [])]
@@ -100,11 +103,6 @@ def _answer(found: EvaluationNumbers) -> str:
         lines = [f"{name}: {growth}", f"Left alone for longer it is lost: {whole}"]
     else:
         lines = [f"{name} drifts too fast to be left alone for so long: {whole}"]
-    if isinstance(found.alignment, FoundStart):
-        lines.append(
-            "With every compensation and without one, the gyro and accelerometer biases estimated at the start are "
-            "taken off (see Alignment)."
-        )
     lines.append(_heading(found.alignment))
     lines.append("This is one run: a single radial error rate, not a CEP." + _short(found.navigation))
     lines += [solution] if solution else []

@@ -307,4 +307,6 @@ def test_of_many_compensations_few_have_bands():
     ax = figure.axes[0]
     assert len(ax.lines) == len(names) and len(ax.collections) == 3
     note = " ".join(text.get_text() for text in figure.texts)
-    assert "of believed, none and hysteresis, piecewise scale factor only" in note.replace("\n", " ")
+    assert "interval of the thick curves; the others are drawn thin." in note.replace("\n", " ")
+    thick = [line.get_label() for line in ax.lines if line.get_linewidth() > 1.0]
+    assert thick == ["believed", "none", "hysteresis, piecewise scale factor"]
