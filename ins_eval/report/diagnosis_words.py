@@ -27,7 +27,7 @@ DESCRIBED = {  # effects that are so or are not, with a value above 0 and below
     "recording.axis_sign": ("sign as it is", "sign turned"),
     "recording.axes_exchanged": ("exchanged", "exchanged, the sign turned"),
 }
-MOST_SIGMAS = 1000.0
+MOST_SIGMAS, MOST_NATS = 1000.0, 1e6  # beyond which nobody can tell the digits
 AS_GOOD_AS_SURE, AS_GOOD_AS_NEVER = 0.999, 1e-6
 
 
@@ -86,7 +86,7 @@ def further(one: Mapping) -> list[str]:
 
 
 def sigmas(one: Mapping) -> str:
-    """How many sigma: the deviate of a probability, of which beyond `MOST_SIGMAS` nobody can tell the digits."""
+    """How many sigma: the deviate of a probability."""
     value = one["significance_sigma"]
     return f"more than {MOST_SIGMAS:.0f}" if value > MOST_SIGMAS else fixed(value, 1)
 
@@ -97,8 +97,10 @@ def where(one: Mapping) -> str:
 
 
 def nats(value: float | None) -> str:
-    """A log Bayes factor or a difference of two."""
-    return fixed(value, 1 if value is None or abs(value) < 1000.0 else 0)
+    """A log Bayes factor or a difference of two, in three figures from a thousand on."""
+    if value is not None and abs(value) > MOST_NATS:
+        return "more than 10⁶" if value > 0.0 else "less than −10⁶"
+    return fixed(value, 1) if value is None or abs(value) < 1000.0 else significant(value)
 
 
 def probability(value: float) -> str:

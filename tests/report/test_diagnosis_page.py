@@ -15,7 +15,7 @@ from ins_eval.report.content import Paragraph, Table
 from ins_eval.report.diagnosis import diagnosis_content
 from ins_eval.report.diagnosis_glance import odds
 from ins_eval.report.diagnosis_sections import sections_of
-from ins_eval.report.diagnosis_words import effect_words, probability
+from ins_eval.report.diagnosis_words import effect_words, nats, probability
 from ins_eval.wording import MISSING, alike, in_symbols, significant
 
 LARGEST_SVG_BYTES = 200_000
@@ -411,3 +411,9 @@ def test_a_single_further_rival_is_named() -> None:
     told = tree("not identifiable")
     told["diagnosis"]["indistinguishable"] = [drift(axis=axis) for axis in ("z", "x", "y", "z")]
     assert "Nor can accelerometer bias drift, z be excluded; it is listed below." in diagnosis_content(told)[0]
+
+
+def test_nats_have_no_more_digits_than_mean_anything() -> None:
+    assert [nats(x) for x in (None, 2.14, 975.3, 54290.0, 8.8e10, -2e6)] == [
+        MISSING, "2.1", "975.3", "54300", "more than 10⁶", "less than −10⁶"
+    ]  # fmt: skip
