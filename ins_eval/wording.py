@@ -122,6 +122,20 @@ def rounded(value: float, digits: int) -> str:
     return fixed(round(value, digits), max(0, digits))
 
 
+def in_three(value: float, digits: int) -> str:
+    """A number with at most so many decimals and three significant figures."""
+    return fixed(value, digits) if abs(value) < 1.0 else rounded(value, min(digits, 2 - floor(log10(abs(value)))))
+
+
+def alike(value: float, interval: Sequence[float] | None) -> tuple[str, str, str]:
+    """A value and its interval with the digits that the interval leaves meaning to; without one in three."""
+    if interval is None:
+        return significant(value), "", ""
+    half = 0.5 * (interval[1] - interval[0])
+    digits = min(-floor(log10(half / 2.0)), 6) if half > 0.0 else 6
+    return tuple(rounded(x, digits) for x in (value, *interval))
+
+
 def small(value: float | None, unit: str) -> str:
     """A magnitude of unknown size in two digits and a readable unit: ``0.31 mm``, ``12 m``."""
     if value is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,10 +10,22 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ins_eval.analysis.schuler import SCHULER_PERIOD_S
-from ins_eval.figures.style import INK, QUIET, colour, in_order, label, legend_below, sheet, styled
+from ins_eval.figures.style import (
+    INK,
+    QUIET,
+    colour,
+    distinct,
+    in_order,
+    in_scale,
+    is_own,
+    label,
+    legend_below,
+    sheet,
+    styled,
+)
 
 POINTS = 800  # of a track; it is not a function of time, so its points are thinned evenly
-DWARFS = 4.0  # a track so many times as wide as the next is cut
+MOST_BANDS = 4  # of which overlapping ones can still be told apart
 STILL = 0.05  # of the largest error: a reference that moves less would be a point
 
 
@@ -40,13 +52,13 @@ def ground_track(
     if not still:
         far = float(np.nanmax(np.abs(reference_m)))
         _track(panels[0, 0], reference_m[::every], far, INK, reference.removeprefix("the "), width=2.2)
-        for name in in_order(errors_m):
-            _track(panels[0, 0], (reference_m + errors_m[name])[::every], far, colour(name), label(name))
+        for name, text in distinct(errors_m).items():
+            _track(panels[0, 0], (reference_m + errors_m[name])[::every], far, colour(name), text)
         panels[0, 0].set_title("over ground")
         error.set_title(f"INS minus {reference}")
     marks = np.searchsorted(time_s, np.arange(1, int(time_s[-1] // SCHULER_PERIOD_S) + 1) * SCHULER_PERIOD_S)
-    for name in in_order(errors_m):
-        _track(error, errors_m[name][::every], largest, colour(name), label(name))
+    for name, text in distinct(errors_m).items():
+        _track(error, errors_m[name][::every], largest, colour(name), text)
         at = errors_m[name][marks] / _unit(largest)[1]
         error.plot(at[:, 1], at[:, 0], "D", color=colour(name), markersize=4, label="_")
     error.plot(0.0, 0.0, "o", color=INK, markersize=5, label="start")
@@ -72,12 +84,8 @@ def _unit(far_m: float) -> tuple[str, float]:
 
 def _kept(errors_m: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[str]]:
     """The tracks that fit on one map, and the names of those which are so wide that the others would be points."""
-    width = {name: float(np.nanmax(np.abs(one))) for name, one in errors_m.items()}
-    names = sorted(errors_m, key=width.__getitem__)
-    for k in range(1, len(names)):
-        if width[names[k]] > DWARFS * width[names[k - 1]] > 0.0:
-            return {name: errors_m[name] for name in names[:k]}, names[k:]
-    return dict(errors_m), []
+    kept = in_scale({name: float(np.nanmax(np.abs(one))) for name, one in errors_m.items()})
+    return {name: errors_m[name] for name in kept}, [name for name in in_order(errors_m) if name not in kept]
 
 
 @styled
@@ -85,12 +93,16 @@ def error_growth(
     *, after_s: np.ndarray, position_m: Mapping[str, np.ndarray], band_m: Mapping[str, np.ndarray], count: int
 ) -> Figure:
     """RMS position error against the time since a start afresh, compensation -> (m,), with its 95 % band (2, m)."""
-    note = f"RMS over {count} starts, each from a fix, whose noise is in it. Band: 95 % interval."
+    legend = distinct(position_m)
+    main = _main(legend, position_m)
+    note = f"RMS over {count} starts, each from a fix, whose noise is in it. Band: 95 % interval"
+    note += "." if len(main) == len(legend) else " of the thick curves; the others are drawn thin."
     figure, ax = sheet(3.7, "How far it is off after the last fix", note)
-    for name in in_order(position_m):
-        if np.isfinite(band_m[name]).all():
+    for name, text in legend.items():
+        if name in main and np.isfinite(band_m[name]).all():
             ax.fill_between(after_s, *band_m[name], color=colour(name), alpha=0.18, linewidth=0)
-        ax.plot(after_s, position_m[name], color=colour(name), linewidth=1.4, label=label(name))
+        style = {"linewidth": 1.6, "zorder": 2.5} if name in main else {"linewidth": 0.7}
+        ax.plot(after_s, position_m[name], color=colour(name), label=text, **style)
     ax.set(xscale="log", yscale="log", xlabel="time since the fix [s]", ylabel="position error, RMS [m]")
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -99,3 +111,12 @@ def error_growth(
     ax.set_xlim(float(after_s[0]), float(after_s[-1]))
     legend_below(figure, ax)
     return figure
+
+
+def _main(names: Iterable[str], position_m: Mapping[str, np.ndarray]) -> list[str]:
+    """Whose bands are drawn: all of few; of many the user's own, none, and the best and the worst in the end."""
+    names = list(names)
+    if len(names) <= MOST_BANDS:
+        return names
+    at_end = sorted(names, key=lambda name: position_m[name][-1])
+    return [name for name in names if is_own(name) or name in ("none", at_end[0], at_end[-1])]

@@ -7,7 +7,7 @@ import io
 import re
 import textwrap
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import matplotlib as mpl
 import numpy as np
@@ -23,7 +23,7 @@ from matplotlib.ticker import FixedLocator
 
 from ins_eval.figures.scales import name_groups, with_scales
 from ins_eval.printable import printable
-from ins_eval.wording import in_symbols, unbroken
+from ins_eval.wording import in_symbols, joined, unbroken
 
 WIDTH_IN = 8.0
 HANDLE, PAD, SPACING = 1.8, 0.8, 2.0  # of a legend, in font sizes: its lines, from there to the text, between columns
@@ -53,6 +53,8 @@ COLOUR = {
     "hysteresis_piecewise_scale": "#e8c4a2",
 }
 OTHER_COLOURS = (("#5aae61", "#1b7837"), ("#5ab4ac", "#01665e"))  # a user's own models, and the same refined
+DWARFS = 4.0  # a curve so many times the main ones would leave them flat
+ALIKE = 1e-9  # of its largest value: curves that differ by less are the same but for rounding
 REFINED = "_refined"  # what ends the name of a model whose oven run was used
 
 LABEL = {
@@ -116,6 +118,39 @@ def in_order(names: Iterable[str]) -> list[str]:
     """Compensations in the order of `COLOUR`, a user's own models first."""
     order = list(COLOUR)
     return sorted(names, key=lambda name: (order.index(name) if name in order else -1, name))
+
+
+def is_own(name: str) -> bool:
+    """Whether a compensation is what is believed or a user's own model, and none of the built-in ones."""
+    return name not in COLOUR
+
+
+def in_scale(sizes: Mapping[str, float]) -> list[str]:
+    """Compensations that a common axis shows in full, by the largest size of each: not those that dwarf the main ones.
+
+    Main are the user's own; without one all but "none", less the largest of them where there are several.
+    """
+    main = sorted(size for name, size in sizes.items() if is_own(name))
+    if not main:
+        main = sorted(size for name, size in sizes.items() if name != "none")
+        main = main[:-1] or main
+    return [name for name, size in sizes.items() if not main or not size > DWARFS * main[-1] > 0.0]
+
+
+def distinct(series: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """What the legend says of each compensation whose curve is drawn, in order: of equal curves the first is."""
+    found: dict[str, list[str]] = {}
+    for name in in_order(series):
+        values = np.asarray(series[name], dtype=float)
+        close = ALIKE * np.nanmax(np.abs(values)) if np.isfinite(values).any() else 0.0
+        alike = (
+            first for first in found if np.allclose(series[first], values, rtol=0.0, atol=close, equal_nan=True)
+        )  # fmt: skip
+        found.setdefault(next(alike, name), []).append(name)
+    return {
+        first: label(first) + (f" (same as {joined([label(name) for name in others])})" if others else "")
+        for first, (_, *others) in found.items()
+    }
 
 
 def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:

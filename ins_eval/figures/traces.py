@@ -16,8 +16,9 @@ from ins_eval.figures.style import (
     QUIET,
     colour,
     decimate,
-    in_order,
-    label,
+    distinct,
+    in_scale,
+    is_own,
     legend_below,
     shade,
     sheet,
@@ -35,7 +36,7 @@ RATES_NMI_PER_H = (0.8, 1.0)  # what a navigation-grade INS is sold by
 KM = 1000.0
 LOCAL_M = 1000.0  # position errors below this are drawn in metres
 FEW_DECADES = 100.0  # below this an axis of logarithms has numbers at 2 and 5, too
-DWARFS, ROOM = 4.0, 1.6  # a curve so many times the next is cut at so many times that
+ROOM = 1.6  # an axis is cut at so many times the largest curve that does not dwarf the main ones
 PHASE_TINTS = ("#f2f2f2", "#ffffff")
 
 
@@ -317,13 +318,13 @@ def activity(
 def _traces(ax: Axes, time_s, series: Series, bridged, suffix: Mapping[str, str]) -> None:
     """One line a compensation; bridged epochs dotted."""
     points = int(np.clip(3000 / max(len(series), 1), 400, 1000))  # keeps the file small however many lines
-    time_s, limit = np.asarray(time_s, dtype=float), _limit([np.asarray(one, dtype=float) for one in series.values()])
-    for name in in_order(series):
+    time_s, limit = np.asarray(time_s, dtype=float), _limit(series)
+    for name, text in distinct(series).items():
         values = np.asarray(series[name], dtype=float)
-        style: dict[str, Any] = {"color": colour(name), "linewidth": 1.0}
+        style: dict[str, Any] = {"color": colour(name), "linewidth": 1.8 if is_own(name) else 1.0}
         seen = values if bridged is None else np.where(bridged, np.nan, values)
         beyond = " (goes beyond)" if limit is not None and np.nanmax(np.abs(values)) > limit else ""
-        style["label"] = label(name) + suffix.get(name, "") + beyond
+        style["label"] = text + suffix.get(name, "") + beyond
         ax.plot(*decimate(time_s, seen, points), **style)
         if bridged is not None and np.any(bridged):
             edge = np.convolve(np.asarray(bridged, dtype=float), np.ones(3), mode="same") > 0  # joins the solid line
@@ -334,20 +335,21 @@ def _traces(ax: Axes, time_s, series: Series, bridged, suffix: Mapping[str, str]
         ax.set_ylim(-limit, limit)
 
 
+def _sizes(series: Series) -> dict[str, float]:
+    curves = {name: np.asarray(one, dtype=float) for name, one in series.items()}
+    return {name: float(np.nanmax(np.abs(one))) for name, one in curves.items() if np.isfinite(one).any()}
+
+
 def _largest(series: Series) -> float:
     """The largest size that is drawn of any curve."""
-    curves = [np.asarray(one, dtype=float) for one in series.values()]
-    return _limit(curves) or max(
-        (float(np.nanmax(np.abs(one))) for one in curves if np.isfinite(one).any()), default=0.0
-    )
+    return _limit(series) or max(_sizes(series).values(), default=0.0)
 
 
-def _limit(curves: Sequence[np.ndarray]) -> float | None:
-    """Where an axis is cut because one curve dwarfs the others and would leave them flat; None where none does."""
-    largest = sorted((float(np.nanmax(np.abs(one))) for one in curves if np.isfinite(one).any()), reverse=True)
-    if len(largest) < 2 or not largest[0] > DWARFS * largest[1] > 0.0:
-        return None
-    return ROOM * largest[1]
+def _limit(series: Series) -> float | None:
+    """Where an axis is cut because a curve dwarfs the main ones and would leave them flat; None where none does."""
+    sizes = _sizes(series)
+    kept = in_scale(sizes)
+    return ROOM * max(sizes[name] for name in kept) if len(kept) < len(sizes) else None
 
 
 def _rates_and_schuler(ax: Axes, nmi: float) -> None:

@@ -251,8 +251,8 @@ def _turning(recording: Recording, quietest: Quietest, assumed, keys, where: str
         )
     insisted = quiet > QUIET_RATE_RADPS or fast > LARGEST_RATE_RADPS
     return [
-        f"Found gyro rates of {quiet / DEG:.3g} deg/s in that second and up to {fast / DEG:.3g} deg/s (99 % of samples)"
-        + (", which you assume to be right." if insisted else ".")
+        f"Found gyro rates of {quiet / DEG:.3g} deg/s in the quietest second and up to {fast / DEG:.3g} deg/s (99 % of "
+        "samples)" + (", which you assume to be right." if insisted else ".")
     ]
 
 

@@ -8,7 +8,17 @@ from ins_eval.effects import VOCABULARY
 from ins_eval.report.content import Section
 from ins_eval.report.diagnosis_glance import diagnosis_glance, worth
 from ins_eval.report.diagnosis_sections import sections_of
-from ins_eval.report.diagnosis_words import amount, chance, channel, effect_words, nats, probability, rare
+from ins_eval.report.diagnosis_words import (
+    amount,
+    chance,
+    channel,
+    effect_words,
+    nats,
+    probability,
+    rare,
+    sigmas,
+    where,
+)
 from ins_eval.wording import fixed, joined, sentence
 
 TITLE = "Diagnosis"
@@ -63,10 +73,9 @@ def _seen(tree: Mapping) -> list[str]:
 def _spoken(one: Mapping, several: bool) -> str:
     begin, end = one["interval_s"]
     of = f" of {one['recording']}" if several else ""
-    words = f"; {one['where']}" if one["where"] else ""
-    sigma = fixed(one["significance_sigma"], 1)
+    words = f"; {where(one)}" if one["where"] else ""
     when = f"{begin:.0f} to {end:.0f} s{words}"
-    return sentence(f"{channel(one['channel'])}{of}, {when}: {sigma} σ, with every channel and interval searched")
+    return sentence(f"{channel(one['channel'])}{of}, {when}: {sigmas(one)} σ, with every channel and interval searched")
 
 
 def _how_sure(tree: Mapping) -> list[str]:
@@ -99,7 +108,9 @@ def _else(tree: Mapping) -> list[str]:
         words = f"It could also be {effect_words(one)} ({'; '.join(filter(None, (below, tie)))})"
         lines.append(sentence(f"{words}: {_experiment(one)}"))
     rest = apart[3:]
-    if rest:
+    if len(rest) == 1:
+        lines.append(sentence(f"Nor can {effect_words(rest[0])} be excluded; it is listed below"))
+    elif rest:
         lines.append(sentence(f"{len(rest)} further ones cannot be excluded; they are listed below"))
     if not lines:
         near = next((one for one in tree["evidence"]["families"] if not one["named"]), None)
@@ -142,12 +153,12 @@ def _remainder(found: Mapping) -> list[str]:
     left = found["unexplained"]
     if not found["effects"]:
         return []
-    sigma = fixed(left["significance_sigma"], 1)
+    sigma = sigmas(left)
     if left["channel"] is None:
         return [f"Nothing significant stays unexplained ({sigma} σ)."]
     begin, end = left["interval_s"]
-    where = f"{channel(left['channel'])}, {begin:.0f} to {end:.0f} s"
-    return [f"Still unexplained: {where}, {sigma} σ; look there next."]
+    place = f"{channel(left['channel'])}, {begin:.0f} to {end:.0f} s"
+    return [f"Still unexplained: {place}, {sigma} σ; look there next."]
 
 
 def _withdrawn(found: Mapping) -> list[str]:

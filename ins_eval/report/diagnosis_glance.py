@@ -7,7 +7,7 @@ from math import exp, floor, hypot, log
 
 from ins_eval.analysis.evaluation_numbers import LOST_MPS
 from ins_eval.report.content import Number, Picture, Section, at_a_glance
-from ins_eval.report.diagnosis_words import alike, chance, channel, effect_words, nats, numbered
+from ins_eval.report.diagnosis_words import chance, channel, effect_words, nats, numbered, probability, sigmas, size
 from ins_eval.wording import SUPERSCRIPTS, fixed, joined, sentence, significant
 
 SPOKEN_ODDS = log(1e6)  # nats, beyond which odds are a power of ten
@@ -69,10 +69,10 @@ def _first_effect(tree: Mapping) -> list[Number]:
     effects = tree["diagnosis"]["effects"]
     if not effects:
         return []
-    of = effects[0]["parameters"]
-    value, low, high = alike(of["value"], of["interval95"])
+    value, interval, unit = size(effects[0])
+    sure = f"95 %: {interval}" if interval else f"probability {probability(effects[0]['probability'])}"
     beside = f", the first of {len(effects)}" if len(effects) > 1 else ""
-    return [Number(f"{effect_words(effects[0])}{beside}", f"{value} {of['unit']}", f"95 %: {low} to {high}")]
+    return [Number(f"{effect_words(effects[0])}{beside}", f"{value} {unit}".strip(), sure)]
 
 
 def _probable(tree: Mapping) -> list[Number]:
@@ -104,8 +104,7 @@ def _located(tree: Mapping) -> list[Number]:
         return []
     one = max(mismatch, key=lambda one: one["significance_sigma"])
     begin, end = one["interval_s"]
-    value = f"{fixed(one['significance_sigma'], 1)} σ"
-    return [Number(f"{channel(one['channel'])} is disturbed", value, f"{begin:.0f} to {end:.0f} s")]
+    return [Number(f"{channel(one['channel'])} is disturbed", f"{sigmas(one)} σ", f"{begin:.0f} to {end:.0f} s")]
 
 
 def _navigation(tree: Mapping) -> list[Number]:

@@ -11,14 +11,16 @@ from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.diagnosis_limits import limits
 from ins_eval.report.diagnosis_words import (
-    alike,
-    amount,
     chance,
     channel,
     effect_words,
+    further,
     nats,
     numbered,
     probability,
+    sigmas,
+    size,
+    where,
 )
 from ins_eval.wording import MISSING, fixed, joined, sentence, significant
 
@@ -61,11 +63,10 @@ def _left_out(tree: Mapping) -> list[Block]:
     found = tree["diagnosis"]
     rows = []
     for one in found["effects"]:
-        of = one["parameters"]
-        value, low, high = alike(of["value"], of["interval95"])
-        further = amount(one).partition("], ")[2] or MISSING
+        value, interval, unit = size(one)
         rows.append(
-            (effect_words(one), value, f"{low} to {high}", of["unit"], further, probability(one["probability"]),
+            (effect_words(one), value, interval or MISSING, unit or MISSING, ", ".join(further(one)) or MISSING,
+             probability(one["probability"]),
              nats(one["log_evidence_gain"]), chance(one["false_alarm_probability"]))
         )  # fmt: skip
     header = (
@@ -174,14 +175,14 @@ def _rivals(tree: Mapping) -> list[Block]:
 def _written(tree: Mapping) -> list[Block]:
     rows = []
     for one in tree["written"]:
-        further = [
+        beside = [
             f"{parameter.words} {significant(one[parameter.name])} {parameter.unit}".strip()
             for parameter in VOCABULARY[one["name"]].parameters
             if parameter.name in one
         ]
-        further += [f"only in {one['recording']}"] if "recording" in one else []
+        beside += [f"only in {one['recording']}"] if "recording" in one else []
         sigma = significant(one["sigma"]) if "sigma" in one else MISSING
-        rows.append((effect_words(one), significant(one["value"]), sigma, one["unit"], ", ".join(further) or MISSING))
+        rows.append((effect_words(one), significant(one["value"]), sigma, one["unit"], ", ".join(beside) or MISSING))
     note = (
         "For other recordings of the instrument. An effect is named above only if it is sure. The values here are "
         "posterior means of all effects of the sensors, estimated at once, so that an uncertain one is near 0; of an "
@@ -195,7 +196,7 @@ def _written(tree: Mapping) -> list[Block]:
 def _where(tree: Mapping) -> list[Block]:
     rows = [
         (one["recording"], channel(one["channel"]), fixed(one["interval_s"][0], 0), fixed(one["interval_s"][1], 0),
-         one["where"], fixed(one["significance_sigma"], 1))
+         where(one), sigmas(one))
         for one in tree["diagnosis"]["mismatch"]
     ]  # fmt: skip
     header = ("recording", "channel", "from [s]", "to [s]", "where", "sigma")
@@ -235,7 +236,7 @@ def _navigation(tree: Mapping) -> list[Block]:
 def _unexplained(tree: Mapping) -> list[Block]:
     found = tree["diagnosis"]
     left = found["unexplained"]
-    sigma = fixed(left["significance_sigma"], 1)
+    sigma = sigmas(left)
     if left["channel"] is None:
         return paragraphs(
             f"The largest residual that is left has {sigma} σ, with every channel and interval searched: no more "

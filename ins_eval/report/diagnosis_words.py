@@ -5,11 +5,11 @@ The words for an effect are its name in the vocabulary and the physics that stan
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from math import floor, log10
+import re
+from collections.abc import Mapping
 
 from ins_eval.effects import VOCABULARY
-from ins_eval.wording import fixed, rounded, significant
+from ins_eval.wording import alike, fixed, significant
 
 SPOKEN = {
     "gps.position": "GPS position",
@@ -23,6 +23,11 @@ SPOKEN = {
     "navigation": "the navigation",
 }
 FRACTION = "fraction"  # the unit that stands before its number
+DESCRIBED = {  # effects that are so or are not, with a value above 0 and below
+    "recording.axis_sign": ("sign as it is", "sign turned"),
+    "recording.axes_exchanged": ("exchanged", "exchanged, the sign turned"),
+}
+MOST_SIGMAS, MOST_NATS = 1000.0, 1e6  # beyond which nobody can tell the digits
 AS_GOOD_AS_SURE, AS_GOOD_AS_NEVER = 0.999, 1e-6
 
 
@@ -48,34 +53,54 @@ def _parameters(one: Mapping) -> Mapping:
     return {**one, **one.get("parameters", {})}
 
 
+def size(one: Mapping) -> tuple[str, str, str]:
+    """The value, its 95 % interval as ``low to high`` and its unit; of a wrong description what is wrong, in words."""
+    of = one["parameters"]
+    low, high = of["interval95"]
+    if one["name"] in DESCRIBED:
+        return DESCRIBED[one["name"]][of["value"] < 0.0], "", ""
+    if low == high:
+        return significant(of["value"]), "", of["unit"]
+    value, low, high = alike(of["value"], of["interval95"])
+    return value, f"{low} to {high}", of["unit"]
+
+
 def amount(one: Mapping) -> str:
     """The value with its unit and 95 % interval, and the further parameters with theirs."""
-    of = one["parameters"]
-    value, low, high = alike(of["value"], of["interval95"])
-    words = [
-        f"{value} {of['unit']} [{low}, {high}]" if of["unit"] != FRACTION else f"{FRACTION} {value} [{low}, {high}]"
-    ]
+    value, interval, unit = size(one)
+    ends = f"[{interval.replace(' to ', ', ')}]" if interval else ""
+    said = (FRACTION, value, ends) if unit == FRACTION else (value, unit, ends)
+    return ", ".join([" ".join(filter(None, said)), *further(one)])
+
+
+def further(one: Mapping) -> list[str]:
+    """The further parameters of an effect, each with its unit and 95 % interval."""
+    of, words = one["parameters"], []
     for parameter in VOCABULARY[one["name"]].parameters:
         if parameter.name not in of:
             continue
         value, low, high = alike(of[parameter.name], of.get(f"{parameter.name}_interval95"))
         interval = f" [{low}, {high}]" if low else ""
         words.append(f"{parameter.words} {value} {parameter.unit}".strip() + interval)
-    return ", ".join(words)
+    return words
 
 
-def alike(value: float, interval: Sequence[float] | None) -> tuple[str, str, str]:
-    """A value and its interval with the digits that the interval leaves meaning to; without one in three."""
-    if interval is None:
-        return significant(value), "", ""
-    half = 0.5 * (interval[1] - interval[0])
-    digits = min(-floor(log10(half / 2.0)), 6) if half > 0.0 else 6
-    return tuple(rounded(x, digits) for x in (value, *interval))
+def sigmas(one: Mapping) -> str:
+    """How many sigma: the deviate of a probability."""
+    value = one["significance_sigma"]
+    return f"more than {MOST_SIGMAS:.0f}" if value > MOST_SIGMAS else fixed(value, 1)
+
+
+def where(one: Mapping) -> str:
+    """In what flight condition and at which temperatures an interval lies."""
+    return re.sub(r"(?<![\w.])-(?=\d)", "−", one["where"])
 
 
 def nats(value: float | None) -> str:
-    """A log Bayes factor or a difference of two."""
-    return fixed(value, 1 if value is None or abs(value) < 1000.0 else 0)
+    """A log Bayes factor or a difference of two, in three figures from a thousand on."""
+    if value is not None and abs(value) > MOST_NATS:
+        return "more than 10⁶" if value > 0.0 else "less than −10⁶"
+    return fixed(value, 1) if value is None or abs(value) < 1000.0 else significant(value)
 
 
 def probability(value: float) -> str:

@@ -26,7 +26,7 @@ from ins_eval.report.grade import grade_section
 from ins_eval.report.solution import solution_answer, solution_blocks
 from ins_eval.restarts import Restarts
 from ins_eval.vocabulary import COMPONENTS, MAIN_DEFINITIONS, definition_name
-from ins_eval.wording import MISSING, fixed, joined, sentence, significant, small
+from ins_eval.wording import MISSING, fixed, in_three, joined, sentence, significant, small
 
 SOLUTION = "What the INS put out itself"
 AXES = ("north", "east", "down")
@@ -93,6 +93,9 @@ def _answer(found: EvaluationNumbers) -> str:
             f"of {len(velocities)} compensations “{label(best)}” is the best in horizontal velocity, {span}; "
             f"{_called(best)} {_spoken(arms[best])}, {_called(worst)} it is {fixed(velocities[worst])} m/s."
         )
+    if isinstance(found.alignment, FoundStart):
+        taken_off = "the gyro and accelerometer biases estimated at the start (see Alignment) are taken off throughout"
+        whole = f"{whole.removesuffix('.')}; {taken_off}."
     growth = _growth(found.restarts)
     if min(velocities.values()) <= LOST_MPS:
         lines = [f"{name}: {whole}", *([sentence(growth)] if growth else [])]
@@ -133,10 +136,10 @@ def _growth(pieces: Mapping[str, Restarts]) -> str:
 
 def _metres(piece: Restarts, k: int) -> str:
     """The position error at one time since the start, with its interval where there is one."""
-    text, interval = f"{fixed(piece.position_rms_m[k], 0)} m", piece.position_interval_m[:, k]
+    text, interval = f"{in_three(piece.position_rms_m[k], 0)} m", piece.position_interval_m[:, k]
     if not _known(interval):
         return text
-    return f"{text} (95 % interval {fixed(interval[0], 0)} to {fixed(interval[1], 0)} m)"
+    return f"{text} (95 % interval {in_three(interval[0], 0)} to {in_three(interval[1], 0)} m)"
 
 
 def _short(navigation: NavigatedSpan) -> str:
@@ -161,7 +164,7 @@ def _heading(start: StartAttitude) -> str:
     if isinstance(start, FoundStart) and not start.heading_known:
         return (
             "The heading is unknown: these gyros do not find north, and no motion shows it. It is taken as "
-            f"{fixed(found)}°, so that north and east of this page are directions of the box."
+            f"{fixed(found, 0)}°, so that north and east of this page are directions of the box."
         )
     how = "motion and rest" if isinstance(start, FoundStart) else "self-alignment"
     text = f"Heading from {how}: {fixed(found)}° ± {fixed(sigma)}° (1 σ)"
@@ -221,8 +224,8 @@ def _by_compensation(title: str, arms: Iterable[str], columns: Mapping[str, Sequ
 
 def _with_interval(value: float, interval: np.ndarray, digits: int) -> str:
     """A value with its 95 % interval, where there is one."""
-    text = fixed(value, digits)
-    return text + (f" ({fixed(interval[0], digits)} to {fixed(interval[1], digits)})" if _known(interval) else "")
+    text = in_three(value, digits)
+    return text + (f" ({in_three(interval[0], digits)} to {in_three(interval[1], digits)})" if _known(interval) else "")
 
 
 def _known(interval: np.ndarray) -> bool:
@@ -292,6 +295,8 @@ def _alignment(start: StartAttitude) -> list[Block]:
         "pitch [°]": start.pitch_deg,
     }
     rows = [(name, fixed(angle, 3)) for name, angle in angles.items() if angle is not None]
+    if isinstance(start, FoundStart) and not start.heading_known:
+        rows = [("heading, taken as [°]", fixed(start.heading_deg, 0)), *rows[2:]]
     return [
         *paragraphs(where, _heading(start)),
         *table("Attitude at the end of the alignment", ("angle", "value"), rows),
@@ -315,6 +320,7 @@ def _found_start(start: FoundStart) -> str:
         pairs = zip(values, sigmas, strict=True)
         return ", ".join(f"{fixed(value, 0)} ± {significant(sigma, 2)}" for value, sigma in pairs)
 
+    heading = f"heading to {fixed(start.heading_sigma_deg)}°" if start.heading_known else "heading not known"
     gyro_bias = triad(start.gyro_bias_deg_per_h, start.gyro_bias_sigma_deg_per_h)
     accelerometer_bias = triad(start.accelerometer_bias_ug, start.accelerometer_bias_sigma_ug)
     gyro_scale = triad(start.gyro_scale_ppm, start.gyro_scale_sigma_ppm)
@@ -322,7 +328,7 @@ def _found_start(start: FoundStart) -> str:
     text = (
         f"The recording states no attitude. It was found from {start.window_s[0]:.0f} to {start.window_s[1]:.0f} s by "
         f"least squares, from rest, motion and the fixes: roll and pitch to {fixed(start.roll_pitch_sigma_deg)}°, "
-        f"heading to {fixed(start.heading_sigma_deg)}°, velocity to {fixed(max(start.velocity_sigma_mps))} m/s (1 σ). "
+        f"{heading}, velocity to {fixed(max(start.velocity_sigma_mps))} m/s (1 σ). "
         f"Taken off are gyro biases of {gyro_bias} deg/h and accelerometer biases of {accelerometer_bias} µg, scale "
         f"factor errors of {gyro_scale} ppm (gyros) and {accelerometer_scale} ppm (accelerometers) (x, y, z, with "
         "1 σ)."

@@ -12,7 +12,7 @@ from ins_eval.figures.style import label
 from ins_eval.grade import Grade, units_of
 from ins_eval.report.content import Number, Picture, Section, at_a_glance
 from ins_eval.restarts import Restarts
-from ins_eval.wording import fixed, significant
+from ins_eval.wording import fixed, in_three, significant
 
 TRUSTED_S = 10.0  # after which the error between fixes is told
 ONE_RUN = "one run, no interval"
@@ -61,9 +61,13 @@ def _between_fixes(found: EvaluationNumbers) -> list[Number]:
     numbers = []
     for k in sorted({int(np.argmin(np.abs(best.after_s - TRUSTED_S))), last}):
         low, high = best.position_interval_m[:, k]
-        interval = _interval(low, high, 1) if np.isfinite(low + high) else "too few starts for an interval"
+        interval = (
+            f"95 %: {in_three(low, 1)} to {in_three(high, 1)}"
+            if np.isfinite(low + high)
+            else "too few starts for an interval"
+        )
         what = f"position error {fixed(best.after_s[k], 0)} s after a fix"
-        numbers.append(Number(what, f"{fixed(best.position_rms_m[k], 1)} m", interval))
+        numbers.append(Number(what, f"{in_three(best.position_rms_m[k], 1)} m", interval))
     return numbers
 
 
@@ -106,7 +110,10 @@ def _at_rest(grade: Grade | None) -> list[Number]:
             white, (unit, _) = most.terms["white"], units_of(most.name)["white"]
             low, high = white.interval95
             value, interval = f"{significant(white.value)} {unit}", f"95 %: {significant(low)} to {significant(high)}"
-            numbers.append(Number(f"white noise of {most.name}, the largest", value, interval))
+            above = [one for one in channels if one not in seen and one.terms["white"].interval95[1] > white.value]
+            which = "the largest that is seen" if above else "the largest"
+            beside = [f"{one.name} below {significant(one.terms['white'].interval95[1])}" for one in above]
+            numbers.append(Number(f"white noise of {most.name}, {which}", value, "; ".join([interval, *beside])))
     return numbers
 
 

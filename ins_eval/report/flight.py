@@ -13,7 +13,7 @@ from ins_eval.figures.style import in_order, label
 from ins_eval.report import missions
 from ins_eval.report.ageing import ageing_blocks
 from ins_eval.report.content import Block, Paragraph, Picture, Section, definitions_table, paragraphs, table
-from ins_eval.report.flight_answer import UNITS, answer, comparison, glance, instruments
+from ins_eval.report.flight_answer import UNITS, answer, comparison, glance, instruments, rivals
 from ins_eval.report.limits import largest_source, weaknesses
 from ins_eval.report.published import beside_published
 from ins_eval.tables import pick
@@ -115,7 +115,8 @@ def _comparison(metrics: Mapping) -> list[Block]:
 
 
 def _cep_at_times(metrics: Mapping) -> list[Block]:
-    names = [n for n in (FIRST, "simple_refined", "hysteresis", SECOND) if pick(metrics, "ensemble", n, "cep_nmi_at_s")]
+    compared = (*metrics.get("own_models", ()), FIRST, "simple_refined", "hysteresis", SECOND)
+    names = [name for name in compared if pick(metrics, "ensemble", name, "cep_nmi_at_s")]
     arms = [metrics["ensemble"][name]["cep_nmi_at_s"] for name in names]
     times = sorted({time for arm in arms for time in arm}, key=float)
     rows = [(f"{float(time):.0f}", *(with_interval(arm.get(time)) for arm in arms)) for time in times]
@@ -177,16 +178,18 @@ def _changes(metrics: Mapping) -> list[Block]:
 def _one_flight(metrics: Mapping) -> list[Block]:
     if not pick(metrics, "ensemble", "size"):
         return []
-    shares = pick(metrics, "ensemble", "improvement", HEADLINE, "fraction_improved") or {}
-    rows = [(_on_one_flight(m), percent(entry)) for m, entry in shares.items()]
-    return [
-        *table(
-            "Instruments that improve from simple to refined hysteresis",
-            ("measure on one flight", "share"),
-            rows,
-            "In brackets: 95 % interval. 50 % would be chance.",
-        ),
+    own = [
+        (f"Instruments that improve from {label(other)} to {label(of.own)}", f"{of.own}/{other}")
+        for of in rivals(metrics)
+        for other in of.others
     ]
+    blocks: list[Block] = []
+    for title, pair in [*own, ("Instruments that improve from simple to refined hysteresis", HEADLINE)]:
+        shares = pick(metrics, "ensemble", "improvement", pair, "fraction_improved") or {}
+        rows = [(_on_one_flight(m), percent(entry)) for m, entry in shares.items()]
+        note = "In brackets: 95 % interval. 50 % would be chance."
+        blocks += table(title, ("measure on one flight", "share"), rows, note)
+    return blocks
 
 
 def _on_one_flight(measure: str) -> str:
@@ -204,7 +207,8 @@ def _budget(metrics: Mapping) -> list[Block]:
             "error_budget",
             "Each source alone, all others off. A source whose bars are equally long in every colour is "
             "one that no compensation of accelerometers can touch. What is not in the flight shows what it would do"
-            + (f", with {beside} instruments." if (beside := pick(metrics, "budget", "size_beside")) else "."),
+            + (f", with {beside} instruments." if (beside := pick(metrics, "budget", "size_beside")) else ".")
+            + (" A model of your own is flown with all sources together only." if metrics.get("own_models") else ""),
         ),
     ]
     for measure, unit in UNITS.items():

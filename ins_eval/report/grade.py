@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from math import floor, log10
+
 from ins_eval.allan import TERMS
 from ins_eval.figures.results.grade import FIGURE, LAWS
-from ins_eval.grade import Grade, NoiseTerm
+from ins_eval.grade import Grade, NoiseTerm, Offset
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
-from ins_eval.wording import significant
+from ins_eval.wording import alike, rounded, significant
 
 OFFSETS = (
     "Gyros: mean rate less the vertical part of Earth rate; the horizontal part, of unknown direction, is in the "
@@ -36,10 +38,10 @@ def grade_section(grade: Grade | None) -> Section:
         caption = "Allan deviation of each channel at rest, and the noise terms that make it."
         blocks.append(Picture(FIGURE, caption))
     if laws := grade.laws_in_units:
-        rows = [
-            (name, significant(law.slope, 4), f"[{', '.join(significant(end, 4) for end in law.interval95)}]", law.unit)
-            for name, law in laws.items()
-        ]
+        rows = []
+        for name, law in laws.items():
+            slope, low, high = alike(law.slope, law.interval95)
+            rows.append((name, slope, f"[{low}, {high}]", law.unit))
         note = (
             "Straight lines of means over ten seconds at rest, with 95 % intervals. They say how a channel moved with "
             "temperature in this recording, not why: time passed as well. ins-eval diagnose separates the two."
@@ -63,7 +65,14 @@ def _offsets(grade: Grade) -> list[tuple[str, str, str]]:
     found = {f"gyro {axis} [deg/h]": offset for axis, offset in grade.gyro_offset_deg_per_h.items()}
     if (force := grade.force_offset_ug) is not None:
         found["norm of specific force [µg]"] = force
-    return [(name, significant(offset.value, 4), significant(offset.sigma, 2)) for name, offset in found.items()]
+    return [(name, *_to_sigma(offset)) for name, offset in found.items()]
+
+
+def _to_sigma(offset: Offset) -> tuple[str, str]:
+    """An offset to the second figure of its sigma, and that."""
+    if not offset.sigma > 0.0:
+        return significant(offset.value, 4), significant(offset.sigma, 2)
+    return rounded(offset.value, 1 - floor(log10(offset.sigma))), significant(offset.sigma, 2)
 
 
 def _cell(term: NoiseTerm) -> str:

@@ -15,8 +15,8 @@ from ins_eval.report.content import Paragraph, Table
 from ins_eval.report.diagnosis import diagnosis_content
 from ins_eval.report.diagnosis_glance import odds
 from ins_eval.report.diagnosis_sections import sections_of
-from ins_eval.report.diagnosis_words import alike, effect_words, probability
-from ins_eval.wording import MISSING, in_symbols, significant
+from ins_eval.report.diagnosis_words import effect_words, nats, probability
+from ins_eval.wording import MISSING, alike, in_symbols, significant
 
 LARGEST_SVG_BYTES = 200_000
 WHITE = {"rms": 1.0, "correlation": 0.01, "rms_of_means": 1.4}
@@ -381,3 +381,39 @@ def test_an_effect_that_explains_no_part_of_its_channel_is_not_shown_as_an_expla
     words = text.render("t", "", diagnosis_content(shown)[1])
     assert "does not follow accelerometer bias creep, z" in " ".join(words.split())
     assert "0 % of" not in words
+
+
+def test_a_wrong_sign_is_said_and_has_no_interval() -> None:
+    told = tree("explained")
+    turned = {
+        **creep(),
+        "name": "recording.axis_sign",
+        "parameters": {"value": -1.0, "interval95": [-1.0, -1.0], "unit": "factor", "sensor": "gyro"},
+    }
+    told["diagnosis"]["effects"] = [turned]
+    said, sections = diagnosis_content(told)
+    assert "explained by recording axis sign, gyro z: sign turned." in said
+    (first, *_) = sections[0].blocks[0].items
+    assert first == ("recording axis sign, gyro z", "sign turned", "probability 0.97")
+    assert blocks(sections, "What was left out", Table)[0].rows[0][1:5] == ("sign turned", *[MISSING] * 3)
+
+
+def test_sigmas_and_temperatures_are_written_as_they_are_read() -> None:
+    told = tree("unexplained")
+    (one,) = told["diagnosis"]["mismatch"]
+    one |= {"significance_sigma": 419556.3, "where": "level, dT/dt < 0, -11.3 to -2.2 degC"}
+    said, sections = diagnosis_content(told)
+    assert "dT/dt < 0, −11.3 to −2.2 degC: more than 1000 σ" in said
+    assert blocks(sections, "Where", Table)[0].rows[0][4:] == ("level, dT/dt < 0, −11.3 to −2.2 degC", "more than 1000")
+
+
+def test_a_single_further_rival_is_named() -> None:
+    told = tree("not identifiable")
+    told["diagnosis"]["indistinguishable"] = [drift(axis=axis) for axis in ("z", "x", "y", "z")]
+    assert "Nor can accelerometer bias drift, z be excluded; it is listed below." in diagnosis_content(told)[0]
+
+
+def test_nats_have_no_more_digits_than_mean_anything() -> None:
+    assert [nats(x) for x in (None, 2.14, 975.3, 54290.0, 8.8e10, -2e6)] == [
+        MISSING, "2.1", "975.3", "54300", "more than 10⁶", "less than −10⁶"
+    ]  # fmt: skip

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 
+from ins_eval.analysis.evaluation_numbers import FoundStart
+from ins_eval.grade import NoiseTerm
 from ins_eval.navigation import Measures
 from ins_eval.report.content import Table
 from ins_eval.report.evaluation import evaluation_content
+from ins_eval.report.evaluation_glance import evaluation_glance
 from ins_eval.restarts import Restarts
 
 
@@ -65,7 +69,7 @@ def test_many_compensations_are_not_all_spoken(evaluation_numbers):
     arms = dict(evaluation_numbers.compensations)
     arms |= {name: with_velocity(arms["none"], mps) for name, mps in (("simple", 0.2), ("hysteresis", 0.7))}
     first = evaluation_content(replace(evaluation_numbers, compensations=arms))[0].splitlines()[0]
-    assert "of 3 compensations simple is the best" in first and "with hysteresis compensation it is 0.70 m/s" in first
+    assert "of 3 compensations “simple” is the best" in first and "with hysteresis compensation it is 0.70 m/s" in first
 
 
 def test_restarts_are_told_where_there_are_any(evaluation_numbers):
@@ -118,3 +122,50 @@ def test_between_fixes_leads_where_navigation_was_started_afresh(evaluation_numb
     assert values[:2] == ["10.0 m", "30.0 m"]
     assert intervals[:2] == ["95 %: 9.0 to 11.0", "95 %: 27.0 to 33.0"]
     assert picture == "error_growth"
+
+
+def test_a_white_noise_is_the_largest_only_where_no_other_may_be_larger(evaluation_numbers):
+    def channel(axis: str, value: float, high: float, visible: bool):
+        white = NoiseTerm(value, (0.1, high), visible, "deg/sqrt(h)")
+        return SimpleNamespace(name=f"gyro {axis}", fit=True, terms={"white": white})
+
+    def tile(bound: float):
+        channels = (channel("x", 0.0, 0.2, False), channel("y", 0.223, 0.278, True), channel("z", 0.0, bound, False))
+        shown = evaluation_glance(replace(evaluation_numbers, compensations={"none": Measures({"horizontal": 900.0})},
+                                          grade=SimpleNamespace(channels=channels)))  # fmt: skip
+        return shown.blocks[0].items[0]
+
+    assert tile(0.2)[:1] == ("white noise of gyro y, the largest",)
+    what, _, sure = tile(0.505)
+    assert what == "white noise of gyro y, the largest that is seen"
+    assert sure == "95 %: 0.100 to 0.278; gyro z below 0.505"
+
+
+def found_start(**changed) -> FoundStart:
+    three, scales = (0.0, 0.0, 0.0), (1.0, 1.0)
+    triads = {
+        f"{name}_{kind}{of}": three
+        for name, units in (("gyro", ("deg_per_h", "ppm")), ("accelerometer", ("ug", "ppm")))
+        for kind, unit in zip(("bias", "scale"), units, strict=True)
+        for of in (f"_{unit}", f"_sigma_{unit}")
+    }
+    begin = FoundStart(
+        roll_deg=0.1, pitch_deg=0.2, heading_deg=211.92, heading_sigma_deg=102.67, window_s=(438.0, 558.0),
+        roll_pitch_sigma_deg=0.45, heading_known=False, rival_headings_deg=(), velocity_sigma_mps=(0.01, 0.01, 0.01),
+        position_sigma_m=three, fix_scale=scales, **triads,
+    )  # fmt: skip
+    return replace(begin, **changed)
+
+
+def test_biases_found_at_the_start_are_said_to_be_taken_off_in_every_arm(evaluation_numbers):
+    said = "the gyro and accelerometer biases estimated at the start (see Alignment) are taken off throughout."
+    assert said not in evaluation_content(evaluation_numbers)[0]
+    assert said in evaluation_content(replace(evaluation_numbers, alignment=found_start()))[0].splitlines()[0]
+
+
+def test_a_heading_that_is_not_known_has_no_digits(evaluation_numbers):
+    answer, sections = evaluation_content(replace(evaluation_numbers, alignment=found_start()))
+    (alignment,) = [one for one in sections if one.heading == "Alignment"]
+    words, _, angles, *_ = alignment.blocks
+    assert "heading not known" in words.text and "102.67" not in words.text and "taken as 212°" in answer
+    assert angles.rows == [("heading, taken as [°]", "212"), ("roll [°]", "0.100"), ("pitch [°]", "0.200")]

@@ -137,6 +137,11 @@ def test_a_users_model_leads_the_report(flight_metrics):
     assert own.header[1:4] == ("mine", "simple", "hysteresis")
     assert own.rows[0][4:] == ("−10 % [−13, −6], better", "−2 % [−6, +3], not established")
     assert "INSTRUMENTS=" in step.text
+    tables = {b.title: b for s in sections for b in s.blocks if isinstance(b, Table)}
+    assert tables["CEP at fixed times [nmi]"].header[1:] == (
+        "mine", "simple", "simple, refined", "hysteresis", "hysteresis, refined"
+    )  # fmt: skip
+    assert tables["Instruments that improve from hysteresis to mine"].rows
 
 
 @pytest.mark.parametrize(

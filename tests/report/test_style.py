@@ -266,3 +266,47 @@ def test_an_axis_of_many_decades_has_numbers_at_its_decades():
     assert "−9 to 0\u00a0s" in " ".join(text.get_text() for text in figure.texts)
     shown = [tick for tick in figure.axes[0].get_yticks() if 1e-5 <= tick <= 1.0]
     assert shown == pytest.approx([1e-4, 1e-2, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("sizes", "cut"),
+    [
+        ({"believed": 100.0, "none": 1.0}, set()),  # the main curve sets the scale
+        ({"believed": 1.0, "none": 5.0}, {"none"}),
+        ({"believed": 1.0, "simple": 3.0, "none": 50.0}, {"none"}),
+        ({"none": 1.0, "simple": 10.0}, set()),
+        ({"none": 1.0, "simple": 10.0, "hysteresis": 1.0}, {"simple"}),
+        ({"none": 9.0}, set()),
+    ],
+)
+def test_an_axis_is_scaled_by_the_main_curves_and_cuts_what_dwarfs_them(sizes, cut):
+    time_s = np.linspace(0.0, 100.0, 50)
+    figure = figures.velocity_error(
+        time_s=time_s,
+        errors_mps={name: size * np.sin(time_s) / np.abs(np.sin(time_s)).max() for name, size in sizes.items()},
+        component="north",
+    )
+    shown = {line.get_label() for line in figure.axes[0].lines}
+    assert {name for name in sizes if f"{name} (goes beyond)" in shown} == cut
+    kept = max(size for name, size in sizes.items() if name not in cut)
+    assert kept < figure.axes[0].get_ylim()[1] < 2.0 * kept
+
+
+def test_curves_that_coincide_are_drawn_once_and_named_together():
+    time_s = np.linspace(0.0, 100.0, 50)
+    errors = {"believed": time_s, "simple": time_s.copy(), "none": 2.0 * time_s}
+    figure = figures.velocity_error(time_s=time_s, errors_mps=errors, component="north")
+    assert [line.get_label() for line in figure.axes[0].lines][:2] == ["believed (same as simple)", "none"]
+
+
+def test_of_many_compensations_few_have_bands():
+    after_s, names = np.arange(1.0, 31.0), ["believed", *style.COLOUR]
+    position = {name: (2.0 + k) * after_s for k, name in enumerate(names)}
+    band = {name: np.vstack([0.9 * one, 1.1 * one]) for name, one in position.items()}
+    figure = figures.error_growth(after_s=after_s, position_m=position, band_m=band, count=20)
+    ax = figure.axes[0]
+    assert len(ax.lines) == len(names) and len(ax.collections) == 3
+    note = " ".join(text.get_text() for text in figure.texts)
+    assert "interval of the thick curves; the others are drawn thin." in note.replace("\n", " ")
+    thick = [line.get_label() for line in ax.lines if line.get_linewidth() > 1.0]
+    assert thick == ["believed", "none", "hysteresis, piecewise scale factor"]

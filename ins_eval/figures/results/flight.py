@@ -46,7 +46,7 @@ def flight_figures(shown: Shown, result: dict[str, Any]) -> dict[str, Figure]:
             shown.navigated,
             floor_m=result["floor"]["horizontal_m"],
             rms_mps={name: single["velocity_rms_mps"] for name, single in result["flight"].items()},
-            raw=("simple", "hysteresis_refined"),
+            raw=(*result["own_models"][:1], FIRST, SECOND),
         ),
     }
 
@@ -78,9 +78,7 @@ def ensemble_figures(arms, result: dict[str, Any], rng: Streams) -> dict[str, Fi
             size=of_all["size"],
         ),
         "single_flight_rates": figures.single_flight_rates(
-            rates_nmi_per_h={
-                d: {n: arms[n][f"cep_rate_{d}"] for n in ("simple", "hysteresis_refined")} for d in SINGLE_FLIGHT
-            },
+            rates_nmi_per_h={d: {n: arms[n][f"cep_rate_{d}"] for n in (*own, FIRST, SECOND)} for d in SINGLE_FLIGHT},
             paper_nmi_per_h=PAPER["cep"],
         ),
     }
