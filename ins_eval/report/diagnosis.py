@@ -112,9 +112,10 @@ def _else(tree: Mapping) -> list[str]:
         lines.append(sentence(f"Nor can {effect_words(rest[0])} be excluded; it is listed below"))
     elif rest:
         lines.append(sentence(f"{len(rest)} further ones cannot be excluded; they are listed below"))
-    if not lines:
-        near = next((one for one in tree["evidence"]["families"] if not one["named"]), None)
-        first = tree["evidence"]["families"][0]["log_bayes_factor"]
+    families = tree["evidence"]["families"]
+    if not lines and families[0]["named"]:  # else what is wrong was mended before these were tried
+        near = next((one for one in families if not one["named"]), None)
+        first = families[0]["log_bayes_factor"]
         nearest = ""
         if near is not None:
             nearest = f"; the next, {effect_words(near)}, lies {nats(first - near['log_bayes_factor'])} nats below"
