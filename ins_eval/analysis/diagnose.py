@@ -17,7 +17,7 @@ from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import prepare_chamber
 from ins_eval.estimation.description import (
     WrongDescription,
-    reversed_axis,
+    wrong_columns,
     wrong_descriptions,
     wrong_descriptions_of_chamber,
 )
@@ -125,10 +125,9 @@ def _made_ready(folder: Path, name: str, belief_file: Path | None = None, unit: 
     stated = tuple(one for one in belief.effects if one.name.startswith(FAMILY))  # mended, and still believed
     warnings = [words for words in recording.notes if words.startswith(WARNING)]
     case = prepare(recording, where)
-    if more := reversed_axis(recording, case):
+    if more := wrong_columns(recording, case):
         wrong = [*wrong, *more]
-        wrongly = replace(recording, belief=with_effects(recording.belief, [one.effect for one in more]))
-        recording = mended(wrongly)
+        recording = mended(replace(recording, belief=with_effects(recording.belief, [one.effect for one in more])))
         case = prepare(recording, where)
     whole = with_effects(recording.belief, stated)
     return _Ready(case, whole, belief_rows(recording), wrong, warnings)

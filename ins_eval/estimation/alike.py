@@ -14,7 +14,7 @@ import numpy as np
 if TYPE_CHECKING:
     from ins_eval.error_model.columns import Assembled
 
-WORTH = 24  # columns fewer, from which it is worth it: the responses to all states cost as much
+WORTH = 24  # columns fewer, from which it is worth it: the responses to the 24 states of the filter cost as much
 
 
 class Split(NamedTuple):

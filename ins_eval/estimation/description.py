@@ -87,12 +87,11 @@ def wrong_descriptions(recording: Recording) -> tuple[list[WrongDescription], li
     return changes.described, None
 
 
-def reversed_axis(recording: Recording, case: Case) -> list[WrongDescription]:
-    """The column of wrong sign or place, where the parts of a recording do not tell it and its navigation does.
+def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
+    """What is wrong with a column of sensors that the parts of a recording do not tell, and its navigation does.
 
-    `case` is the recording as it was read. A column with the wrong sign shows twice what is right too much of what it
-    indicates, a scale factor error beyond any sensor's. With the sign turned the recording must be more probable
-    beyond doubt.
+    `case` is the recording as it was read. What a column of wrong sign or place indicates is off by about as much as it
+    is, a scale factor error beyond any sensor's. Put right, the recording must be more probable beyond doubt.
     """
     tried = _beyond_sensors(case)
     if not tried:
@@ -107,10 +106,10 @@ def reversed_axis(recording: Recording, case: Case) -> list[WrongDescription]:
         return []
     chosen = options[best]
     sensor, axis, scale = next(one for one in tried if one[:2] == (chosen.sensor, chosen.axis))
-    mended = "its sign turned" if chosen.other_axis is None else f"{axis} and {chosen.other_axis} exchanged"
+    done = "its sign turned" if chosen.other_axis is None else f"{axis} and {chosen.other_axis} exchanged"
     seen = (
         f"{sensor} {axis}: a scale factor that is off by {scale:+.2g} would fit best, which no sensor has; with "
-        f"{mended} the fixes agree"
+        f"{done} the fixes agree"
     )
     return [WrongDescription(chosen, leads[best], seen)]
 

@@ -25,7 +25,7 @@ from ins_eval.figures.style import (
 )
 
 POINTS = 800  # of a track; it is not a function of time, so its points are thinned evenly
-MOST_BANDS = 4  # of which overlapping ones can still be told apart
+MOST_BANDS = 4  # of which overlapping ones can still be told apart: by eye
 STILL = 0.05  # of the largest error: a reference that moves less would be a point
 
 

@@ -53,7 +53,7 @@ COLOUR = {
     "hysteresis_piecewise_scale": "#e8c4a2",
 }
 OTHER_COLOURS = (("#5aae61", "#1b7837"), ("#5ab4ac", "#01665e"))  # a user's own models, and the same refined
-DWARFS = 4.0  # a curve so many times the main ones would leave them flat
+DWARFS = 4.0  # a curve so many times the main ones would leave them flat: by eye
 ALIKE = 1e-9  # of its largest value: curves that differ by less are the same but for rounding
 REFINED = "_refined"  # what ends the name of a model whose oven run was used
 

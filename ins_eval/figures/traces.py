@@ -36,7 +36,7 @@ RATES_NMI_PER_H = (0.8, 1.0)  # what a navigation-grade INS is sold by
 KM = 1000.0
 LOCAL_M = 1000.0  # position errors below this are drawn in metres
 FEW_DECADES = 100.0  # below this an axis of logarithms has numbers at 2 and 5, too
-ROOM = 1.6  # an axis is cut at so many times the largest curve that does not dwarf the main ones
+ROOM = 1.6  # an axis is cut at so many times the largest curve that does not dwarf the main ones: by eye
 PHASE_TINTS = ("#f2f2f2", "#ffffff")
 
 

@@ -105,7 +105,6 @@ def _best(recording: Recording, window: Window, begin_s: float) -> Initializatio
             "check axes, units and clocks (ins-eval import examines them), or give attitude_deg in [start]"
         )
     if window.fixes is not None:
-        scale = scatter(window, first, prior)
         window = _wider(window, scale)
         ends = _settled(window, ends, prior)
         first = replace(ends[0], fix_scale=scale)
@@ -157,9 +156,10 @@ def follow(
     begin = replace(begin, about=None, taken=np.zeros(STATES))
     covariance = begin.covariance
     first = one_pass(window, begin, covariance, gate)
-    jumped = one_pass(window, begin, covariance + _of_a_jump(window), gate)
+    wide = covariance + _of_a_jump(window)
+    jumped = one_pass(window, begin, wide, gate)
     if jumped.log_likelihood > first.log_likelihood + APART:
-        covariance, first = covariance + _of_a_jump(window), jumped
+        covariance, first = wide, jumped
     if not np.isfinite(first.log_likelihood):
         raise DataRefused(
             f"{recording.name}: between {begin.start.time_s:.6g} and {until_s:.6g} s the samples carry the INS away, "

@@ -19,11 +19,11 @@ import numpy as np
 from ins_eval.errors import DataRefused
 from ins_eval.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, Layout, frd_from
 from ins_eval.recording import Imu
+from ins_eval.recording.form.names import FILLED
 from ins_eval.recording.stamps import gaps
 
 LONGEST_STEP = 1.4  # of the median step; beyond it a row is missing. Validation refuses from 1.5 of them on
 FEWEST_ROWS = 3
-FILLED = "filled"
 LARGEST_VALUE = 1e15  # of any column in its own unit, seconds and microseconds since 1970 included
 LARGEST_TIME_S = 1e11  # the year 5000
 

@@ -24,7 +24,7 @@ from ins_eval.effects.parts import SENSORS, conditions
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.library import COARSEST_PPM, LARGEST_OF, sized
 from ins_eval.estimation.case import prepare
-from ins_eval.estimation.description import _of_matrix, reversed_axis, wrong_descriptions
+from ins_eval.estimation.description import _of_matrix, wrong_columns, wrong_descriptions
 from ins_eval.interface.diagnose import diagnose
 from ins_eval.recording import Imu, Recording, Start, form
 from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief
@@ -124,7 +124,7 @@ def test_a_sign_that_only_navigation_tells(tmp_path) -> None:
         case.recorded.save(tmp_path / case.name)
         recording = replace(form.read(tmp_path / case.name), folder=tmp_path / case.name)
         assert wrong_descriptions(recording)[0] == []
-        found = [one.effect for one in reversed_axis(recording, prepare(believed(recording), recording.folder))]
+        found = [one.effect for one in wrong_columns(recording, prepare(believed(recording), recording.folder))]
         wrong = [] if case.effect is None else [(case.effect.name, case.effect.axis, case.effect.parameters["sensor"])]
         assert [(one.name, one.axis, one.sensor) for one in found] == wrong
 

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from ins_eval.estimation.noise_fit import Fitted
     from ins_eval.policy import Policy
 
-ROUNDS = 3
+ROUNDS = 3  # of a search whose set goes on changing: by reasoning
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
 
 
