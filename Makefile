@@ -56,7 +56,7 @@ loop-report: env ## each number of Paper B beside ours; writes reports/paper-b/ 
 check-cep: env ## the gate: is hysteresis compensation still better than simple? (SEED= WORKERS=)
 	@$(VENV)/bin/ins-eval check-cep $(RUN_OPTIONS) $(CLUSTER)
 
-# Cases of each kind in the sealed set of concealed effects.
+# Cases of each kind in the sealed set of concealed effects; half of those that hide something have adversarial noise.
 SEALED_SEED ?= 3
 SEALED := single:205 pair:40 outside:60 unidentifiable:39 null:150 adversarial:150 limited:100 multi:60
 CONCEALED = .cache/concealed/$(SEALED_SEED)
@@ -87,7 +87,7 @@ concealed: env
 else
 concealed: env ## effects concealed in recordings: does diagnose find them? writes reports/concealed/ (SEALED_SEED= WORKERS= QUICK=1: 40 cases in 5 minutes, reports/concealed-quick/ REAL=1: in real ones, reports/concealed-real/ MEMS=1: in drives and flights of MEMS units, reports/concealed-mems/)
 	@for each in $(SEALED); do \
-	    $(VENV)/bin/python -m benchmark.runners.make --set sealed --seed $(SEALED_SEED) --rate 20 --kind $${each%:*} \
+	    $(VENV)/bin/python -m benchmark.runners.make --set sealed --seed $(SEALED_SEED) --rate 20 --mixed-noise --kind $${each%:*} \
 	        --count $${each#*:} --workers $(or $(WORKERS),2) $(CLUSTER) -o $(CONCEALED) || exit 1; done
 	@$(VENV)/bin/python -m benchmark.runners.run $(CONCEALED)/recordings $(CONCEALED)/answers --workers $(or $(WORKERS),2) $(CLUSTER)
 	@$(VENV)/bin/python -m benchmark.runners.bound $(CONCEALED) $(CONCEALED)/answers --workers $(or $(WORKERS),2) $(CLUSTER)

@@ -30,7 +30,8 @@ def drawn(truth: dict, manifest: dict) -> cases.Case:
     for entry in manifest["made"]:
         seed, rate_hz = entry["seed"], entry["rate_hz"]
         if cases.title(entry["set"], seed, truth["kind"], truth["index"]) == truth["case"]:
-            return cases.draw(entry["set"], seed, truth["kind"], truth["index"], rate_hz)
+            mixed = entry.get("mixed_noise", False)
+            return cases.draw(entry["set"], seed, truth["kind"], truth["index"], rate_hz, mixed)
     raise ValueError(f"{truth['case']}: no seed of the manifest draws it; expected the manifest of the same set")
 
 

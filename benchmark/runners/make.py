@@ -29,9 +29,9 @@ def code_hash() -> str:
 
 def one(job) -> tuple[str, str, float]:
     """Draw and write a case; returns its name, kind and the seconds it took."""
-    which, seed, kind, index, rate, oracle, folder = job
+    which, seed, rate, mixed_noise, kind, index, oracle, folder = job
     start = time.perf_counter()
-    case = cases.draw(which, seed, kind, index, rate)
+    case = cases.draw(which, seed, kind, index, rate, mixed_noise)
     place = Path(folder, "recordings", case.name)
     for made in case.made:
         made.save(place if len(case.made) == 1 else place / made.name)
@@ -45,7 +45,7 @@ def one(job) -> tuple[str, str, float]:
 
 def make(
     folder: Path,
-    drawn: tuple[str, int, float | None],
+    drawn: tuple[str, int, float | None, bool],
     wanted: Mapping[str, Sequence[int]],
     oracle: bool = True,
     workers: int = 1,
@@ -53,13 +53,14 @@ def make(
 ) -> Iterator[tuple[str, str, float]]:
     """Make the cases `wanted`, kind -> indices, that `folder` does not hold yet; what `one` returns of each.
 
-    `drawn` are the set, the seed and the samples a second, None for drawn ones.
+    `drawn` are the set, the seed, the samples a second (None for drawn ones) and whether half of the cases that hide
+    something have adversarial noise.
     """
-    which, seed, rate = drawn
+    which, seed, rate, mixed_noise = drawn
     (folder / "truth").mkdir(parents=True, exist_ok=True)
     (folder / "recordings").mkdir(parents=True, exist_ok=True)
     jobs = [
-        (which, seed, kind, index, rate, oracle, str(folder))
+        (*drawn, kind, index, oracle, str(folder))
         for kind, indices in wanted.items()
         for index in indices
         if not (folder / "truth" / f"{cases.title(which, seed, kind, index)}.json").exists()
@@ -69,7 +70,7 @@ def make(
     manifest = folder / "truth" / "manifest.json"
     made = json.loads(manifest.read_text())["made"] if manifest.exists() else []
     made.append({"set": which, "seed": seed, "wanted": {kind: list(indices) for kind, indices in wanted.items()},
-                 "rate_hz": rate, "generator_sha256": code_hash()})  # fmt: skip
+                 "rate_hz": rate, "mixed_noise": mixed_noise, "generator_sha256": code_hash()})  # fmt: skip
     manifest.write_text(json.dumps({"made": made}, indent=1) + "\n")
 
 
@@ -81,6 +82,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=0, help="index of the first case")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rate", type=float, help="samples a second, instead of a drawn one")
+    parser.add_argument("--mixed-noise", action="store_true", help="adversarial noise in half of what hides something")
     parser.add_argument("--no-oracle", action="store_true", help="leave out the oracle's numbers")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of Dask, on whose workers cases are made")
@@ -91,7 +93,7 @@ def main(arguments: list[str] | None = None) -> int:
     if unknown:
         parser.error(f"unknown kind {unknown[0]}; expected some of {', '.join(cases.KINDS)}")
     indices = range(chosen.first, chosen.first + chosen.count)
-    drawn = chosen.which, chosen.seed, chosen.rate
+    drawn = chosen.which, chosen.seed, chosen.rate, chosen.mixed_noise
     wanted = {kind: indices for kind in kinds}
     for name, kind, seconds in make(
         chosen.output, drawn, wanted, not chosen.no_oracle, chosen.workers, chosen.scheduler

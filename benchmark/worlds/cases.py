@@ -153,7 +153,7 @@ def single(rng, index, options, chamber=True):
     """One effect of the vocabulary; each name in its turn."""
     names = [name for name in DRAWN if VOCABULARY[name].target != DESCRIPTION]
     name = names[index % len(names)]
-    unit = a_unit(rng, "plain", pulses=name == "temperature.lag")
+    unit = a_unit(rng, options.form, pulses=name == "temperature.lag")
     row = VOCABULARY[name]
     if chamber and "oven" in row.kinds and name.startswith(("accelerometer", "temperature")) and rng.random() < 0.15:
         effect = an_effect(rng, name, (0.005, 0.5))
@@ -185,14 +185,14 @@ def pair(rng, index, options):
     low, high = options.spread
     effects = [an_effect(rng, name, (2.5 * low, high)) for name in chosen]
     trajectory = "climb, cruise, landing" if rng.random() < options.long_pairs else "box"
-    made = a_recording(rng, a_unit(rng, "plain", pulses=True), trajectory, a_rate(rng, options), effects, False,
+    made = a_recording(rng, a_unit(rng, options.form, pulses=True), trajectory, a_rate(rng, options), effects, False,
                        columns_for(rng, chosen))  # fmt: skip
     return [made], known(effects)
 
 
 def limited(rng, index, options):
     """Something in one axis, or for a time, or in turns only."""
-    unit, form = a_unit(rng, "plain"), index % 3
+    unit, form = a_unit(rng, options.form), index % 3
     if form == 0:  # a step stays
         name = str(rng.choice(("accelerometer.bias_step", "gyro.bias_step")))
     elif form == 1:
@@ -220,7 +220,7 @@ def outside(rng, index, options):
     driver = FORMS[effect.name][5]
     if driver:
         columns = columns | {driver} if effect.shown else columns - {driver}
-    made = a_recording(rng, a_unit(rng, "plain"), trajectory, a_rate(rng, options), (effect,), False,
+    made = a_recording(rng, a_unit(rng, options.form), trajectory, a_rate(rng, options), (effect,), False,
                        tuple(name for name in ALWAYS if name in columns))  # fmt: skip
     return [made], {"effects": [effect.record()], "hidden": [effect], "channel": effect.channel, "outside": True,
                     "interval_s": effect.interval(made.felt.truth.duration_s)}  # fmt: skip
@@ -249,7 +249,7 @@ ALIKE = (
 
 def unidentifiable(rng, index, options):
     """One recording cannot tell the truth from another explanation; one kind is a chamber with one position."""
-    unit, choice = a_unit(rng, "plain", pulses=True), index % (len(ALIKE) + 1)
+    unit, choice = a_unit(rng, options.form, pulses=True), index % (len(ALIKE) + 1)
     if choice == len(ALIKE):
         term = str(rng.choice(("temperature", "temperature_quadratic", "temperature_rate")))
         first, second = rng.permutation(("bias", "scale"))
@@ -274,7 +274,7 @@ def multi(rng, index, options):
         and not name.startswith(("earth", "alignment"))
     ]
     name = names[int(rng.integers(len(names)))]
-    unit = a_unit(rng, "plain", pulses=True)
+    unit = a_unit(rng, options.form, pulses=True)
     effect = an_effect(rng, name, options.spread)
     second = ("flight", "chamber", "oven")[index % 3]
     if second == "chamber" and ("drift" in name or not name.startswith(("accelerometer", "temperature"))):
@@ -296,10 +296,11 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Options:
-    """What differs between the sets, and a rate that is asked for."""
+    """What differs between the sets, a rate that is asked for, and the noise of a case that hides something."""
 
     which: str
     rate: float | None = None
+    form: str = "plain"
 
     @property
     def spread(self) -> tuple[float, float]:
@@ -321,10 +322,17 @@ class Options:
         return "box" if self.which == "quick" else "climb, cruise, landing"
 
 
-def draw(which: str, seed: int, kind: str, index: int, forced_rate: float | None = None) -> Case:
-    """Case `index` of a kind; the same arguments give the same case."""
+def draw(
+    which: str, seed: int, kind: str, index: int, forced_rate: float | None = None, mixed_noise: bool = False
+) -> Case:
+    """Case `index` of a kind; the same arguments give the same case.
+
+    With `mixed_noise` half of the cases that hide something have adversarial noise, else none.
+    """
     rng = generator(which, seed, kind, index)
-    made, truth = KINDS[kind](rng, index, Options(which, forced_rate))
+    other = mixed_noise and generator(which, seed, f"noise of {kind}", index).random() < 0.5
+    options = Options(which, forced_rate, "adversarial" if other else "plain")
+    made, truth = KINDS[kind](rng, index, options)
     hidden = truth.pop("hidden", [])
     name = title(which, seed, kind, index)
     base = {
@@ -335,6 +343,7 @@ def draw(which: str, seed: int, kind: str, index: int, forced_rate: float | None
             for one in made
         ],
         "sheet": made[0].unit.sheet, "noise": made[0].unit.noise,
+        "noise_form": kind if kind in ("zero", "adversarial") else options.form,
         "effects": [], "interval_s": None, "channel": None, "outside": False, "oracle": None,
     }  # fmt: skip
     truth = base | truth

@@ -62,6 +62,18 @@ def test_another_seed_or_set_gives_another_case():
     assert all(one not in drawn[:k] for k, one in enumerate(drawn))
 
 
+def test_half_of_what_hides_something_has_adversarial_noise_where_that_is_asked():
+    """Which half is drawn by itself: the other half is the very case that is made without."""
+    forms = {}
+    for index in range(6):
+        plain, mixed = (draw("development", 3, "unidentifiable", index, 20.0, asked) for asked in (False, True))
+        forms[index] = mixed.truth["noise_form"]
+        assert plain.truth["noise_form"] == "plain"
+        assert (mixed.truth["noise"] == plain.truth["noise"]) == (forms[index] == "plain")
+        assert [one["name"] for one in mixed.truth["effects"]] == [one["name"] for one in plain.truth["effects"]]
+    assert set(forms.values()) == {"plain", "adversarial"}
+
+
 def test_a_recording_holds_only_what_the_form_has(folder):
     for path in (folder / "recordings").rglob("*"):
         if not path.is_file():
