@@ -62,7 +62,8 @@ def numbers(oracle: Oracle, case: real.Case, after: Recorded) -> dict | None:
         own += oracle.delay_s
     elif effect.name.endswith(".bias") or "_temperature" in effect.name:
         own = None
-    return {"log_bayes_factor": seen.d, "own": own, "sigma": abs(effect.value) * seen.sigma}
+    return {"log_bayes_factor": seen.d, "open_log_bayes_factor": seen.open_d, "own": own,
+            "sigma": abs(effect.value) * seen.sigma}  # fmt: skip
 
 
 def begun(parser: argparse.ArgumentParser, folder: Path, of_set: str, seed: int) -> dict:

@@ -137,6 +137,10 @@ def _words(names: Sequence[str]) -> str:
     return ", ".join(short(name) for name in names) or MISSING
 
 
+OPEN_LAWS = (
+    "The same of effects that are clear (D of at least 16) also to one who does not know which laws of temperature a "
+    "unit at rest had before: in a single warming a law of temperature repeats another one."
+)
 FIGURE = Picture("by_recording", "The answer for each concealed effect.")
 CASE = ("case", "concealed", "D", "verdict", "named in addition to the unmodified recording")
 CASE_ALIGN = "llrll"
@@ -189,6 +193,7 @@ def _by_recording(result: dict) -> list[Block]:
         FIGURE,
         *_three("Recordings, D of at least 16", result["by recording"]),
         *_rates("All", result["all"], "Detected: an effect is named that is not named for the unmodified recording."),
+        *_rates("All, the recording's own laws open", result["own laws open"], OPEN_LAWS),
     ]
 
 
@@ -223,7 +228,8 @@ def _how() -> list[Block]:
         "D is half of (size / sigma) squared, in nats. An oracle that knows the concealed effect navigates arcs of "
         "5 to 10 s, each from its own start, with and without the effect, fits everything that a belief leaves "
         "open, and takes the noise from the residual of the unmodified recording, clustered by arc; at rest it "
-        "takes means over stretches. Nothing is carried from one arc to the next, so D is less than could be known.",
+        "takes means over stretches and knows the laws of temperature that the unit had before. Nothing is carried "
+        "from one arc to the next, so D is less than could be known.",
     )
 
 

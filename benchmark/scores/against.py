@@ -62,7 +62,8 @@ def judged(truth: dict, answer: dict | None, unmodified: dict | None, run: dict,
     record = {
         "case": truth["case"], "recording": truth["recordings"][0]["name"], "kind": truth["kind"],
         "what": truth["what"],
-        "truth": [words(one) for one in truth["effects"]], "d": oracle.get("log_bayes_factor"), "verdict": verdict,
+        "truth": [words(one) for one in truth["effects"]], "d": oracle.get("log_bayes_factor"),
+        "open_d": oracle.get("open_log_bayes_factor"), "verdict": verdict,
         "band": band(oracle.get("log_bayes_factor")), "answered": answer is not None, "said": error,
         "named": [words(one) for one in given.get("effects") or ()], "new": new, "seconds": run.get("seconds"),
         "processor_s": run.get("processor_s"), "alarm": truth["kind"] == "null" and any(
@@ -105,7 +106,7 @@ def summary(records: list[dict]) -> dict:
 
     Without an answer nothing is detected; alarms and confidently wrong ones are counted among answers only.
     """
-    counts = {name: Count() for name in ("all", "by recording", "by effect", "nulls", "times")}
+    counts = {name: Count() for name in ("all", "own laws open", "by recording", "by effect", "nulls", "times")}
     for one in records:
         if one["kind"] == "null" and one["answered"]:
             for name in ("all", one["recording"]):
@@ -129,6 +130,8 @@ def _hidden(counts: dict, one: dict) -> None:
         counts["all"].add("interval holds what was put in", one["holds"])
     for word, label in (("detected", "detected"), ("place", "right channel"), ("found", "named first or listed")):
         counts["all"].add(f"{label}, {one['band']}", one[word])
+        if one["open_d"] is not None and band(one["open_d"]) == CLEAR:
+            counts["own laws open"].add(f"{label}, {CLEAR}", one[word])
         if not clear:
             continue
         name = one["truth"][0].split()[0]

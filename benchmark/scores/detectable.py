@@ -10,13 +10,15 @@ it was put in) then has the sigma of cluster-robust least squares,
 g_k of arc k and P the inverse prior covariance of the nuisances. Every arc has a start of its own, so nothing is gained
 from one arc to the next: D is less than could be known. (White, Econometrica 48, 1980.) At rest a curve in temperature
 is taken off as the recording's own, so r lacks a part of its slow noise: there V = H^-1, with the long-run variance of
-each channel from its sums over stretches (Newey and West, Econometrica 55, 1987).
+each channel from its sums over stretches (Newey and West, Econometrica 55, 1987). That D belongs to one who knows what
+the unit did before. Who has the recording alone has to leave the curve open too: then its columns stand among the
+nuisances, with no prior to speak of.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -36,19 +38,28 @@ VELOCITY_MPS, POSITION_M = 1.0, 10.0  # likewise
 MOUNTING_RAD = 0.01  # of two boxes on one plate
 DELAY_S = 0.3  # receivers are late by tenths of a second
 BIAS_DEG_PER_H, BIAS_UG = 600.0, 20000.0  # of a consumer MEMS, where the recording believes none
+OPEN = 1e3  # sigmas of a mean: the prior of a law of which nothing is known
 STEP = 1e-3  # of a prior, for finite differences
 
 
 @dataclass(frozen=True)
 class Seen:
-    """`own`: the share of the effect that the unmodified recording shows already; `sigma` of the share."""
+    """`own`: the share of the effect that the unmodified recording shows already; `sigma` of the share.
+
+    `open_sigma` is that with the recording's own laws of temperature open.
+    """
 
     own: float
     sigma: float
+    open_sigma: float
 
     @property
     def d(self) -> float:
         return 0.5 / self.sigma**2
+
+    @property
+    def open_d(self) -> float:
+        return 0.5 / self.open_sigma**2
 
 
 class Oracle:
@@ -84,7 +95,8 @@ def _solved(column, nuisances, residual, sigma, cluster=None) -> Seen | None:
         g = np.einsum("nda,nd->na", x, r - np.where(good, x @ share, 0.0))
         g = np.stack([g[cluster == k].sum(axis=0) for k in np.unique(cluster)])
         v = inverse @ (g.T @ g + p) @ inverse
-    return Seen(float(share[0]) / size, math.sqrt(v[0, 0]) / size)
+    sigma = math.sqrt(v[0, 0]) / size
+    return Seen(float(share[0]) / size, sigma, sigma)
 
 
 def _robust(residual: np.ndarray) -> np.ndarray:
@@ -134,10 +146,15 @@ class _Still:
         self.sigma = np.maximum(_long_run(self.residual, cluster, basis.shape[1]), TINY)
         one = np.full((1, 1), BIAS_UG * UG) if d == 1 else _open_at_rest(recorded, self.means[quiet])
         self.nuisances = np.broadcast_to(one, (len(self.residual), *one.shape))
+        laws = np.einsum("nk,de->ndek", OPEN * basis[quiet, 1:], np.diag(self.sigma)).reshape(len(self.residual), d, -1)
+        self.open = np.concatenate([self.nuisances, laws], axis=-1)
 
     def seen(self, after: Recorded) -> Seen | None:
         column = (_means(after, self.edges)[0] - self.means)[self.quiet]
-        return _solved(column, self.nuisances, self.residual, self.sigma)
+        known = _solved(column, self.nuisances, self.residual, self.sigma)
+        if known is None:
+            return None
+        return replace(known, open_sigma=_solved(column, self.open, self.residual, self.sigma).sigma)
 
 
 def _curve(recorded: Recorded, at: np.ndarray) -> np.ndarray:

@@ -194,6 +194,17 @@ def test_at_rest_the_oracle_finds_the_sigma_of_white_noise(still, name) -> None:
     assert abs(seen.own) < 4.0 * seen.sigma
 
 
+def test_nobody_sees_a_law_of_temperature_beside_an_own_one_that_is_not_known(still) -> None:
+    """What is added repeats the own law; a jump does not, and loses only what resembles one."""
+    axis, value, unit, further = NAMES["accelerometer.bias_temperature"]
+    law = Oracle(still, 10.0).seen(apply(still, Applied("accelerometer.bias_temperature", axis, value, unit, further)))
+    assert law.d > 16.0
+    assert law.open_d < 1e-3 * law.d
+    axis, value, unit, further = NAMES["accelerometer.bias_step"]
+    jump = Oracle(still, 10.0).seen(apply(still, Applied("accelerometer.bias_step", axis, value, unit, further)))
+    assert 0.01 * jump.d < jump.open_d < jump.d
+
+
 def test_in_arcs_the_oracle_finds_delay_and_what_was_put_in(drive) -> None:
     oracle = Oracle(drive, 10.0)
     assert oracle.delay_s == pytest.approx(0.2, abs=0.01)
