@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import uniform_filter1d
 
 from ins_eval.effects.parts import SENSORS
@@ -45,6 +46,9 @@ SAMPLING = 0.3  # of what changes within a second: between the twelfth that a tr
 JITTER_S = 0.01  # of stamps that a log gives when a message has arrived; both by reasoning, with wide priors
 OUTLIER = 4.5  # sigmas from its neighbours of a measurement that is not believed
 NEIGHBOUR_VARIANCE = 0.3  # of the median of four
+FIXED_TOGETHER = ((0, 1, 2), (3, 4, 5), (6, 7, 8))  # position, velocity, attitude of a fix
+LONGEST_BURST = 5  # fixes in a row that a reflected signal spoils; these three by reasoning
+LATE_S, ANTENNA_M = 0.5, 2.0  # more than receivers are late by, or an antenna is from where it is believed to be
 
 
 class Prior(NamedTuple):
@@ -269,27 +273,40 @@ def _agitation(y: np.ndarray, inside: np.ndarray) -> np.ndarray:
 
 
 def without_outliers(seen: Observations) -> tuple[Observations, int]:
-    """The same without isolated measurements that nothing smooth could explain, and their number.
+    """The same without fixes that nothing smooth could explain, and the number of their components.
 
-    One is left out where it stands more than `OUTLIER` sigmas of what changes from row to row from the median of the
-    two before and the two after it, and none of these does. In arcs, where errors change from row to row, it must stand
-    apart as far in units of half the range of these four.
+    Up to `LONGEST_BURST` in a row are left out, as where a signal is reflected, if each stands more than `OUTLIER` sigmas
+    of what changes from row to row from the median of the two before and the two after them, beyond what a receiver
+    that is late or an antenna elsewhere does in that motion, and these four are of one level. A position that is wrong
+    in one component is no position; nor is a velocity.
     """
     residual = seen.residual.copy()
-    count = 0
-    for channel in range(CHANNELS):
-        here = np.flatnonzero(np.isfinite(residual[:, channel]))
-        by = seen.measured_by[channel]
-        if here.size <= FEWEST or by == "standstill":  # nobody reads a standstill wrong
-            continue
-        y = residual[here, channel] / seen.sigma[here, channel]
-        y /= max(LEAST_OF_BELIEVED.get(by, 1.0), _level(np.diff(y, 2)))
-        beside = np.stack([np.roll(y, shift) for shift in (-2, -1, 1, 2)])
-        size = np.abs(y - np.median(beside, axis=0)) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
-        if seen.arc.any():  # a late fix in a turn stands apart from its neighbours as they do from one another
-            size /= np.maximum(1.0, 0.5 * np.ptp(beside, axis=0))
-        size[:2] = size[-2:] = 0.0
-        odd = here[size > OUTLIER]
-        residual[odd, channel] = np.nan
-        count += odd.size
-    return replace(seen, residual=residual), count
+    for channels in FIXED_TOGETHER:
+        odd = np.zeros(len(residual), dtype=bool)
+        for channel in channels:
+            here = np.flatnonzero(np.isfinite(residual[:, channel]))
+            by = seen.measured_by[channel]
+            if here.size <= FEWEST or by == "standstill":  # nobody reads a standstill wrong
+                continue
+            sigma = seen.sigma[here, channel]
+            sigma = sigma * max(LEAST_OF_BELIEVED.get(by, 1.0), _level(np.diff(residual[here, channel] / sigma, 2)))
+            moved = np.column_stack([seen.of_delay[here, channel], seen.of_arm[here, :, channel]])
+            known = np.column_stack([residual[here, channel], moved * [LATE_S, *[ANTENNA_M] * 3]]) / sigma[:, None]
+            for length in range(1, LONGEST_BURST + 1):
+                odd[here] |= _burst(known, length)
+        residual[np.ix_(odd, channels)] = np.nan
+    return replace(seen, residual=residual), int(np.isnan(residual).sum() - np.isnan(seen.residual).sum())
+
+
+def _burst(known: np.ndarray, length: int) -> np.ndarray:
+    """(n,) rows in a burst of `length`; `known` (n, 5) holds what was measured and what motion could do, in sigmas."""
+    windows = np.moveaxis(sliding_window_view(known, length + 4, axis=0), -1, 1)
+    beside = np.sort(windows[:, [0, 1, -2, -1]], axis=1)
+    level = 0.5 * (beside[:, 1] + beside[:, 2])
+    apart = np.abs(windows[:, 2:-2] - level[:, None])
+    size = (apart[..., 0] - apart[..., 1:].sum(axis=2)).min(axis=1) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
+    begins = (size > OUTLIER) & (beside[:, 2, 0] - beside[:, 1, 0] < 0.5 * size)
+    rows = np.flatnonzero(begins)[:, None] + 2 + np.arange(length)
+    out = np.zeros(len(known), dtype=bool)
+    out[rows.ravel()] = True
+    return out
