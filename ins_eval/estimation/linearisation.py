@@ -104,11 +104,6 @@ class Linearisation:
         own = replace(found, members=tuple(range(count)))
         return replace(self, ranked=(own, *(one for one in self.ranked if one is not found)))
 
-    @property
-    def height(self) -> float:
-        """log posterior of the best set, up to what is common to all linearisations."""
-        return self.here.log_null + self.best.log_posterior
-
     def gain(self, members: Sequence[int]) -> float:
         """log Bayes factor of these hypotheses together."""
         m = list(members)
@@ -161,6 +156,44 @@ class Linearisation:
         noise_points = [one.noise_point for one in self.fitted]
         model, count = [self.hypotheses[k] for k in m], len(self.best.members)
         return held_out(self.cases, model, self.point[m], noise_points, count)
+
+
+def more_probable(a: Linearisation, b: Linearisation) -> float:
+    """By how many nats the best set of `b` is more probable than that of `a`, on the measurements that both have.
+
+    Where the nodes differ, as if there were as many of them in `b`.
+    """
+    both = on_common(a.cases, b.cases)
+    heights = [_height(replace(one, cases=tuple(cases))) for one, cases in zip((a, b), both, strict=True)]
+    counts = [sum(np.count_nonzero(np.isfinite(case.seen.residual)) for case in cases) for cases in both]
+    return heights[1] * counts[0] / max(counts[1], 1) - heights[0]
+
+
+def on_common(cases: Sequence[Case], others: Sequence[Case]) -> tuple[list[Case], list[Case]]:
+    """Both with the measurements that both have: which are outliers depends on what the recordings are navigated with.
+
+    Where the nodes differ, as they are.
+    """
+    left, right = list(cases), list(others)
+    for r, (a, b) in enumerate(zip(cases, others, strict=True)):
+        if a.seen.residual.shape == b.seen.residual.shape:
+            known = np.isfinite(a.seen.residual) & np.isfinite(b.seen.residual)
+            left[r], right[r] = (
+                replace(one, seen=replace(one.seen, residual=np.where(known, one.seen.residual, np.nan)))
+                for one in (a, b)
+            )
+    return left, right
+
+
+def _height(one: Linearisation) -> float:
+    """log posterior of the best set, up to what is common to all linearisations."""
+    m, best = [*one.best.members, *one.taken_beside], one.best
+    own = list(range(len(best.members)))
+    model, noise_points = [one.hypotheses[k] for k in m], [noise.noise_point for noise in one.fitted]
+    here = sums(one.cases, noise_points, model, one.point[m])
+    centre = one.space.centre[list(best.members)]
+    gain, _ = log_bayes_factor(here.normal[np.ix_(own, own)], here.projection[own], centre)
+    return here.log_null + gain + best.log_posterior - best.log_bayes_factor
 
 
 def linearise(

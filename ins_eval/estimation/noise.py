@@ -275,10 +275,10 @@ def _agitation(y: np.ndarray, inside: np.ndarray) -> np.ndarray:
 def without_outliers(seen: Observations) -> tuple[Observations, int]:
     """The same without fixes that nothing smooth could explain, and the number of their components.
 
-    Up to `LONGEST_BURST` in a row are left out, as where a signal is reflected, if each stands more than `OUTLIER` sigmas
-    of what changes from row to row from the median of the two before and the two after them, beyond what a receiver
-    that is late or an antenna elsewhere does in that motion, and these four are of one level. A position that is wrong
-    in one component is no position; nor is a velocity.
+    Up to `LONGEST_BURST` in a row are left out, as where a signal is reflected, if each stands more than `OUTLIER`
+    sigmas of what changes from row to row from the median of the two before and the two after them, beyond what a
+    receiver that is late or an antenna elsewhere does in that motion, and these four are of one level. A position that
+    is wrong in one component is no position; nor is a velocity.
     """
     residual = seen.residual.copy()
     for channels in FIXED_TOGETHER:

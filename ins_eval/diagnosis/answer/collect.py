@@ -37,7 +37,7 @@ from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
 from ins_eval.diagnosis.unnamed.where import where
 from ins_eval.effects.parts import SENSORS
 from ins_eval.estimation.instants import innovations
-from ins_eval.estimation.linearisation import linearise
+from ins_eval.estimation.linearisation import linearise, more_probable, on_common
 from ins_eval.estimation.refine import Impossible, RefinedFit, refine
 from ins_eval.estimation.search import one_more
 from ins_eval.estimation.study import Hypothesis, fit_noise, marginal, wide
@@ -75,7 +75,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     quiet = _quiet(cases, linearisation, alone)
     if any((a.noise_point != b.noise_point).any() for a, b in zip(quiet, linearisation.fitted, strict=True)):
         other = _searched(cases, _at_noise(begin, quiet, policy), policy)
-        linearisation = max(linearisation, other, key=lambda one: one.height)
+        linearisation = other if more_probable(linearisation, other) > 0.0 else linearisation
     findings = Findings(
         cases=cases,
         null=null,
@@ -174,7 +174,7 @@ def _stepped(findings: Findings, r: int, off: locate.Interval, noise: Fitted, po
         return findings
     linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
     linearisation = replace(linearisation, refined=refined).own_first(len(refined.model))
-    if linearisation.height <= before.height:
+    if more_probable(before, linearisation) <= 0.0:
         return findings
     return replace(findings, linearisation=linearisation, gain=_gain(cases, findings.null, linearisation, policy))
 
@@ -218,7 +218,8 @@ def _begun(around_belief: Linearisation, null: Sequence[Fitted], policy: Policy)
     ]
     for k in alone:
         with suppress(Impossible):
-            best = max(best, _around(cases, around_belief.hypotheses[k], null, policy), key=lambda one: one.height)
+            around = _around(cases, around_belief.hypotheses[k], null, policy)
+            best = around if more_probable(best, around) > 0.0 else best
     return best
 
 
@@ -287,11 +288,12 @@ def _gain(cases: Sequence[Case], null: Sequence[Fitted], linearisation: Linearis
     noise_points = [one.noise_point for one in linearisation.fitted]
     quiet = [one.noise_point for one in null]
     chosen, point = linearisation.chosen(scaled=False), linearisation.point[m]
-    there = marginal(linearisation.cases, noise_points, chosen, models, centre, point)
-    if all(a.model.nodes_s.size == b.model.nodes_s.size for a, b in zip(cases, linearisation.cases, strict=True)):
-        alone = marginal(cases, quiet, [], [[]], np.zeros(0))
+    known, navigated = on_common(cases, linearisation.cases)
+    there = marginal(navigated, noise_points, chosen, models, centre, point)
+    if all(a.model.nodes_s.size == b.model.nodes_s.size for a, b in zip(known, navigated, strict=True)):
+        alone = marginal(known, quiet, [], [[]], np.zeros(0))
     else:  # a clock that is set right moves measurements past one another, and other means are compared
-        alone = marginal(linearisation.cases, quiet, chosen, [[]], centre, point)
+        alone = marginal(navigated, quiet, chosen, [[]], centre, point)
     return float(there[1] - max(there[0], alone[0])) + share
 
 
