@@ -36,6 +36,7 @@ from scipy.optimize import minimize
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.estimation.chamber import of_each_run
 from ins_eval.estimation.study import Hypothesis, fit_noise, of_case, union, wide
 
 if TYPE_CHECKING:
@@ -119,7 +120,7 @@ def pool(cases: Sequence[Case], named: Sequence[tuple[Hypothesis, float, float]]
             own.append(one)
             sigma.append(_prior_sigma(one, cases) / np.sqrt(len(alike)))
             if begin is not None:
-                beside += _begins(one, found, sigma[-1], len(cases))
+                beside += _begins(one, found, sigma[-1], cases)
     taken = [0.0] * len(own)
     for one, coefficient, off in named:
         wide_enough = max(1.0, abs(coefficient) / WITHIN_PRIOR)
@@ -151,8 +152,11 @@ def _prior_sigma(one: Hypothesis, cases: Sequence[Case]) -> float:
     return max(LEAST, float(stated) / np.sqrt(CALIBRATED_RUNS) / one.candidate.nominal)
 
 
-def _begins(one: Hypothesis, found: Sequence[Hypothesis], sigma: float, count: int) -> list[Hypothesis]:
-    """What the branch on which a magnet begins adds in each recording: half of the difference of the two ends."""
+def _begins(one: Hypothesis, found: Sequence[Hypothesis], sigma: float, cases: Sequence[Case]) -> list[Hypothesis]:
+    """What the branch on which a magnet begins adds in each flight and in each run of a chamber.
+
+    Half of the difference of the two ends.
+    """
     rest = {name: x for name, x in one.candidate.parameters.items() if name != BEGIN}
     ends = {
         float(other.candidate.parameters[BEGIN]): other
@@ -161,13 +165,15 @@ def _begins(one: Hypothesis, found: Sequence[Hypothesis], sigma: float, count: i
     }
     low, high = ends[min(ends)], ends[max(ends)]
     out = []
-    for r in range(count):
+    for r, case in enumerate(cases):
         if high.columns[r] is None:
             continue
-        columns: list[Column | None] = [None] * count
         up, down = wide(high.columns[r], 0.5 * sigma), wide(low.columns[r], -0.5 * sigma)
-        columns[r] = replace(up, terms=(*up.terms, *down.terms))
-        out.append(Hypothesis(one.candidate, tuple(columns)))
+        whole = replace(up, terms=(*up.terms, *down.terms))
+        for own in [whole] if case.believed is not None else of_each_run(case, whole):
+            columns: list[Column | None] = [None] * len(cases)
+            columns[r] = own
+            out.append(Hypothesis(one.candidate, tuple(columns)))
     return out
 
 

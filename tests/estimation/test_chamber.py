@@ -16,6 +16,7 @@ from ins_eval.errors import DataRefused
 from ins_eval.estimation.case import with_effects
 from ins_eval.estimation.chamber import prepare_chamber
 from ins_eval.estimation.description import wrong_descriptions_of_chamber
+from ins_eval.estimation.forecast import pool
 from ins_eval.estimation.placing import again
 from ins_eval.estimation.refine import refine
 from ins_eval.estimation.study import Hypothesis, fit_noise
@@ -217,3 +218,17 @@ def test_a_lag_is_the_error_of_the_compensation_at_a_late_temperature(belief) ->
         changed = (case.seen.residual - after.seen.residual)[rows, 0]
         known = np.isfinite(changed)
         np.testing.assert_allclose(changed[known], expected[known], atol=ROUNDING_UG * UG)
+
+
+def test_a_magnet_begins_anew_in_each_run_of_a_chamber(belief) -> None:
+    """What its begin adds is free in each run where the input is felt, and is nothing in the others."""
+    readings = measured(EPSILON)
+    case = prepare_chamber(readings, belief, "chamber")
+    begins = [one for one in pool([case]).beside if one.candidate.name == "accelerometer.scale_hysteresis"]
+    widths = {one.candidate.parameters["branch_width_c"] for one in begins}
+    assert len(begins) == 4 * len(widths)
+    for k, one in enumerate(begins[:4]):
+        shown = np.sum([term.weight * case.slow.nodes[term.slow] for term in one.columns[0].terms], axis=0)
+        felt = readings.input_g[readings.run == k]
+        assert np.any(shown[readings.run == k]) == np.any(felt)
+        assert not np.any(shown[readings.run != k])
