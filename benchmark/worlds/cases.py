@@ -294,6 +294,9 @@ KINDS = {
 }  # fmt: skip
 
 
+NOISE_OF = {"zero": "zero", "null": "plain", "adversarial": "adversarial"}  # of what hides nothing
+
+
 @dataclass(frozen=True)
 class Options:
     """What differs between the sets, a rate that is asked for, and the noise of a case that hides something."""
@@ -343,7 +346,7 @@ def draw(
             for one in made
         ],
         "sheet": made[0].unit.sheet, "noise": made[0].unit.noise,
-        "noise_form": kind if kind in ("zero", "adversarial") else options.form,
+        "noise_form": NOISE_OF.get(kind, options.form),
         "effects": [], "interval_s": None, "channel": None, "outside": False, "oracle": None,
     }  # fmt: skip
     truth = base | truth

@@ -174,9 +174,12 @@ def _navigated(
     like: Sequence[Case] | None = None,
 ) -> tuple[tuple[Case, ...], tuple[Hypothesis, ...]]:
     """The recordings with the effects of `model` taken off, at the noise of `like` or their own, and the effects."""
-    effects = [one.believed(float(p), original) for one, p in zip(model, point, strict=True) if p != 0.0]
+    taken = [(one, float(p)) for one, p in zip(model, point, strict=True) if p != 0.0]
     try:
-        cases = tuple(case.again(effects) for case in original)
+        cases = tuple(
+            case.again([one.believed(p, original) for one, p in taken if one.acts_in(r)])
+            for r, case in enumerate(original)
+        )
     except Diverged as error:
         raise Impossible(model[int(np.argmax(np.abs(point)))].key) from error
     if like is not None:

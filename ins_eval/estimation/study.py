@@ -60,6 +60,10 @@ class Hypothesis:
             value = max(value, 0.0)
         return EffectBelief(name=candidate.name, axis=candidate.axis, value=value, recording=local, **known)
 
+    def acts_in(self, r: int) -> bool:
+        """Whether it can act in recording `r`: what a column drives does where that column was recorded."""
+        return self.candidate.name != COMPOSED or self.columns[r] is not None
+
     def scaled(self, factor: float) -> Hypothesis:
         """The hypothesis with a nominal size that is larger by a factor."""
         return replace(self, columns=tuple(None if c is None else wide(c, factor) for c in self.columns))

@@ -31,6 +31,7 @@ OF_TAU = 0.06  # relative
 OF_INTERVAL = 0.1  # sigmas, of straight lines between values a quarter of a sigma apart
 LEAST_BENT = 0.1  # of a relative change of the time constant, by which the value changes at least
 STATED_UG = 100.0
+FAN_UG, OF_FAN = 100.0, 0.05
 
 
 def recorded(case: Case, name: str, **parameters) -> tuple[Case, Hypothesis]:
@@ -220,3 +221,17 @@ def test_a_time_has_an_interval_however_sure_it_is(sigma: float) -> None:
     profile.heights = {x: profile.heights[x] for x in (*map(float, places[:9]), profile.centre)}
     (low, high), _ = profile._spread()  # nothing near was tried
     assert low <= profile.centre <= high
+
+
+def test_what_a_column_drives_is_taken_off_where_that_column_was_recorded(recording_at_rest) -> None:
+    """A fan that only one of two recordings tells of: the other is navigated without it and not refused."""
+    plain = recording_at_rest(3600.0, 2, lambda t: 0.0 * t)
+    fan_hz = np.sin(plain.imu.time_s / 300.0)
+    told = recording_at_rest(3600.0, 2, lambda t: FAN_UG * np.sin(t / 300.0))
+    told = replace(told, name="told", imu=replace(told.imu, further={**told.imu.further, "fan_hz": fan_hz}))
+    cases = [prepare(told), prepare(plain)]
+    form = "accelerometer bias = value * change(fan_hz)"
+    member = next(one for one in cases[0].candidates if one.axis == "z" and one.parameters.get("form") == form)
+    one = Hypothesis(member, (member.column, None))
+    found = refine(cases, [one], fit_noise(cases, [one.scaled(4.0)], [None, None]))
+    assert found.point[0] * member.nominal == pytest.approx(FAN_UG, rel=OF_FAN)

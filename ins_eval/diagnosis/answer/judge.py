@@ -70,7 +70,8 @@ def answered(
         progress("experiments")
         noise_points = [one.noise_point for one in linearisation.fitted]
         others = with_experiments(linearisation, others, Catalogue(findings.cases, noise_points, policy, belief))
-    return replace(found, rivals=others, after=tuple(case.again(found.believed) for case in findings.cases))
+    after = tuple(case.again(found.believed_in(r)) for r, case in enumerate(findings.cases))
+    return replace(found, rivals=others, after=after)
 
 
 def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:

@@ -95,11 +95,12 @@ class Diagnosis:
     withdrawn: tuple[Withdrawn, ...] = ()
     around_belief: Linearisation | None = None
 
-    @property
-    def believed(self) -> list[EffectBelief]:
-        """The effects as a belief states them."""
+    def believed_in(self, r: int) -> list[EffectBelief]:
+        """The effects that act in recording `r`, as a belief states them."""
         return [
-            one.hypothesis.believed(one.value / one.hypothesis.candidate.nominal, self.cases) for one in self.effects
+            one.hypothesis.believed(one.value / one.hypothesis.candidate.nominal, self.cases)
+            for one in self.effects
+            if one.hypothesis.acts_in(r)
         ]
 
     @property
