@@ -40,9 +40,9 @@ RATES = {
 
 
 def whole_set(log: list[dict]) -> dict:
-    """The last scoring of a set that holds every kind that is scored."""
+    """The last scoring of a set that holds every kind that is scored, without noise that a quick set has not."""
     scored = set(KINDS) - {"zero"}
-    return next(one for one in reversed(log) if set(one["cases"]) >= scored)
+    return next(one for one in reversed(log) if set(one["cases"]) >= scored and not one.get("mixed_noise"))
 
 
 def drawn(counts: dict[str, int], seed: int, count: int = COUNT) -> dict[str, list[int]]:

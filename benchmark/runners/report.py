@@ -60,6 +60,7 @@ def manifest(folder: Path, answers: Path) -> dict:
     return {
         "sets": sorted({one["set"] for one in made}), "seeds": sorted({one["seed"] for one in made}),
         "generator_sha256": sorted({one["generator_sha256"] for one in made}), "cases": dict(sorted(kinds.items())),
+        "mixed_noise": any(one.get("mixed_noise", False) for one in made),
         "package": f"ins-eval {version('ins-eval')}",
         "package_sha256": sorted({one["package"] for one in run.read_runs(answers).values()}),
     }  # fmt: skip
