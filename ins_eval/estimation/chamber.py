@@ -117,20 +117,6 @@ def indicated(readings: ChamberReadings, belief: Belief, folder: str | Path = ".
     return model.specific_force(Samples(readings.time_s, readings.output, readings.temperature_c, rate))
 
 
-def of_each_run(case: Case, column: Column) -> list[Column]:
-    """What a `column` of a chamber recording is in each of its runs alone; each run has a constant of its own there."""
-    slow, out = case.slow, []
-    for constant in case.nuisances:
-        (window,) = (term.slow for term in constant.terms if isinstance(term, Measured))
-        terms = [
-            term._replace(slow=_at(slow, f"{term.slow} in {window}", slow.nodes[window] * slow.nodes[term.slow]))
-            for term in column.terms
-            if isinstance(term, Measured)
-        ]
-        out.append(replace(column, terms=tuple(terms)))
-    return out
-
-
 def _runs(readings: ChamberReadings) -> list[np.ndarray]:
     """Rows of each uninterrupted stay."""
     return [np.flatnonzero(readings.run == run) for run in dict.fromkeys(readings.run.tolist())]

@@ -36,7 +36,7 @@ from scipy.optimize import minimize
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
 from ins_eval.effects.vocabulary import VOCABULARY
-from ins_eval.estimation.chamber import of_each_run
+from ins_eval.error_model.columns import Measured
 from ins_eval.estimation.study import Hypothesis, fit_noise, of_case, union, wide
 
 if TYPE_CHECKING:
@@ -170,10 +170,26 @@ def _begins(one: Hypothesis, found: Sequence[Hypothesis], sigma: float, cases: S
             continue
         up, down = wide(high.columns[r], 0.5 * sigma), wide(low.columns[r], -0.5 * sigma)
         whole = replace(up, terms=(*up.terms, *down.terms))
-        for own in [whole] if case.believed is not None else of_each_run(case, whole):
+        for own in [whole] if case.believed is not None else _of_each_run(case, whole):
             columns: list[Column | None] = [None] * len(cases)
             columns[r] = own
             out.append(Hypothesis(one.candidate, tuple(columns)))
+    return out
+
+
+def _of_each_run(case: Case, column: Column) -> list[Column]:
+    """What a `column` of a chamber recording is in each of its runs alone; each run has a constant of its own there."""
+    slow, out = case.slow, []
+    for constant in case.nuisances:
+        (window,) = (term.slow for term in constant.terms if isinstance(term, Measured))
+        terms = []
+        for term in column.terms:
+            if isinstance(term, Measured):
+                name = f"{term.slow} in {window}"
+                slow.nodes[name] = slow.nodes[window] * slow.nodes[term.slow]
+                slow.epochs[name] = np.zeros(slow.nodes[name].size - 1)
+                terms.append(term._replace(slow=name))
+        out.append(replace(column, terms=tuple(terms)))
     return out
 
 

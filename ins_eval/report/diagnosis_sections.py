@@ -269,10 +269,11 @@ def _residuals(tree: Mapping) -> list[Block]:
         if one["whiteness_after"] is None:
             header, rows = header[:4], [row[:4] for row in rows]
         measured = joined([name.replace("gps", "GPS") for name in one["measured_by"]])
+        more = "." if one["whiteness_after"] is None else "; in the last column with the effects."
         note = (
             f"White noise has 1, 0 and 1 here. {one['measurements']} measurements by {measured}, {one['outliers']} "
-            "isolated ones left out as outliers. The noise was fitted with the belief, where it may hide a part of "
-            "what is wrong" + ("." if one["whiteness_after"] is None else "; in the last column with the effects.")
+            "more left out as outliers, up to five in a row. The noise was fitted with the belief, where it may hide a "
+            f"part of what is wrong{more}"
         )
         blocks += table(f"Whitened residual of {one['name']}", header, rows, note)
         name = numbered("whitened_residuals", k, several)
