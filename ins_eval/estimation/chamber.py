@@ -65,7 +65,7 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
     if belief.effects:
         given = given - chamber_error(readings, belief, name, folder, temperature)
     seen = _observations(readings, given - STANDARD_GRAVITY * readings.input_g)
-    seen, outliers = without_outliers(seen)
+    seen, outliers = without_outliers(seen, longest=1)  # several readings in a row may be a run of their own
     nodes_s, epochs = readings.time_s, readings.time_s.size - 1
     still = ErrorModel(
         nodes_s=nodes_s,

@@ -272,10 +272,10 @@ def _agitation(y: np.ndarray, inside: np.ndarray) -> np.ndarray:
     return np.where(local > AGITATED * usual, local / SECOND_DIFFERENCE, 0.0)
 
 
-def without_outliers(seen: Observations) -> tuple[Observations, int]:
+def without_outliers(seen: Observations, longest: int = LONGEST_BURST) -> tuple[Observations, int]:
     """The same without fixes that nothing smooth could explain, and the number of their components.
 
-    Up to `LONGEST_BURST` in a row are left out, as where a signal is reflected, if each stands more than `OUTLIER`
+    Up to `longest` in a row are left out, as where a signal is reflected, if each stands more than `OUTLIER`
     sigmas of what changes from row to row from the median of the two before and the two after them, beyond what a
     receiver that is late or an antenna elsewhere does in that motion, and these four are of one level. A position that
     is wrong in one component is no position; nor is a velocity.
@@ -292,7 +292,7 @@ def without_outliers(seen: Observations) -> tuple[Observations, int]:
             sigma = sigma * max(LEAST_OF_BELIEVED.get(by, 1.0), _level(np.diff(residual[here, channel] / sigma, 2)))
             moved = np.column_stack([seen.of_delay[here, channel], seen.of_arm[here, :, channel]])
             known = np.column_stack([residual[here, channel], moved * [LATE_S, *[ANTENNA_M] * 3]]) / sigma[:, None]
-            for length in range(1, LONGEST_BURST + 1):
+            for length in range(1, longest + 1):
                 odd[here] |= _burst(known, length)
         residual[np.ix_(odd, channels)] = np.nan
     return replace(seen, residual=residual), int(np.isnan(residual).sum() - np.isnan(seen.residual).sum())

@@ -77,3 +77,11 @@ def test_a_late_receiver_is_heard_where_the_car_brakes(seen) -> None:
     of_delay[:, 3] = braking
     assert left_out(late)[during(3), 3].all()  # where nothing is known of the motion
     assert left_out(replace(late, of_delay=of_delay)).sum() <= MOST_BY_CHANCE
+
+
+def test_readings_of_a_bench_are_left_out_alone_only(seen) -> None:
+    """Several in a row that stand apart are a run at another position."""
+    apart = moved(seen, FAR_M * during(3), 0)
+    after, count = without_outliers(apart, longest=1)
+    assert count <= MOST_BY_CHANCE
+    assert np.isfinite(after.residual[during(3), :3]).all()
