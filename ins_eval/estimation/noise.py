@@ -47,8 +47,9 @@ JITTER_S = 0.01  # of stamps that a log gives when a message has arrived; both b
 OUTLIER = 4.5  # sigmas from its neighbours of a measurement that is not believed
 NEIGHBOUR_VARIANCE = 0.3  # of the median of four
 FIXED_TOGETHER = ((0, 1, 2), (3, 4, 5), (6, 7, 8))  # position, velocity, attitude of a fix
-LONGEST_BURST = 5  # fixes in a row that a reflected signal spoils; these three by reasoning
-LATE_S, ANTENNA_M = 0.5, 2.0  # more than receivers are late by, or an antenna is from where it is believed to be
+LONGEST_BURST = 5  # fixes in a row that a reflected signal spoils: by reasoning
+LATE_S, ANTENNA_M = 0.5, 2.0  # more than receivers are late by, or an antenna is off where it is believed: by reasoning
+ONE_LEVEL = 0.5  # of how far a burst stands apart, by which those beside it may differ: it comes back; by reasoning
 
 
 class Prior(NamedTuple):
@@ -305,7 +306,7 @@ def _burst(known: np.ndarray, length: int) -> np.ndarray:
     level = 0.5 * (beside[:, 1] + beside[:, 2])
     apart = np.abs(windows[:, 2:-2] - level[:, None])
     size = (apart[..., 0] - apart[..., 1:].sum(axis=2)).min(axis=1) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
-    begins = (size > OUTLIER) & (beside[:, 2, 0] - beside[:, 1, 0] < 0.5 * size)
+    begins = (size > OUTLIER) & (beside[:, 2, 0] - beside[:, 1, 0] < ONE_LEVEL * size)
     rows = np.flatnonzero(begins)[:, None] + 2 + np.arange(length)
     out = np.zeros(len(known), dtype=bool)
     out[rows.ravel()] = True
