@@ -47,14 +47,11 @@ def strength(drive: np.ndarray, constant: np.ndarray) -> np.ndarray:
     return np.einsum("kj,kj->k", drive, constant) / np.einsum("kj,kj->k", constant, constant)
 
 
-def integrate(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray, noise: bool = False) -> np.ndarray:
-    """Integrals (nodes - 1, SOURCES, 3) over the epochs between `nodes_s`, in n; a sample across a node is split.
-
-    `noise`: with that of the sensors where nothing moves.
-    """
+def integrate(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> np.ndarray:
+    """Integrals (nodes - 1, SOURCES, 3) over the epochs between `nodes_s`, in n; a sample across a node is split."""
     time_s, out = believed.time_s, np.zeros((nodes_s.size - 1, SOURCES, 3))
     begins = np.concatenate([*(arc.quaternion_nb[:-1] for arc in arcs), arcs[-1].quaternion_nb[-1:]])
-    rests = [] if noise else _rests(believed)
+    rests = _rests(believed)
     felt = partial(_at_rest, believed, rests) if rests else believed.increments
     for first in range(0, time_s.size, BLOCK):
         last = min(first + BLOCK, time_s.size)

@@ -17,7 +17,7 @@ Source: Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed.,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,7 +34,6 @@ from ins_eval.error_model.geometry import (
     apart,
     cross_matrices,
 )
-from ins_eval.navigation import PARKED
 from ins_eval.strapdown import Solution, damping_gains
 
 if TYPE_CHECKING:
@@ -79,11 +78,11 @@ def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> 
     states = along(arcs, believed.gyro, believed.gyro_bias, nodes_s)
     integrals = drives.integrate(believed, arcs, nodes_s)
     dt = np.diff(nodes_s)[:, None]
-    felt = integrals
-    if believed.recording.kind in PARKED:  # an attitude error turns whatever was felt, noise included
-        felt = drives.integrate(believed, arcs, nodes_s, noise=True)
-    force_n = sum(felt[:, drives.source("accelerometer", axis, "f")] for axis in range(3)) / dt
-    matrices, missing = dynamics(believed.recording.belief.earth, states, force_n)
+    force_n = sum(integrals[:, drives.source("accelerometer", axis, "f")] for axis in range(3)) / dt
+    about = states
+    if believed.stands:
+        about, force_n = _standing(states)
+    matrices, missing = dynamics(believed.recording.belief.earth, about, force_n)
     full, half = matrices * dt[:, None], matrices * (0.5 * dt[:, None])
     eye = np.eye(STATES)
     transition = eye + full + 0.5 * full @ full
@@ -107,6 +106,18 @@ def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> 
         arc=np.searchsorted(begins, np.arange(nodes_s.size), side="left"),
         elapsed=_elapsed(believed.recording.belief.earth, states) * dt[:, None],
     )
+
+
+def _standing(states: States) -> tuple[States, np.ndarray]:
+    """The same at rest, and the specific force (k, 3) in n that holds it up, between k + 1 nodes.
+
+    The velocity that a solution has where a unit stands, and what it feels across, are its own errors: an error model
+    along them would show a heading that no standstill shows. Between two stands a unit is moved, but what it then feels
+    across sums to nothing: it stands again.
+    """
+    force_n = np.zeros((states.time_s.size - 1, 3))
+    force_n[:, 2] = -gravity(states.latitude_rad, states.height_m)[1:]
+    return replace(states, velocity_n=np.zeros_like(states.velocity_n)), force_n
 
 
 def dynamics(earth: EarthBelief, states: States, force_n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

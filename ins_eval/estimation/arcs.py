@@ -1,13 +1,17 @@
 """A recording whose errors would not stay small is navigated in arcs, each from a state of its own.
 
 The states are those of a path that the measurements allow: found by `initialization`, then corrected by a smoother over
-the whole recording that knows the linear error model, wide biases of the sensors, of clock and antenna, and no more,
+the whole recording that knows the linear error model, biases of the sensors, of clock and antenna, and no more,
 
     x = [dp, dv, phi, b_a, b_g, delay, arm],   x_k+1 = F_k x_k + u_k + w,   y_k = H_k x_k + v,
 
 u what the begin of an arc is known to change, until the path stays. It is only what errors are linear about: what an
 arc changes where it begins is known and is taken off the residual again (`propagation`), so that an error of a sensor
 acts through all arcs as through one.
+
+Where a unit stands, place and attitude of each stand are states as well. What it then cannot tell apart, a tilt from a
+bias of an accelerometer, a heading from that of a gyro, would go anywhere with wide biases, and is held by what is
+believed: its biases have the sigmas of the belief, or are as large as they were found.
 
 Source: multiple shooting, Bock and Plitt, IFAC Proc. 17 (1984) 1603; iterated smoother, Bell, SIAM J. Optim. 4 (1994)
 626.
@@ -25,10 +29,17 @@ from ins_eval.error_model import null, observations, propagation
 from ins_eval.error_model.columns import coupling
 from ins_eval.error_model.geometry import along, apart, moved, turned
 from ins_eval.estimation.noise import white, without_outliers
-from ins_eval.initialization import GYRO_BIAS, WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS, filtered
+from ins_eval.initialization import (
+    GYRO_BIAS,
+    HEADING_SIGMA_RAD,
+    TILT_SIGMA_RAD,
+    WIDE_ACCELEROMETER_BIAS_MPS2,
+    WIDE_GYRO_BIAS_RADPS,
+    filtered,
+)
 from ins_eval.limits import limits_of
 from ins_eval.strapdown import SAMPLES_PER_STEP
-from ins_eval.units import DEG, DEG_PER_H
+from ins_eval.units import DEG, DEG_PER_H, UG
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,9 +49,14 @@ if TYPE_CHECKING:
     from ins_eval.error_model.propagation import ErrorModel
     from ins_eval.initialization import Initialization
     from ins_eval.recording import Recording, Start
+    from ins_eval.recording.stillness import Stretch
 
-STATES = 20
-STATE, BIAS, DELAY, ARM, KNOWN = slice(0, 9), slice(9, 15), 15, slice(16, 19), 19  # the last is 1
+STATES, STATES_OF_STANDS = 20, 26
+STATE, BIAS, DELAY, ARM, KNOWN = slice(0, 9), slice(9, 15), 15, slice(16, 19), 19  # KNOWN is 1
+PLACE = slice(20, 26)  # position and attitude of what stands, so far
+PLACED = [0, 1, 2, 6, 7, 8]  # channels that measure them
+PLACE_SIGMA_M = 3.0  # of a unit that is carried from one stand to the next
+PLACE_SIGMAS = np.array([*[PLACE_SIGMA_M] * 3, TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD])
 DELAY_SIGMA_S, ARM_SIGMA_M = 0.3, 1.0  # of stamps and of an antenna that nobody measured
 LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
 LARGEST_VELOCITY_MPS = 17.0  # what that tilt makes in ten seconds
@@ -48,9 +64,10 @@ FASTEST_MPS = limits_of("velocity_mps")[1]
 SMALL_RAD = 0.5 * DEG  # to which a bias may turn an arc
 SHORTEST_S, LONGEST_S = 2.0, 60.0
 ROUNDS, ROUNDS_AGAIN = 6, 2  # from a first guess, and from the states of the same recording with other effects
+CLOCK_S = 1e-3
 STEADY = 0.2  # sigmas that the begins of arcs may still move
 BEGIN = ("time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "attitude_rad")
-WALK_SHARE = 0.01  # of its wide sigma that a bias wanders in a minute
+WALK_SHARE, WALK_SHARE_STANDING = 0.01, 0.05  # of its sigma that a bias wanders in a minute
 
 
 class Diverged(ArithmeticError):
@@ -64,13 +81,16 @@ class Settled:
     `stated` is the start around which the priors of its errors lie: what is believed of it, or, where that was a first
     guess, what the measurements made of it; it stays with whatever effects the recording is navigated again. `walks` is
     the white noise that the increments show, rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how much positions and
-    velocities scatter beyond their sigmas.
+    velocities scatter beyond their sigmas, `bias_sigma` (6,) how large biases of accelerometers and gyros may be, and
+    by what they may wander in a minute, m/s^2 and rad/s.
     """
 
     stated: Start
     navigated: Believed
     walks: tuple[float, float]
     fix_scale: tuple[float, float]
+    bias_sigma: np.ndarray
+    bias_walk: np.ndarray
 
 
 def needed(believed: Believed) -> bool:
@@ -98,7 +118,8 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
             gyro_bias=found.gyro_bias_radps,
             stands=observations.stands(believed),
         )
-        here = Settled(believed.start, navigated, found.walks, found.fix_scale)
+        biases = _biases(navigated)
+        here = Settled(believed.start, navigated, found.walks, found.fix_scale, *biases)
     else:
         known = before.navigated
         believed = null.begun_at(recording, known.start, folder)
@@ -128,7 +149,20 @@ def planned(recording: Recording, folder: str | Path = ".") -> Settled:
     begins = _begins(believed, recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H)
     states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
     navigated = replace(believed, stands=observations.stands(believed))
-    return _begun(Settled(believed.start, navigated, walks=(0.0, 0.0), fix_scale=(1.0, 1.0)), states)
+    none = np.zeros(6)
+    return _begun(Settled(believed.start, navigated, (0.0, 0.0), (1.0, 1.0), bias_sigma=none, bias_walk=none), states)
+
+
+def _biases(navigated: Believed) -> tuple[np.ndarray, np.ndarray]:
+    """How large biases of accelerometers and gyros may be, and how far they may wander in a minute (6,)."""
+    if not navigated.stands:
+        wide = np.repeat([WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS], 3)
+        return wide, WALK_SHARE * wide
+    belief = navigated.recording.belief
+    force = np.maximum(UG * belief.accelerometer.bias_sigma_ug, np.abs(navigated.force_bias))
+    rate = np.maximum(DEG_PER_H * belief.gyro.bias_sigma_deg_per_h, np.abs(navigated.gyro_bias))
+    walk = WALK_SHARE_STANDING * np.concatenate([force, rate])
+    return np.concatenate([force, np.full(3, WIDE_GYRO_BIAS_RADPS)]), walk
 
 
 def _largest_gyro_bias(believed: Believed, found: Initialization) -> float:
@@ -204,23 +238,28 @@ def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.ndarray, np.ndarray]:
-    """Errors (nodes, 15) that the residual tells, and one sigma (9,) of the last state."""
-    nodes = model.nodes_s.size
-    f = np.tile(np.eye(STATES), (nodes - 1, 1, 1))
+    """Errors (nodes, 20 or, of what stands, 26) that the residual tells, and one sigma (9,) of the last state."""
+    navigated, nodes = here.navigated, model.nodes_s.size
+    states = STATES_OF_STANDS if navigated.stands else STATES
+    f = np.tile(np.eye(states), (nodes - 1, 1, 1))
     f[:, STATE, STATE], f[:, STATE, BIAS] = model.transition, coupling(model)
-    wide = np.repeat([WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS], 3)
-    walk = np.zeros(STATES)
-    walk[3:6], walk[6:9], walk[BIAS] = here.walks[1], here.walks[0], WALK_SHARE / np.sqrt(60.0) * wide
-    noise = walk**2 * model.interval_s[:, None, None] * np.eye(STATES)
+    walk = np.zeros(states)
+    walk[3:6], walk[6:9], walk[BIAS] = here.walks[1], here.walks[0], here.bias_walk / np.sqrt(60.0)
+    noise = walk**2 * model.interval_s[:, None, None] * np.eye(states)
     # what is known to have been done to the solution: carried open loop it would grow for hours as heights do
     f[:, STATE, KNOWN] = np.einsum("kij,kj->ki", model.half, model.known)
-    h = np.zeros((nodes, 9, STATES))
+    h = np.zeros((nodes, 9, states))
     h[:, :, STATE], h[:, :, DELAY], h[:, :, ARM] = seen.design, seen.of_delay, np.swapaxes(seen.of_arm, 1, 2)
-    start = here.navigated.start
+    start = navigated.start
     sigma = np.concatenate([
-        np.full(3, start.position_sigma_m), np.full(3, start.velocity_sigma_mps), here.navigated.attitude_sigma_n,
-        wide, [DELAY_SIGMA_S], np.full(3, ARM_SIGMA_M), [0.0],
-    ])  # fmt: skip
+        np.full(3, start.position_sigma_m), np.full(3, start.velocity_sigma_mps), navigated.attitude_sigma_n,
+        here.bias_sigma, [DELAY_SIGMA_S], np.full(3, ARM_SIGMA_M), [0.0], PLACE_SIGMAS,
+    ])[:states]  # fmt: skip
+    begin = np.eye(states)[KNOWN]
+    if navigated.stands:  # what is believed of start and biases, less what was taken off already
+        begin[STATE] = -apart([here.stated], model.states, [0])[0]
+        begin[BIAS] = -np.concatenate([navigated.force_bias, navigated.gyro_bias])
+        _place(navigated.stands, model.nodes_s, f, noise, h)
     scale = np.repeat([*here.fix_scale, 1.0], 3)
     level = np.maximum(white(seen)[0], scale * seen.sigma)
     known = np.isfinite(seen.residual)
@@ -229,10 +268,23 @@ def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.
         noise,
         np.repeat(np.arange(nodes), 3),
         np.where(known, seen.residual, 0.0).reshape(-1, 3),
-        h.reshape(-1, 3, STATES),
+        h.reshape(-1, 3, states),
         np.where(known, level**2, 0.0).reshape(-1, 3),
-        np.eye(STATES)[KNOWN],
+        begin,
         np.diag(sigma**2),
         np.inf,
     )
     return mean, np.sqrt(np.diag(covariance)[STATE])
+
+
+def _place(stands: Sequence[Stretch], nodes_s: np.ndarray, f: np.ndarray, noise: np.ndarray, h: np.ndarray) -> None:
+    """Let each stand show its own place: what is stated of it errs with it, and at the next one by anything again."""
+    for stand in stands:
+        inside = np.flatnonzero((nodes_s > stand.start_s - CLOCK_S) & (nodes_s < stand.end_s + CLOCK_S))
+        if inside.size == 0:
+            continue
+        h[inside, :, PLACE] = np.eye(9)[:, PLACED]
+        entered = inside[0] - 1
+        if entered >= 0:
+            f[entered, PLACE, PLACE] = 0.0
+            noise[entered, PLACE, PLACE] = np.diag(PLACE_SIGMAS**2)

@@ -19,10 +19,9 @@ from ins_eval.error_model.observations import REFERENCE_POSITION_M, Observations
 from ins_eval.error_model.thermometer import step_noise
 from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs, noise
-from ins_eval.estimation.coarse import block_of, coarse, coarse_noise, few_blocks
+from ins_eval.estimation.coarse import EACH, Blocks, coarse, coarse_noise, few_blocks, short_blocks, standing_blocks
 from ins_eval.estimation.noise_fit import Ready, fit
 from ins_eval.estimation.whitening import Gains, Whitened, gains, whiten
-from ins_eval.initialization import HEADING_SIGMA_RAD, TILT_SIGMA_RAD
 from ins_eval.navigation import PARKED
 from ins_eval.units import DEG_PER_H, UG
 
@@ -37,7 +36,6 @@ if TYPE_CHECKING:
 
 LEAST_VELOCITY_SIGMA_MPS = 1e-3  # of a start that is said to be exact
 LEAST_POSITION_SIGMA_M = 0.01
-PLACE_SIGMA_M = 3.0  # of a unit that is carried from one stand to the next
 MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
 REFERENCE_ARM_M = 0.3  # between the points at which two boxes navigate, beyond what is stated
 
@@ -62,7 +60,7 @@ class Case:
     epochs_s: np.ndarray  # between nodes, for what forgets
     member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
     again: Callable[[Sequence[EffectBelief]], Case]  # the same recording with these effects believed as well
-    _gains: dict[tuple[int, bytes], Gains] = field(default_factory=dict, init=False, repr=False)  # of the last noise
+    _gains: dict[tuple[Blocks, bytes], Gains] = field(default_factory=dict, init=False, repr=False)  # of the last noise
 
     def assembled(self, columns: Sequence[Column] = ()) -> Assembled:
         """Nuisances first, then `columns`."""
@@ -70,11 +68,13 @@ class Case:
         assembled = assemble(self.model, self.seen, self.slow, [*self.nuisances, *columns], taken)
         return replace(assembled, interval_s=self.epochs_s)
 
-    def whitened(self, columns: Sequence[Column], noise_point: np.ndarray, block: int = 1, keep: int = 1) -> Whitened:
-        """One pass with noise at `noise_point`, on means over `block` nodes."""
-        assembled = coarse(self.assembled(columns), block)
-        levels = coarse_noise(self.noise, block, self.seen.residual).levels(noise_point)
-        at = block, noise_point.tobytes()
+    def whitened(
+        self, columns: Sequence[Column], noise_point: np.ndarray, blocks: Blocks = EACH, keep: int = 1
+    ) -> Whitened:
+        """One pass with noise at `noise_point`, on `blocks`."""
+        assembled = coarse(self.assembled(columns), blocks)
+        levels = coarse_noise(self.noise, blocks, self.seen.residual).levels(noise_point)
+        at = blocks, noise_point.tobytes()
         known = self._gains.get(at)
         if known is None:
             known = gains(assembled, levels)
@@ -93,19 +93,21 @@ class Case:
         return fit(self.ready(columns), len(self.nuisances), gain, start, hills)
 
     def ready(self, columns: Sequence[Column]) -> Ready:
-        """The pass on means over `block` nodes as a function of the noise point: what it shares is done once."""
-        block = self.block
-        return Ready(coarse(self.assembled(columns), block), coarse_noise(self.noise, block, self.seen.residual))
+        """The pass on `blocks` as a function of the noise point: what it shares is done once."""
+        blocks = self.blocks
+        return Ready(coarse(self.assembled(columns), blocks), coarse_noise(self.noise, blocks, self.seen.residual))
 
     @property
-    def block(self) -> int:
-        """Nodes that are averaged where nothing fast is asked about."""
+    def blocks(self) -> Blocks:
+        """What is taken together where nothing fast is asked about."""
         if self.believed is None:
-            return 1
+            return EACH
         if self.believed.arcs and self.kind not in PARKED:
             return few_blocks(self.model.nodes_s.size)
-        position_m = float(np.median(self.noise.white[:, :3]))
-        return block_of(self.model.interval_s, position_m, self.noise.priors["velocity_random_walk"].centre)
+        walks = tuple(self.noise.priors[f"{of}_random_walk"].centre for of in ("velocity", "angle"))
+        if self.kind in PARKED:
+            return standing_blocks(self.model.interval_s, self.noise.white, walks)
+        return short_blocks(self.model.interval_s, float(np.median(self.noise.white[:, :3])), walks[0])
 
 
 def prepare(recording: Recording, folder: str | Path = ".", planned: bool = False) -> Case:
@@ -234,11 +236,10 @@ def nuisances(believed: Believed) -> list[Column]:
 
 def places(navigated: Believed, model: ErrorModel, slow: SlowFactor) -> list[Column]:
     """Where and how a unit in arcs stands each time, which nobody measured; each column carries one sigma."""
-    sigmas = [*[PLACE_SIGMA_M] * 3, TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD]
     out = []
     for count, stand in enumerate(navigated.stands if navigated.arcs else (), start=1):
         window = slow.add_window(stand.start_s - 0.5, stand.end_s + 0.5, model)
-        for k, sigma in enumerate(sigmas):
+        for k, sigma in enumerate(arcs.PLACE_SIGMAS.tolist()):
             what, channel = ("position", k) if k < 3 else ("attitude", k + 3)
             term = Measured(f"channel_{channel}", sigma, window)
             out.append(Column(f"{what} of stand {count} {'NED'[k % 3]}", (term,)))

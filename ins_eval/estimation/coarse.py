@@ -1,15 +1,17 @@
-"""The same regression on means over a few measurements: a fifth of the work where nothing changes within seconds.
+"""The same regression on blocks of a few measurements: a fifth of the work where nothing changes within seconds.
 
 Transitions and drives are composed exactly; residual and responses are averaged over a block of nodes and stand at its
 middle node. White noise of n measurements becomes white noise of sigma / sqrt(n). What is lost is what a navigation
 error does within a block beyond a straight line. A block takes the mean of what is there of a channel, where that is
-more than half of it; a node at which nothing was measured, the begin of an arc, does not count.
+more than half of it; a node at which nothing was measured, the begin of an arc, does not count. Where the random walks
+of the sensors move a channel more than its white noise does, a mean would smooth them, and its middle node alone tells
+as much.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numba
 import numpy as np
@@ -25,30 +27,59 @@ MOST_BLOCKS = 4000
 FEWEST_NODES = 1500  # of a recording that is worth it
 
 
-def block_of(interval_s: np.ndarray, position_m: float, walk: float) -> int:
-    """Nodes in a block, an odd number; 1 where the recording is short.
+class Blocks(NamedTuple):
+    """How many `nodes` a block has, an odd number, and of which channels (9) it takes the mean, not the middle node."""
+
+    nodes: int
+    averaged: tuple[bool, ...] = (True,) * 9
+
+
+EACH = Blocks(1)  # every node for itself
+
+
+def short_blocks(interval_s: np.ndarray, position_m: float, walk: float) -> Blocks:
+    """Blocks of `BLOCK_S`, or shorter; of single nodes where the recording is short.
 
     A block is so short that a velocity random `walk`, m/s/sqrt(s), moves less in it than one sigma of a position:
     q sqrt(t^3 / 3) < w.
     """
     if interval_s.size < FEWEST_NODES:
-        return 1
-    block_s = min(BLOCK_S, (np.sqrt(3.0) * position_m / walk) ** (2.0 / 3.0))
+        return EACH
+    return Blocks(_nodes(min(BLOCK_S, (np.sqrt(3.0) * position_m / walk) ** (2.0 / 3.0)), interval_s))
+
+
+def standing_blocks(interval_s: np.ndarray, white: np.ndarray, walks: tuple[float, float]) -> Blocks:
+    """Blocks of `BLOCK_S` of what stands, where nothing but random walks changes within seconds.
+
+    A channel is averaged where velocity and angle random `walks` q, m/s/sqrt(s) and rad/sqrt(s), move it less in a
+    block than its `white` noise w (nodes, 9) leaves uncertain of a mean over n: q sqrt(t^3 / 3) < w / sqrt(n) of a
+    position, q sqrt(t) < w / sqrt(n) of a velocity and of an attitude.
+    """
+    if interval_s.size < FEWEST_NODES:
+        return EACH
+    nodes = _nodes(BLOCK_S, interval_s)
+    block_s = nodes * float(np.median(interval_s))
+    moved = np.repeat([walks[0] * np.sqrt(block_s**3 / 3.0), *(walk * np.sqrt(block_s) for walk in walks)], 3)
+    return Blocks(nodes, tuple((moved < np.median(white, axis=0) / np.sqrt(nodes)).tolist()))
+
+
+def _nodes(block_s: float, interval_s: np.ndarray) -> int:
     return max(1, int((block_s / float(np.median(interval_s)) + 1.0) / 2.0) * 2 - 1)
 
 
-def few_blocks(nodes: int) -> int:
-    """Nodes in a block of a vehicle in arcs, which turns within seconds: as few as `MOST_BLOCKS` allow."""
-    return (nodes // MOST_BLOCKS + 1) // 2 * 2 + 1
+def few_blocks(nodes: int) -> Blocks:
+    """Blocks of a vehicle in arcs, which turns within seconds: with as few nodes as `MOST_BLOCKS` allow."""
+    return Blocks((nodes // MOST_BLOCKS + 1) // 2 * 2 + 1)
 
 
-def coarse(fine: Assembled, block: int) -> Assembled:
-    """The columns of `fine` on blocks of so many nodes; the first node, the start, stands alone."""
-    if block == 1:
+def coarse(fine: Assembled, of: Blocks) -> Assembled:
+    """The columns of `fine` on blocks; the first node, the start, stands alone."""
+    if of.nodes == 1:
         return fine
+    block = of.nodes
     blocks = (fine.residual.shape[0] - 1) // block
     m = fine.count
-    rows, share = _shares(fine.residual, block)
+    rows, share = _shares(fine.residual, of)
     weights = np.concatenate([np.ones((1, 9)), share.reshape(-1, 9)])
     transition, coupling = _composed(block, fine.transition, fine.coupling)
     sources = np.zeros((blocks, 3 * m, 3))
@@ -88,24 +119,29 @@ def coarse(fine: Assembled, block: int) -> Assembled:
     )
 
 
-def _shares(residual: np.ndarray, block: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes of each block (blocks, block), and the share of each in the mean of a channel (blocks, block, 9).
+def _shares(residual: np.ndarray, of: Blocks) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of each block (blocks, block), and the share of each in what is taken of a channel (blocks, block, 9).
 
-    All are 0 where fewer than half of the nodes that measure anything measure the channel.
+    All are 0 where fewer than half of the nodes that measure anything measure the channel, or, where the middle node
+    alone is taken, it does not.
     """
+    block = of.nodes
     blocks = (residual.shape[0] - 1) // block
     rows = np.arange(1, blocks * block + 1).reshape(blocks, block)
     known = np.isfinite(residual[rows])
     count = known.sum(axis=1, keepdims=True)
     enough = count > 0.5 * known.any(axis=2).sum(axis=1)[:, None, None]
-    return rows, np.where(known & enough, 1.0 / np.maximum(count, 1), 0.0)
+    mean = np.where(known & enough, 1.0 / np.maximum(count, 1), 0.0)
+    middle = np.where(np.arange(block)[:, None] == block // 2, known, 0.0)
+    return rows, np.where(of.averaged, mean, middle)
 
 
-def coarse_noise(noise: NoiseModel, block: int, residual: np.ndarray) -> NoiseModel:
+def coarse_noise(noise: NoiseModel, of: Blocks, residual: np.ndarray) -> NoiseModel:
     """The same noise on blocks of what is measured in `residual` (nodes, 9)."""
-    if block == 1:
+    if of.nodes == 1:
         return noise
-    rows, share = _shares(residual, block)
+    rows, share = _shares(residual, of)
+    block = of.nodes
     white, later = (np.sqrt(((share * one[rows]) ** 2).sum(axis=1)) for one in (noise.white, noise.later))
     first, last = np.append(0, rows[:-1, block // 2]), rows[:, block // 2]  # epochs between the middle nodes
     steps = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(noise.steps, axis=0)])

@@ -128,7 +128,7 @@ def _beyond_sensors(case: Case) -> list[tuple[str, str, float]]:
     if case.believed is None or case.kind in PARKED:
         return []
     ones = [case.member(f"{sensor}.scale", axis, {}) for sensor in SENSORS for axis in AXES]
-    whitened = case.whitened([one.column for one in ones], np.zeros(len(case.noise.free)), case.block)
+    whitened = case.whitened([one.column for one in ones], np.zeros(len(case.noise.free)), case.blocks)
     left = reduce(whitened, len(case.nuisances))
     coefficients = left.projection / np.maximum(np.diag(left.normal), 1e-300)
     return [
@@ -179,7 +179,7 @@ def _evidence(recording: Recording) -> float | None:
 
 
 def _height(case: Case) -> float:
-    return log_evidence(case.whitened([], np.zeros(len(case.noise.free)), case.block))
+    return log_evidence(case.whitened([], np.zeros(len(case.noise.free)), case.blocks))
 
 
 def _options(found: Finding, changes: _Changes) -> Iterator[_Changes]:

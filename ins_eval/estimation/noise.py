@@ -31,8 +31,10 @@ if TYPE_CHECKING:
     from ins_eval.estimation.slope import Slopes
     from ins_eval.recording.belief import Belief
 
-# of the believed sigma: what measures is not judged by errors far below its own statement
-LEAST_OF_BELIEVED = {"gps": 0.3, "reference": 0.02, "standstill": 0.05}
+# of the believed sigma of a position, a velocity, an attitude: what measures is not judged by errors far below its own
+# statement. A bench stands still enough for a velocity to show the random walk of the best sensors; its attitude is not
+# let below the square of a tilt of milliradians.
+LEAST_OF_BELIEVED = {"gps": (0.3,) * 3, "reference": (0.02,) * 3, "standstill": (0.1, 0.005, 0.05)}
 WALKING = ("reference", "standstill")  # smoother than the INS, so that its random walk shows between rows
 VELOCITIES, HEADING = range(3, 6), 8
 FEWEST = 20  # measurements that tell a level
@@ -73,7 +75,7 @@ class SlowNoise(NamedTuple):
 SLOW = {
     "gps": SlowNoise(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
     "reference": SlowNoise(0.5, 100.0, 0.2, 40.0, 1.2, 1.0),
-    "standstill": SlowNoise(1.0, 300.0, 0.5, 10.0, 0.3, 0.0),
+    "standstill": SlowNoise(1.0, 300.0, 0.5, 10.0, 1.2, 0.0),
 }
 
 
@@ -238,12 +240,16 @@ def white(seen: Observations) -> tuple[np.ndarray, tuple[float, float]]:
         if inside.sum() <= FEWEST:
             continue
         level_of = _level_less_walk if by in WALKING else _level
-        factor[channel] = max(LEAST_OF_BELIEVED.get(by, 1.0), level_of(np.diff(y, 2)[inside]))
+        factor[channel] = max(_least(by, channel), level_of(np.diff(y, 2)[inside]))
         level[:, channel] *= factor[channel]
         if by == "standstill" and channel in VELOCITIES:
             level[here, channel] = np.maximum(level[here, channel], seen.sigma[here, channel] * _agitation(y, inside))
     ratios = tuple(float(factor[2 + k] / np.sqrt(factor[k] * factor[k + 1])) for k in (0, 3))
     return level, ratios
+
+
+def _least(by: str, channel: int) -> float:
+    return LEAST_OF_BELIEVED[by][channel // 3] if by in LEAST_OF_BELIEVED else 1.0
 
 
 def _level(second: np.ndarray) -> float:
@@ -290,7 +296,7 @@ def without_outliers(seen: Observations, longest: int = LONGEST_BURST) -> tuple[
             if here.size <= FEWEST or by == "standstill":  # nobody reads a standstill wrong
                 continue
             sigma = seen.sigma[here, channel]
-            sigma = sigma * max(LEAST_OF_BELIEVED.get(by, 1.0), _level(np.diff(residual[here, channel] / sigma, 2)))
+            sigma = sigma * max(_least(by, channel), _level(np.diff(residual[here, channel] / sigma, 2)))
             moved = np.column_stack([seen.of_delay[here, channel], seen.of_arm[here, :, channel]])
             known = np.column_stack([residual[here, channel], moved * [LATE_S, *[ANTENNA_M] * 3]]) / sigma[:, None]
             for length in range(1, longest + 1):

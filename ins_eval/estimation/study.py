@@ -16,6 +16,7 @@ import numpy as np
 
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.lag import NAME as LAG
+from ins_eval.estimation.coarse import EACH
 from ins_eval.estimation.evidence import log_evidence_of, reduce
 from ins_eval.estimation.search import Space, log_bayes_factor
 from ins_eval.recording.belief import EffectBelief
@@ -144,7 +145,7 @@ def sums(
 def of_case(case: Case, r: int, noise_point: np.ndarray, hypotheses: Sequence[Hypothesis], coarse: bool) -> Sums:
     """The sums of recording `r` alone."""
     here = [k for k, one in enumerate(hypotheses) if one.columns[r] is not None]
-    whitened = case.whitened([hypotheses[k].columns[r] for k in here], noise_point, case.block if coarse else 1)
+    whitened = case.whitened([hypotheses[k].columns[r] for k in here], noise_point, case.blocks if coarse else EACH)
     return reduced_sums(whitened, len(case.nuisances), here, len(hypotheses), noise_point)
 
 

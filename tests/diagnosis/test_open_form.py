@@ -88,7 +88,7 @@ def test_a_straight_line_is_a_curve_over_the_temperature_of_its_sensor(warm, sen
     curve = next(of for channel, of in over_temperature(warm).items() if channel.name == f"{sensor}.{axis}")
     smooth_c = warm.temperature.smooth_c[:, "xyz".index(axis)]
     knots_c = np.linspace(smooth_c.min(), smooth_c.max(), KNOTS)
-    a = warm.whitened([line.column, *curve], np.zeros(len(warm.noise.free)), warm.block).normal
+    a = warm.whitened([line.column, *curve], np.zeros(len(warm.noise.free)), warm.blocks).normal
     first = len(warm.nuisances)
     values = line.nominal * SI[sensor] * (knots_c - warm.temperature.reference_c) / SIZES[sensor]
     np.testing.assert_allclose(a[:, first + 1 :] @ values, a[:, first], rtol=1e-6, atol=1e-6 * a[first, first])

@@ -9,6 +9,7 @@ import pytest
 
 from ins_eval.error_model import columns, drives, geometry, null, observations, propagation
 from ins_eval.error_model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
+from ins_eval.estimation import case as cases
 from ins_eval.estimation import whitening
 from ins_eval.output_equation import SENSOR_AXES
 from ins_eval.recording.belief import EarthBelief
@@ -18,6 +19,7 @@ from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 COEFFICIENT, LEFT_OVER = 3e-3, 1e-4
 # first order only: the square of a whole missing term of the Earth shows
 EARTH_COEFFICIENT = 0.02
+STOOD_S, BIAS_UG, NOTHING_SHOWN = 600.0, 200.0, 1e-4
 ARC_SAMPLES, IN_ARCS = 400, 0.01
 
 
@@ -199,3 +201,20 @@ def _modelled(believed: null.Believed) -> propagation.ErrorModel:
 
 def _interval_s(believed: null.Believed) -> np.ndarray:
     return np.diff(believed.time_s, prepend=believed.start.time_s)
+
+
+def test_what_stands_shows_no_heading_where_the_earth_is_not_believed_to_turn(recording_at_rest) -> None:
+    """Nothing that is at rest changes with a turn about the vertical, wherever its tilts and biases were taken to be."""
+    parked = recording_at_rest(STOOD_S, 3, np.zeros_like)
+    interval_s = np.diff(parked.imu.time_s, prepend=0.0)[:, None]
+    tilting = BIAS_UG * UG * np.array([1.0, -1.0, 1.0]) * interval_s
+    recording = replace(
+        parked,
+        imu=replace(parked.imu, accelerometer=parked.imu.accelerometer + tilting),
+        belief=parked.belief.model_copy(update={"earth": EarthBelief(rotation=False)}),
+    )
+    case = cases.prepare(recording)
+    normal = case.whitened([], np.zeros(len(case.noise.free))).normal
+    covariance = np.linalg.inv(np.eye(len(normal)) + normal)
+    heading = next(k for k, one in enumerate(case.nuisances) if one.name == "start attitude D")
+    assert covariance[heading, heading] == pytest.approx(1.0, abs=NOTHING_SHOWN)  # that of the prior

@@ -14,6 +14,7 @@ from ins_eval.estimation import case as cases
 from ins_eval.random_processes import gauss_markov
 from ins_eval.recording import Recording
 from ins_eval.units import DEG_PER_SQRT_H, STANDARD_GRAVITY, UG
+from tests.ideal import ANGLE_RANDOM_WALK, VELOCITY_RANDOM_WALK_UG
 
 POSITION_M, VELOCITY_MPS, SLOW_MPS, SLOW_S = 2.5, 0.05, 0.015, 60.0
 WALK_UG, ANGLE_WALK = 40.0, 0.002
@@ -21,6 +22,7 @@ HEIGHT_SHARE = 0.004
 OFF_S, OFF_MPS, EDGE_S = (3950.0, 4440.0), 3.0, 20.0
 WAVE_UG, WAVE_C, COOLED_C = 60.0, 25.0, 20.0
 STICKING_UG, STICKING_G = 400.0, 0.03
+STOOD_S, WALK_AGREES = 1800.0, 0.2
 AWRY_S, AWRY_UG = (4100.0, 4800.0), 1000.0
 
 
@@ -143,3 +145,11 @@ def test_a_sensor_that_is_off_for_a_time_does_not_pass_for_one_that_wanders(nois
     (one,) = found.mismatches
     assert one.channel == "accelerometer.x"
     assert (one.begin_s, one.end_s) == pytest.approx(AWRY_S, abs=EDGE_S)
+
+
+def test_a_standstill_shows_the_random_walks_of_its_sensors(recording_at_rest) -> None:
+    """A bench stands stiller than a vehicle: a sway that is believed in would pass for the noise of a good unit."""
+    case = cases.prepare(recording_at_rest(STOOD_S, 3, np.zeros_like))
+    found = case.noise.values(case.fitted().noise_point)
+    assert found["velocity_random_walk"] == pytest.approx(UG * VELOCITY_RANDOM_WALK_UG, rel=WALK_AGREES)
+    assert found["angle_random_walk"] == pytest.approx(DEG_PER_SQRT_H * ANGLE_RANDOM_WALK, rel=WALK_AGREES)

@@ -16,6 +16,7 @@ from scipy.stats import multivariate_normal
 from ins_eval.error_model.columns import Column, Drive, Measured
 from ins_eval.error_model.library import Candidate
 from ins_eval.estimation import study
+from ins_eval.estimation.coarse import EACH, Blocks
 from ins_eval.estimation.evidence import SCALES
 from ins_eval.estimation.study import Hypothesis
 from ins_eval.estimation.whitening import Whitened
@@ -40,8 +41,8 @@ class Regression:
     anyway: np.ndarray
     spreads: tuple[float, ...] = (0.0,)
     candidates: tuple[Candidate, ...] = ()
-    block: int = 1
-    asked: list[int] = field(default_factory=list)
+    blocks: Blocks = EACH
+    asked: list[Blocks] = field(default_factory=list)
 
     @property
     def nuisances(self) -> tuple[Column, ...]:
@@ -58,15 +59,15 @@ class Regression:
         moved[np.array(self.spreads) > 0.0] = position
         return np.exp(np.array(self.spreads) * moved)[part]
 
-    def whitened(self, columns, position, block=1) -> Whitened:
-        self.asked.append(block)
+    def whitened(self, columns, position, blocks=EACH) -> Whitened:
+        self.asked.append(blocks)
         s = self.sigma(position)
         x = np.column_stack([self.anyway, *(np.array(one.start) for one in columns)]) / s[:, None]
         e = self.data / s
         return Whitened(x.T @ x, x.T @ e, float(e @ e), 2.0 * float(np.log(s).sum()), e.size, np.empty(0))
 
     def ready(self, columns):
-        return lambda position: self.whitened(columns, position, self.block)
+        return lambda position: self.whitened(columns, position, self.blocks)
 
 
 def hypothesis(*columns: np.ndarray | None) -> Hypothesis:
@@ -140,10 +141,10 @@ def test_what_was_taken_off_is_added_back() -> None:
 
 def test_the_coarse_pass_is_asked_for_in_blocks() -> None:
     cases, ones = recordings()
-    cases[0].block = 7
+    cases[0].blocks = Blocks(7)
     study.sums(cases, [np.zeros(0)] * 2, ones, coarse=True)
     study.sums(cases, [np.zeros(0)] * 2, ones)
-    assert cases[0].asked == [7, 1]
+    assert cases[0].asked == [Blocks(7), EACH]
 
 
 @pytest.mark.parametrize(("spreads", "count"), [((0.5,), 2), ((0.5, 0.4), 1)])

@@ -10,7 +10,7 @@ import pytest
 from ins_eval.error_model.columns import Assembled
 from ins_eval.estimation import alike, whitening
 from ins_eval.estimation import case as cases
-from ins_eval.estimation.coarse import coarse, coarse_noise
+from ins_eval.estimation.coarse import Blocks, coarse, coarse_noise
 from ins_eval.estimation.evidence import Gained, log_evidence, mixture, sensitivity
 from ins_eval.estimation.slope import Slopes, slopes
 from ins_eval.estimation.whitening import NoiseLevels, _filter, _respond, whiten
@@ -209,14 +209,15 @@ def test_means_over_blocks_keep_what_is_slow(flight) -> None:
     fine = case.assembled()
     at = np.zeros(len(case.noise.free))
     single = whiten(fine, case.noise.levels(at)).normal.diagonal()
-    means = whiten(coarse(fine, 5), coarse_noise(case.noise, 5, fine.residual).levels(at)).normal.diagonal()
+    five = Blocks(5)
+    means = whiten(coarse(fine, five), coarse_noise(case.noise, five, fine.residual).levels(at)).normal.diagonal()
     np.testing.assert_allclose(means, single, rtol=0.03)
 
 
 def test_the_kernel_is_compiled_once(problem) -> None:
     """Another layout of one array costs a new user a second compilation, as long as the diagnosis of a flight."""
     assembled, levels = problem
-    whiten(coarse(assembled, 5), levels)
+    whiten(coarse(assembled, Blocks(5)), levels)
     acting, start = np.resize(assembled.acting, (MANY, 2)), np.resize(assembled.start, (MANY, 9))
     wide = replace(assembled, count=MANY, acting=acting, start=start)
     few, many = whiten(assembled, levels), whiten(wide, levels)

@@ -188,7 +188,7 @@ class Catalogue:
 
 def information(case: Case, columns: Sequence[Column], noise_point: np.ndarray) -> np.ndarray:
     """Reduced A (m, m) of `columns` in one recording, nuisances integrated out, noise at `noise_point`."""
-    return reduce(case.whitened(columns, noise_point, case.block), len(case.nuisances)).normal
+    return reduce(case.whitened(columns, noise_point, case.blocks), len(case.nuisances)).normal
 
 
 def planned_column(case: Case, effect: Candidate) -> Column:

@@ -156,7 +156,7 @@ def _open(
     """
     own = [] if effect is None else [effect]
     columns = [*others, *own, *locate.windows(channel, edges_s, case.slow, case.model)]
-    whitened = case.whitened(columns, noise_point, case.block)
+    whitened = case.whitened(columns, noise_point, case.blocks)
     known = len(case.nuisances) + len(others)
     first = known + len(own)
     off = moved * whitened.normal[:, known:first].sum(axis=1)

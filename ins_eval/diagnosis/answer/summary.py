@@ -155,7 +155,9 @@ def turned_on(found: Diagnosis, r: int) -> list[TurnedOn]:
         sizes |= {f"turn-on bias of {sensor} {axis}": (unit, 0.0, size) for axis in AXES}
     level_n, level_e, heading = (float(one) / DEG for one in case.believed.attitude_sigma_n)
     sizes["start attitude N"], sizes["start attitude E"] = ("deg", 0.0, level_n), ("deg", 0.0, level_e)
-    sizes["start attitude D"] = ("deg", float(start.attitude_rad[2]) / DEG, heading)
+    (k,) = (k for k, column in enumerate(case.nuisances) if column.name == "start attitude D")
+    stated = float(start.attitude_rad[2]) / DEG - heading * float(case.taken[k])  # around which the errors are told
+    sizes["start attitude D"] = ("deg", stated, heading)
     words = {
         "start attitude N": "tilt about north",
         "start attitude E": "tilt about east",

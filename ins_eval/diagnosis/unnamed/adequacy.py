@@ -18,6 +18,7 @@ from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.disturbance import of_windows, restless, within_statement
 from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance, located
 from ins_eval.diagnosis.unnamed.open_form import open_forms, over_temperature
+from ins_eval.estimation.coarse import EACH
 from ins_eval.estimation.evidence import Reduced, reduce
 
 if TYPE_CHECKING:
@@ -48,7 +49,8 @@ def left_unexplained(
         scale = np.array([max(1.0, abs(float(mean[i]))) for i in own])
         point = linearisation.point[[m[i] for i in own]] / scale
         columns = [chosen[i].columns[r] for i in own]
-        over, edges_s, whitened = of_windows(case, linearisation.fitted[r].noise_point, columns, block=1)  # as effects
+        point_of_noise = linearisation.fitted[r].noise_point
+        over, edges_s, whitened = of_windows(case, point_of_noise, columns, blocks=EACH)  # as effects
         nuisances = len(case.nuisances)
         put_back = _put_back(whitened, nuisances, point)
         at_windows = _Windows(r, linearisation, over, edges_s, put_back)

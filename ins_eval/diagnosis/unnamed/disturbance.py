@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.unnamed.locate import Channel, Interval, Significance
     from ins_eval.error_model.columns import Column
     from ins_eval.estimation.case import Case
+    from ins_eval.estimation.coarse import Blocks
     from ins_eval.estimation.noise_fit import Fitted
     from ins_eval.estimation.whitening import Whitened
     from ins_eval.policy import Policy
@@ -64,17 +65,21 @@ def surest_of(suspects: Iterable[Suspect], policy: Policy) -> Suspect | None:
 
 
 def of_windows(
-    case: Case, noise_point: np.ndarray, chosen: Sequence[Column] = (), sensors: bool = False, block: int | None = None
+    case: Case,
+    noise_point: np.ndarray,
+    chosen: Sequence[Column] = (),
+    sensors: bool = False,
+    blocks: Blocks | None = None,
 ) -> tuple[list[Channel], np.ndarray, Whitened]:
     """Channels, edges and the sums of nuisances, `chosen` columns and all windows, or only those of the `sensors`.
 
-    On means over `block` nodes, by default those of the fit of the noise.
+    On `blocks`, by default those of the fit of the noise.
     """
     over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
     if sensors:
         over = [one for one in over if one.name.startswith(SENSORS)]
     windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]
-    return over, edges_s, case.whitened([*chosen, *windows], noise_point, case.block if block is None else block)
+    return over, edges_s, case.whitened([*chosen, *windows], noise_point, case.blocks if blocks is None else blocks)
 
 
 def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator, policy: Policy) -> list[Suspect]:

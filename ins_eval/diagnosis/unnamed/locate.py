@@ -210,6 +210,6 @@ def refined(case, interval: Interval, noise_point: np.ndarray) -> Interval:
     fine = np.unique(np.round(np.concatenate([begins, ends]), 3))
     fine = fine[np.append(True, np.diff(fine) > 0.5)]
     columns = list(windows(interval.channel, fine, case.slow, case.model))
-    reduced = reduce(case.whitened(columns, noise_point, case.block), len(case.nuisances))
+    reduced = reduce(case.whitened(columns, noise_point, case.blocks), len(case.nuisances))
     best = scan(reduced, [interval.channel], fine)
     return best[0] if best else interval

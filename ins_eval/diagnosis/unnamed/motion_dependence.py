@@ -66,7 +66,7 @@ def motion_dependence(case: Case, r: int, base: Fitted, policy: Policy) -> Suspe
     columns = [column for one in tried for column in one.columns]
     starts = []
     for noise_point in (base.noise_point, with_quiet_sensors(case, base.noise_point)):
-        whitened = case.whitened(columns, noise_point, case.block)
+        whitened = case.whitened(columns, noise_point, case.blocks)
         left = reduce(whitened, known.stop)
         here = log_evidence_of(whitened, known) - 0.5 * float(noise_point @ noise_point)
         first = 0
@@ -81,7 +81,7 @@ def motion_dependence(case: Case, r: int, base: Fitted, policy: Policy) -> Suspe
     gained = fitted.log_evidence - base.log_evidence - cost
     edges_s = locate.edges(case.model)
     windows = list(locate.windows(best.channel, edges_s, case.slow, case.model))
-    left = reduce(case.whitened(windows, fitted.noise_point, case.block), known.stop)
+    left = reduce(case.whitened(windows, fitted.noise_point, case.blocks), known.stop)
     found = locate.scan(left, [best.channel], edges_s)
     if not found:
         return None
