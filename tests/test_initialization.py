@@ -13,16 +13,17 @@ from scipy.stats import beta, chi2
 
 from benchmark.worlds.earth import from_euler, radii
 from benchmark.worlds.grades import RANGES, a_recording
+from benchmark.worlds.mems import a_journey
 from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, GYRO_BIAS, Initialization, find
 from ins_eval.initialization.rest import Felt, seconds_at_rest, velocity_sigma
 from ins_eval.initialization.search import track
-from ins_eval.initialization.windows import first_window
+from ins_eval.initialization.windows import first_window, standstills
 from ins_eval.navigation import beginning, evaluate
 from ins_eval.readers import apm_mat, apm_text
-from ins_eval.recording import Imu, Recording, form
-from ins_eval.recording.stillness import Stretch
+from ins_eval.recording import Fixes, Imu, Recording, Start, form
+from ins_eval.recording.stillness import Stretch, still_stretches
 from ins_eval.report.json_file import as_json
 from ins_eval.restarts import restarts
 from ins_eval.units import DEG, DEG_PER_H, UG
@@ -39,6 +40,8 @@ TURNED_RAD = 20.0 * DEG
 ROUNDING_MPS = 1e-5
 JUMPS_AFTER_S = 10.0
 KEPT_MPS = 0.3  # whatever the instant within a piece of half a minute at which it jumps
+DRIVES_OFF_UNSEEN = (53, 12)  # seed and number of a journey of a consumer unit that begins as its car comes to rest
+STANDS_S = (120.0, 180.0, 240.0)  # stands until the first of these, and between the others
 GROWN_M = 5.0  # after ten seconds of an industrial unit, beside the noise of two fixes
 
 
@@ -147,6 +150,63 @@ def test_stated_sigmas_of_200_drives_and_flights(tmp_path: Path) -> None:
               f"{inside} of {len(values)} inside 95 % [{least:.3f}, {most:.3f}]")  # fmt: skip
         assert low < values.sum() < high
         assert least < 0.95 < most
+
+
+def smooth_road(kind: str, sigma_mps: float = 0.05) -> Recording:
+    """A unit whose noise hides the road and half a m/s^2: stands, drives at 10 m/s, stands again and drives."""
+    rng, rate_hz = np.random.default_rng(6), 50.0
+    time_s = np.arange(1, round(300.0 * rate_hz) + 1) / rate_hz
+    stops_s = np.array([STANDS_S[0], STANDS_S[0] + 20.0, STANDS_S[1] - 20.0, STANDS_S[1], STANDS_S[2], 260.0])
+
+    def along(at_s: np.ndarray) -> np.ndarray:
+        return np.interp(at_s, stops_s, [0.0, 10.0, 10.0, 0.0, 0.0, 10.0])
+
+    force = np.column_stack([np.diff(along(time_s), prepend=0.0), 0.0 * time_s, np.full(time_s.size, -9.8 / rate_hz)])
+    imu = Imu(
+        time_s,
+        2e-5 * rng.standard_normal((time_s.size, 3)),
+        force + 0.02 * rng.standard_normal((time_s.size, 3)),
+        "increment",
+    )
+    at_s = np.arange(1.0, 300.0)
+    velocity_n = np.column_stack([along(at_s), 0.0 * at_s, 0.0 * at_s]) + 0.05 * rng.standard_normal((at_s.size, 3))
+    latitude = 0.6 + np.cumsum(along(at_s)) / 6.37e6
+    fixes = Fixes(at_s, latitude, np.full(at_s.size, 0.1), np.zeros(at_s.size), velocity_n, np.ones(at_s.size, bool),
+                  velocity_sigma_mps=np.full(at_s.size, sigma_mps))  # fmt: skip
+    return Recording("unit", kind, Start(0.0, 0.6, 0.1, 0.0), imu, gps=fixes)
+
+
+def test_a_standstill_ends_where_fixes_move_though_the_imu_does_not_see_it() -> None:
+    recording = smooth_road("drive")
+    assert still_stretches(recording.imu)[0].end_s > STANDS_S[0] + 10.0
+    first, second = standstills(recording)
+    assert abs(first.start_s) < 1e-9 and STANDS_S[0] - 6.0 < first.end_s < STANDS_S[0]
+    assert STANDS_S[1] < second.start_s < STANDS_S[1] + 6.0 and STANDS_S[2] - 6.0 < second.end_s < STANDS_S[2]
+    # at walking pace coarse fixes stand as well, and what hovers is quiet and slow in the air
+    assert standstills(smooth_road("drive", sigma_mps=0.3)) == standstills(smooth_road("flight")) == []
+
+
+@pytest.fixture(scope="module")
+def unseen(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    folder = tmp_path_factory.mktemp("unseen") / "r"
+    next(a_journey(*DRIVES_OFF_UNSEEN).cases).recorded.save(folder)
+    return form.read(folder)
+
+
+def test_a_noisy_unit_in_a_car_that_stood_begins(unseen: Recording) -> None:
+    """Its gyros' offsets, of half a degree per second and more, turned a first guess by 60 degrees in the minute."""
+    found = beginning(unseen, unseen.imu.accelerometer)
+    seen = a_journey(*DRIVES_OFF_UNSEEN).seen.tables["reference"]
+    k = int(np.argmin(np.abs(seen["time_s"] - found.start.time_s)))
+    true = Rotation.from_euler("ZYX", [seen[name][k] for name in ("heading_deg", "pitch_deg", "roll_deg")], True)
+    away = (true * Rotation.from_euler("ZYX", found.start.attitude_rad[::-1]).inv()).as_rotvec()
+    assert (np.abs(away) < ENOUGH * found.sigmas[ATTITUDE]).all()
+
+
+def test_an_imu_that_disagrees_with_its_fixes_finds_no_attitude(unseen: Recording) -> None:
+    wrong = replace(unseen, imu=replace(unseen.imu, gyro=unseen.imu.gyro / DEG_PER_H))
+    with pytest.raises(DataRefused, match="no attitude makes IMU and fixes agree"):
+        beginning(wrong, wrong.imu.accelerometer)
 
 
 @pytest.fixture(scope="module")

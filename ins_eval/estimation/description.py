@@ -2,7 +2,9 @@
 
 Each contradiction has alternatives. Where there are several, or where the odds leave doubt, they are navigated, and the
 one whose evidence is highest with everything uncertain integrated out is taken, if it is higher than that of what was
-read. Then the recording is examined again as it is mended, until nothing contradicts itself. Last, where a scale factor
+read; every mistake counts against it as much as in `consistency`. A gyro's x and y exchanged are to any navigation, to
+rounding, the accelerometers' exchanged and a sign of either triad turned, in a box on its side: one mistake, not three.
+Then the recording is examined again as it is mended, until nothing contradicts itself. Last, where a scale factor
 that no sensor has would fit best, the other sign of that column is tried, and of two such columns each in the place of
 the other.
 """
@@ -24,7 +26,7 @@ from ins_eval.estimation.evidence import log_evidence, reduce
 from ins_eval.navigation import PARKED
 from ins_eval.recording import ChamberReadings, Recording, consistency
 from ins_eval.recording.belief import Belief, EffectBelief
-from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, COUNTED, Finding
+from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, BEYOND_DOUBT, COUNTED, Finding, mistakes
 from ins_eval.recording.consistency.rest import check_chamber
 from ins_eval.recording.mending import AXES, ENU, SENSORS, mended, mended_chamber
 from ins_eval.units import DEG, DEG_PER_H, PPM, STANDARD_GRAVITY
@@ -80,7 +82,7 @@ def wrong_descriptions(recording: Recording) -> tuple[list[WrongDescription], li
         found = consistency.findings(mended(here))
         decided = (one for one in found if one.decided)
         options = next(((one, all_of) for one in decided if (all_of := list(_options(one, changes)))), None)
-        best = None if options is None else _best(recording, here, *options)
+        best = None if options is None else _best(recording, changes, *options)
         if best is None:
             return changes.described, found
         changes = best
@@ -156,16 +158,22 @@ def _wrong(effect: EffectBelief, found: Finding) -> WrongDescription:
     return WrongDescription(effect, float(np.nan_to_num(found.log_odds, posinf=COUNTED)), found.seen)
 
 
-def _best(recording: Recording, here: Recording, found: Finding, options: Sequence[_Changes]) -> _Changes | None:
-    """The option whose navigation is the most probable, None where that of what was read is no worse."""
+def _best(recording: Recording, read: _Changes, found: Finding, options: Sequence[_Changes]) -> _Changes | None:
+    """The option that is the most probable once navigated, None where what was `read` is no less so."""
     if len(options) == 1 and found.log_odds > BEYOND_DOUBT:
         return options[0]
-    heights = [_evidence(one.on(recording)) for one in options]
+    heights = [_posterior(one, recording) for one in options]
     if all(height is None for height in heights):  # its odds alone decide
         return options[0] if found.log_odds > BEYOND_DOUBT else None
     known = [-np.inf if height is None else height for height in heights]
-    before = _evidence(here)
+    before = _posterior(read, recording)
     return options[int(np.argmax(known))] if before is None or max(known) > before else None
+
+
+def _posterior(changes: _Changes, recording: Recording) -> float | None:
+    """log evidence of a recording so mended, and the log prior of so many mistakes."""
+    height = _evidence(changes.on(recording))
+    return None if height is None else height + AXIS_PRIOR * len(changes.described)
 
 
 def _evidence(recording: Recording) -> float | None:
@@ -221,14 +229,11 @@ def _of_matrix(sensor: str, matrix: np.ndarray) -> list[EffectBelief]:
         j = int(np.argmax(np.abs(turn[k])))
         if j == k:
             continue
-        both = turn[k, j] == turn[j, k] == -1.0
-        value = -1.0 if both else 1.0
+        value = min((1.0, -1.0), key=lambda value: mistakes(turn @ _exchange(k, j, value)))
         found.append(
             EffectBelief(name="recording.axes_exchanged", axis=axis, other_axis=AXES[j], value=value, sensor=sensor)
         )
-        exchange = np.eye(3)
-        exchange[[k, j]] = value * exchange[[j, k]]
-        turn = turn @ exchange  # what is left to be done after it; its inverse is itself
+        turn = turn @ _exchange(k, j, value)  # what is left to be done after it; its inverse is itself
     found += [
         EffectBelief(name="recording.axis_sign", axis=AXES[k], value=-1.0, sensor=sensor)
         for k in range(3)
@@ -239,3 +244,10 @@ def _of_matrix(sensor: str, matrix: np.ndarray) -> list[EffectBelief]:
         value = float(f"{1.0 / size:.6g}")
         found.append(EffectBelief(name="recording.unit", value=value, sensor=sensor, unit_found=unit))
     return found
+
+
+def _exchange(k: int, j: int, value: float) -> np.ndarray:
+    """The matrix (3, 3) that exchanges two columns, and turns the sign of both for a value of -1."""
+    out = np.eye(3)
+    out[[k, j]] = value * out[[j, k]]
+    return out

@@ -66,7 +66,11 @@ def first_window(recording: Recording) -> tuple[float, float, float, float]:
 
 
 def standstills(recording: Recording) -> list[Stretch]:
-    """Standstills without their edges, those of the recording apart."""
+    """Standstills without their edges, those of the recording apart.
+
+    Of a quiet stretch in which fixes move nothing is left, but of one on wheels what the fixes leave of it: on a smooth
+    road noise hides from the IMU where it drives off. In the air a vehicle that hovers would stand.
+    """
     fixes, section, _ = _fixes(recording)
     offset_s = section.time_offset_s if fixes is not None else 0.0
     first_s, last_s = recording.start.time_s, float(recording.imu.time_s[-1])
@@ -74,8 +78,12 @@ def standstills(recording: Recording) -> list[Stretch]:
     for s in still_stretches(recording.imu, STILL_S + EDGE_S):
         begin_s = s.start_s if s.start_s <= first_s + 1.0 else s.start_s + EDGE_S
         end_s = s.end_s if s.end_s >= last_s - 1.0 else s.end_s - EDGE_S
-        if end_s - begin_s >= STILL_S and _stands(fixes, offset_s, Stretch(begin_s, end_s)):
-            out.append(Stretch(begin_s, end_s))
+        whole = Stretch(begin_s, end_s)
+        if fixes is None or not _moves(fixes, offset_s, whole).any():
+            parts = [whole]
+        else:
+            parts = _parts(fixes, offset_s, whole) if recording.kind == "drive" else []
+        out += [part for part in parts if part.duration_s >= STILL_S]
     return out
 
 
@@ -115,14 +123,33 @@ def _differentiated(fixes: Fixes, sigma_m: float) -> Fixes:
     return replace(fixes, velocity_n=velocity_n, velocity_sigma_mps=sigma)
 
 
-def _stands(fixes: Fixes | None, offset_s: float, stretch: Stretch) -> bool:
-    """Whether no fix within the stretch moves."""
-    if fixes is None:
-        return True
+def _moves(fixes: Fixes, offset_s: float, stretch: Stretch) -> np.ndarray:
+    """Which fixes move within the stretch."""
     at_s = fixes.time_s - offset_s
     inside = (at_s > stretch.start_s) & (at_s <= stretch.end_s) & fixes.valid
-    sigma = 0.0 if fixes.velocity_sigma_mps is None else np.nanmedian(fixes.velocity_sigma_mps)
-    return not (np.linalg.norm(fixes.velocity_n[inside], axis=1) > max(STANDS_MPS, GATE * sigma)).any()
+    return inside & (np.linalg.norm(fixes.velocity_n, axis=1) > max(STANDS_MPS, GATE * _velocity_sigma(fixes)))
+
+
+def _velocity_sigma(fixes: Fixes) -> float:
+    return 0.0 if fixes.velocity_sigma_mps is None else float(np.nanmedian(fixes.velocity_sigma_mps))
+
+
+def _parts(fixes: Fixes, offset_s: float, stretch: Stretch) -> list[Stretch]:
+    """What is left of a stretch in which fixes move: where they stand one after the other, without the edges.
+
+    None where velocities are too coarse for that: at walking pace they would stand as well.
+    """
+    if GATE * _velocity_sigma(fixes) > STANDS_MPS:
+        return []
+    moves = _moves(fixes, offset_s, stretch)
+    at_s = fixes.time_s - offset_s
+    rows = np.flatnonzero(fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1))
+    rows = rows[(at_s[rows] > stretch.start_s) & (at_s[rows] <= stretch.end_s)]
+    broken = moves[rows[1:]] | moves[rows[:-1]] | (np.diff(at_s[rows]) > EDGE_S)
+    runs = [run for run in np.split(rows, np.flatnonzero(broken) + 1) if run.size and not moves[run[0]]]
+    begins = [stretch.start_s if run[0] == rows[0] else at_s[run[0]] + EDGE_S for run in runs]
+    ends = [stretch.end_s if run[-1] == rows[-1] else at_s[run[-1]] - EDGE_S for run in runs]
+    return [Stretch(float(begin_s), float(end_s)) for begin_s, end_s in zip(begins, ends, strict=True)]
 
 
 def window_of(

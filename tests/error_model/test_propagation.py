@@ -204,7 +204,7 @@ def _interval_s(believed: null.Believed) -> np.ndarray:
 
 
 def test_what_stands_shows_no_heading_where_the_earth_is_not_believed_to_turn(recording_at_rest) -> None:
-    """Nothing that is at rest changes with a turn about the vertical, wherever its tilts and biases were taken to be."""
+    """Nothing at rest changes with a turn about the vertical, wherever its tilts and biases were taken to be."""
     parked = recording_at_rest(STOOD_S, 3, np.zeros_like)
     interval_s = np.diff(parked.imu.time_s, prepend=0.0)[:, None]
     tilting = BIAS_UG * UG * np.array([1.0, -1.0, 1.0]) * interval_s

@@ -23,12 +23,13 @@ from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.parts import SENSORS, conditions
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.library import COARSEST_PPM, LARGEST_OF, sized
+from ins_eval.estimation import description
 from ins_eval.estimation.case import prepare
 from ins_eval.estimation.description import _of_matrix, wrong_columns, wrong_descriptions
 from ins_eval.interface.diagnose import diagnose
 from ins_eval.recording import Imu, Recording, Start, form
 from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief
-from ins_eval.recording.consistency.alternatives import MATRICES
+from ins_eval.recording.consistency.alternatives import MATRICES, Finding, mistakes
 from ins_eval.recording.mending import mended
 
 RATE_HZ = 20.0
@@ -36,6 +37,8 @@ SIGN, EXCHANGED, UNIT = "recording.axis_sign", "recording.axes_exchanged", "reco
 STEP_S, DRIFT_PPM, SIGMAS = 0.15, 60.0, 4.0
 AT_S = 1200.0
 TURNS_LITTLE = (51, 68)  # seed and number of the journey, whose gyro z has the wrong sign
+TWIN_FLIGHT = (53, 72)  # of a flight whose gyros x and y stand for each other, and whose antenna is where the IMU is
+ROUNDING = 1e-5  # of the evidence of a navigation, in nats
 DEG = 57.29577951308232
 WRONG = [
     (SIGN, "x", -1.0, {"sensor": "gyro"}),
@@ -129,12 +132,41 @@ def test_a_sign_that_only_navigation_tells(tmp_path) -> None:
         assert [(one.name, one.axis, one.sensor) for one in found] == wrong
 
 
+@pytest.mark.parametrize("turn", [m for m in MATRICES if np.linalg.det(m) > 0.0])
+@pytest.mark.parametrize("mistake", [m for m in MATRICES if mistakes(m) == 1])
+def test_of_twins_that_navigate_alike_the_one_mistake_is_named(monkeypatch, mistake, turn) -> None:
+    """A mistake of the gyros in a box turned by Q: gyros Q M and accelerometers Q, alike but for rounding.
+
+    What a turned box leaves of the one mistake is never one again: a turn takes two, and those are of the other triad.
+    """
+    same = np.eye(3)
+    twins = [(same, mistake), *([(turn, turn @ mistake)] if mistakes(turn) else [])]
+    found = Finding("axes", "", "", 10.0, orders=tuple(twins))
+    read = description._Changes(same, same)
+    rounded = iter([ROUNDING * k for k in range(len(twins))] + [-100.0])
+    monkeypatch.setattr(description, "_evidence", lambda recording: next(rounded))
+    recording = Recording("r", "flight", Start(0.0, 0.6, 0.1, 0.0), None)
+    best = description._best(recording, read, found, list(description._options(found, read)))
+    np.testing.assert_array_equal(best.gyro, mistake)
+    np.testing.assert_array_equal(best.accelerometer, same)
+
+
+@pytest.mark.slow
+def test_gyros_exchanged_are_not_a_box_on_its_side(tmp_path) -> None:
+    for case in a_journey(*TWIN_FLIGHT).cases:
+        case.recorded.save(tmp_path / case.name)
+        recording = replace(form.read(tmp_path / case.name, doubted=True), folder=tmp_path / case.name)
+        said_of_it = [(one.effect.name, one.effect.axis, one.effect.sensor) for one in wrong_descriptions(recording)[0]]
+        assert said_of_it == ([] if case.effect is None else [(EXCHANGED, "x", "gyro")])
+
+
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_every_order_and_sign_comes_back_from_what_is_said_of_it(sensor: str) -> None:
     rng = np.random.default_rng(3)
     read = {one: rng.standard_normal((7, 3)) for one in SENSORS}
     imu = Imu(np.arange(1.0, 8.0), read["gyro"], read["accelerometer"], "increment")
     for matrix in MATRICES:
+        assert len(_of_matrix(sensor, matrix)) == mistakes(matrix)  # in no more words than it takes
         belief = Belief(effects=tuple(_of_matrix(sensor, 0.5 * matrix)))
         right = mended(Recording("r", "drive", Start(0.0, 0.6, 0.1, 0.0), imu, belief=belief))
         np.testing.assert_allclose(getattr(right.imu, sensor), 0.5 * read[sensor] @ matrix.T, rtol=1e-5)

@@ -13,7 +13,7 @@ from benchmark.worlds.grades import RANGES, a_recording
 from ins_eval.readers import read
 from ins_eval.recording import Recording, consistency, form
 from ins_eval.recording.consistency import triads
-from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
+from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, MATRICES, mistakes
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
 PATHS = ("climb, cruise, landing", "box", "straight", "wing rock", "drive")
@@ -91,6 +91,30 @@ def test_what_is_beyond_doubt_is_refused_again(world, name):
         np.testing.assert_array_equal(found.matrix if name.startswith("both") else Z_SIGN, gyro)
     else:
         assert found.factor == pytest.approx(DEG)
+
+
+def test_one_mistake_stands_before_the_same_motion_in_a_turned_box(world):
+    """Gyros x and y exchanged are as far from the data as three mistakes in a box on its side, and likelier."""
+    (found,) = triads.check_triads(turned(world["industrial", "climb, cruise, landing", 0], X_WITH_Y, SAME))
+    counted = [int(mistakes(force) + mistakes(rate)) for force, rate in found.orders]
+    np.testing.assert_array_equal(found.orders[0], (SAME, X_WITH_Y))
+    assert counted[0] == 1 and counted == sorted(counted)
+
+
+def test_mistakes_are_counted_as_they_are_made():
+    """Breadth first over signs and exchanges: the fewest that lead to each order and sign."""
+    made = [one for one in MATRICES if mistakes(one) == 1]
+    assert len(made) == 3 + 3 * 2  # signs, and exchanges with either sign
+    near, reached = [SAME], {tuple(SAME.ravel()): 0}
+    while near:
+        ways = [(one @ step, reached[tuple(one.ravel())] + 1) for one in near for step in made]
+        near = []
+        for matrix, count in ways:
+            if tuple(matrix.ravel() + 0.0) not in reached:
+                reached[tuple(matrix.ravel() + 0.0)] = count
+                near.append(matrix + 0.0)
+    assert {key: int(mistakes(np.reshape(key, (3, 3)))) for key in reached} == reached
+    assert len(reached) == len(MATRICES)
 
 
 def test_the_real_drive_without_its_attitude():

@@ -25,7 +25,7 @@ EXPLAINED = 0.85  # a channel is used only where the best residual is below this
 SIZE_FACTOR = 1.35  # between what is read and what should be shown; the units tried differ by more
 SMALLEST = 1e-12  # of anything that a channel shows, m or rad/s: below it there is nothing
 FEWEST = 8  # residuals of a channel that are worth judging
-AXIS_PRIOR, UNIT_PRIOR = -1.0, -2.0  # log prior of each axis and of each unit that is not as read
+AXIS_PRIOR, UNIT_PRIOR = -1.0, -2.0  # log prior of each mistake of `MISTAKES` and of each unit that is not as read
 LARGEST_CORRELATION = 0.98
 CORE = 0.98  # of the residuals; larger ones count as the largest of these
 
@@ -34,7 +34,18 @@ _ALL = [(order, sign) for order in itertools.permutations(range(3)) for sign in 
 SOURCE = np.array([order for order, _ in _ALL])
 SIGN = np.array([sign for _, sign in _ALL])
 MATRICES = SIGN[:, :, None] * np.eye(3)[SOURCE]
-CHANGED = ((np.arange(3) != SOURCE) | (SIGN < 0)).sum(axis=1)  # axes that are not as read; the first order is as read
+
+
+def mistakes(matrices: np.ndarray) -> np.ndarray:
+    """The fewest mistakes, of one sign or of two axes exchanged, that make orders and signs (..., 3, 3).
+
+    Each is a reflection, and the fewest of these that make M are rank(M - 1): Carter 1972, Conjugacy classes in the
+    Weyl group, lemma 2.
+    """
+    return np.linalg.matrix_rank(matrices - np.eye(3))
+
+
+MISTAKES = mistakes(MATRICES)  # (48,); the first order is as read
 
 
 @dataclass(frozen=True)
@@ -139,7 +150,7 @@ def order_scores(scores: np.ndarray) -> np.ndarray:
 
 def prior(factors: np.ndarray) -> np.ndarray:
     """Log prior (48, s): what was read is likelier than any one mistake."""
-    return AXIS_PRIOR * CHANGED[:, None] + UNIT_PRIOR * (factors != 1.0)[None, :]
+    return AXIS_PRIOR * MISTAKES[:, None] + UNIT_PRIOR * (factors != 1.0)[None, :]
 
 
 def effective_share(residual: np.ndarray) -> float:

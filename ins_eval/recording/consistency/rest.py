@@ -14,7 +14,7 @@ import numpy as np
 
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.recording import Imu, Recording
-from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, CHANGED, MATRICES, SIGN, SOURCE, Finding
+from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, MATRICES, MISTAKES, SIGN, SOURCE, Finding
 from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
 
@@ -140,10 +140,10 @@ def _sign(recording: Recording, rate_b: np.ndarray, up_b: np.ndarray) -> Iterato
     """The gyro of which another sign leaves far less bias along gravity than is there as it was read."""
     expected = EARTH_RATE * np.sin(recording.start.latitude_rad)
     least = LEAST_BIAS * EARTH_RATE
-    single = [k for k in range(len(MATRICES)) if (SOURCE[k] == range(3)).all() and CHANGED[k] <= 1]
+    single = [k for k in range(len(MATRICES)) if (SOURCE[k] == range(3)).all() and MISTAKES[k] <= 1]
     biases = {k: max(abs(float(rate_b * SIGN[k] @ up_b) - expected), least) for k in single}
     best = min(biases, key=biases.__getitem__)
-    log_odds = np.log(biases[0] / biases[best]) + AXIS_PRIOR * CHANGED[best]
+    log_odds = np.log(biases[0] / biases[best]) + AXIS_PRIOR * MISTAKES[best]
     if best == 0 or log_odds <= 0.0:
         return
     axis = "xyz"[int(np.argmin(SIGN[best]))]

@@ -18,10 +18,11 @@ from scipy.spatial.transform import Rotation, Slerp
 from ins_eval.earth import gravity
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.consistency.alternatives import (
-    CHANGED,
+    AXIS_PRIOR,
     EXPLAINED,
     LIKELY,
     MATRICES,
+    MISTAKES,
     UNIT_PRIOR,
     Finding,
     channel_scores,
@@ -58,6 +59,7 @@ HELD_SHARE = 0.1
 IN_AIR = 0.7  # of the rate of the course, that a gyro about down may leave: a wing that rocks shows it in none
 MOST_NAMED = 3  # alternatives that the motion cannot tell apart
 LEFT_HANDED_PRIOR = 3.0  # log prior against a mirrored set of both triads; to turn one is a commoner mistake
+ONE_TRIAD_PRIOR = 1.0  # the same against triads that are not turned alike, which is a mistake of its own
 TURN_INTERVAL_S, FORCE_INTERVAL_S = 1.0, 1.0
 
 
@@ -258,8 +260,9 @@ def _decided(by_rate, by_force, relative, by: str) -> list[Finding]:
     s_best, t_best = rates.argmax(axis=3), (by_force + force_unit).argmax(axis=2)
     total = rates.max(axis=3) + (by_force + force_unit).max(axis=2)[:, :, None]
     same = np.eye(48, dtype=bool)
-    mirrored = CHANGED[None, :] + LEFT_HANDED_PRIOR * HANDED[None, :]
-    total = total - np.where(same, mirrored, CHANGED[None, :] + CHANGED[:, None] + 1.0)
+    mistakes = np.where(same, MISTAKES, MISTAKES + MISTAKES[:, None])  # to turn the whole unit is no more than a triad
+    against = np.where(same, LEFT_HANDED_PRIOR * HANDED, ONE_TRIAD_PRIOR)
+    total = total + AXIS_PRIOR * mistakes - against
     total += UNIT_PRIOR * (np.arange(len(total)) > 0)[:, None, None]
     best = np.unravel_index(np.argmax(total), total.shape)
     log_odds = float(total[best] - rates[0, 0, 0, 0] - by_force[0, 0, 0])
