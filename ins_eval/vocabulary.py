@@ -13,6 +13,11 @@ HEADLINE = f"{SECOND}/{FIRST}"
 PAPER_ARM = {"simple": FIRST, "hysteresis": SECOND}
 VELOCITY, CEP = "velocity_rms_horizontal", "cep_rate_final"
 COMPONENTS = ("east", "north", "horizontal", "down")
+CHANNELS_MEASURED = (
+    "position north", "position east", "position down",
+    "velocity north", "velocity east", "velocity down",
+    "attitude north", "attitude east", "attitude down",
+)  # fmt: skip
 
 DEFINITION_NAME = {
     "velocity_rms": "velocity RMS",

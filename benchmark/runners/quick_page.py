@@ -16,12 +16,13 @@ from benchmark.runners.pages import CASES, CASES_ALIGN, case_rows, number, secon
 from benchmark.runners.targets import spoken
 from benchmark.scores.predictive import Compared
 from benchmark.scores.score import CLEAR, rate
-from ins_eval.figures.diagnosis import CHANNELS, before_and_after, whitened_residuals
+from ins_eval.figures.diagnosis import before_and_after, whitened_residuals
 from ins_eval.figures.side_by_side import Value, side_by_side
 from ins_eval.figures.style import ACCENT
 from ins_eval.parallel import results
 from ins_eval.report.content import Picture, Section, Table, at_a_glance, table
 from ins_eval.report.diagnosis_words import channel, nats
+from ins_eval.vocabulary import CHANNELS_MEASURED
 
 SCORE = Picture("score", "The rates of these cases, and the range that the score of the whole set allows.")
 MOST = 5
@@ -153,7 +154,7 @@ def residuals(answer: dict, folders: Sequence[Path]) -> Residuals:
     case, known = cases[r], len(cases[r].nuisances)
     columns = [one.columns[r] for one in model if one.columns[r] is not None]
     kept = case.whitened(columns, noise[r].noise_point, keep=1 + known + len(columns)).kept
-    channels = CHANNELS if case.believed is not None else ("accelerometer", *CHANNELS[1:])
+    channels = CHANNELS_MEASURED if case.believed is not None else ("accelerometer", *CHANNELS_MEASURED[1:])
     after = at_best(kept) if columns else None
     located = [(*one["interval_s"], channel(one["channel"])) for one in seen if one["recording"] == case.name]
     return Residuals(case.model.nodes_s, channels, at_best(kept[..., : 1 + known]), after, located)

@@ -8,14 +8,11 @@ from textwrap import fill
 import numpy as np
 from matplotlib.figure import Figure
 
+from ins_eval.diagnosis.answer.summary import block_means
 from ins_eval.figures.style import INK, QUIET, legend_below, shade, sheet, styled
+from ins_eval.vocabulary import CHANNELS_MEASURED
 from ins_eval.wording import fixed
 
-CHANNELS = (
-    "position north", "position east", "position down",
-    "velocity north", "velocity east", "velocity down",
-    "attitude north", "attitude east", "attitude down",
-)  # fmt: skip
 LOCATED, LOCATED_TINT = "#d95f02", "#fdeee1"
 FOUND = "#12508f"
 BAND = 2.0  # sigmas
@@ -30,7 +27,7 @@ def whitened_residuals(
     innovations: np.ndarray,
     located: Sequence[tuple[float, float, str]],
     block_s: float,
-    channels: Sequence[str] = CHANNELS,
+    channels: Sequence[str] = CHANNELS_MEASURED,
     title: str = "Whitened residuals",
 ) -> Figure:
     """Means of the whitened residual (n, 9) over `block_s`, in their own sigma; `located` has start, end, channel."""
@@ -63,16 +60,6 @@ def whitened_residuals(
     panels[-1, 0].set_xlabel("time in the recording [s]")
     legend_below(figure, *panels[:, 0])
     return figure
-
-
-def block_means(time_s: np.ndarray, e: np.ndarray, block_s: float) -> tuple[np.ndarray, np.ndarray]:
-    """Sum of each block over the root of its count; NaN where a block holds nothing."""
-    block = np.floor((time_s - time_s[0]) / block_s).astype(int)
-    here = np.isfinite(e)
-    count = np.bincount(block[here], minlength=block[-1] + 1)
-    total = np.bincount(block[here], weights=e[here], minlength=block[-1] + 1)
-    mean = np.where(count > 0, total / np.sqrt(np.maximum(count, 1)), np.nan)
-    return time_s[0] + (np.arange(count.size) + 0.5) * block_s, mean
 
 
 @styled
@@ -173,7 +160,7 @@ def before_and_after(
     before: np.ndarray,
     after: np.ndarray,
     block_s: float,
-    channels: Sequence[str] = CHANNELS,
+    channels: Sequence[str] = CHANNELS_MEASURED,
     most: int = 4,
     located: Sequence[tuple[float, float]] = (),
     title: str = "Before and after",

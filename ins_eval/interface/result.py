@@ -8,15 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
-from matplotlib.figure import Figure
-
 from ins_eval.errors import UsageError, did_you_mean
-from ins_eval.report import page, text
+from ins_eval.report import text
 from ins_eval.report.content import Section
-from ins_eval.report.results import write_results
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 PathLike = str | os.PathLike[str]
 
@@ -66,6 +64,8 @@ class Result(Generic[Found]):
 
     def write(self, folder: PathLike, quiet: bool = True) -> None:
         """Write ``metrics.json``, the page with its figures and the text into a folder."""
+        from ins_eval.report.results import write_results  # here, as below: to draw takes long to import
+
         write_results(Path(folder), self.title, self.answer, self.sections, self.metrics, self.figures, quiet)
 
     @property
@@ -87,6 +87,8 @@ class Result(Generic[Found]):
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
+        from ins_eval.report import page
+
         return page.embedded(
             title=self.title, answer=self.answer, sections=self.sections, figures=self.figures, metrics=self.metrics
         )

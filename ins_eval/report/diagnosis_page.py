@@ -4,32 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from ins_eval.diagnosis.answer.nonparametric import Located, located
 from ins_eval.diagnosis.answer.summary import (
+    BLOCK_S,
     BeforeAfter,
     EffectEvidence,
     basis,
     before_after,
+    block_length_s,
+    block_means,
     evidence,
     limits,
     turned_on,
 )
 from ins_eval.diagnosis.answer.verdict import Diagnosis
-from ins_eval.diagnosis.unnamed.mismatch import Mismatch
 from ins_eval.effects import VOCABULARY
 from ins_eval.estimation.case import Case
-from ins_eval.figures import diagnosis as figures
 from ins_eval.recording.belief import EffectBelief
-from ins_eval.report.diagnosis_words import channel, effect_words, numbered
+from ins_eval.report.diagnosis_words import effect_words, numbered
 from ins_eval.units import DEG, DEG_PER_H, UG
-from ins_eval.wording import sentence
+from ins_eval.vocabulary import CHANNELS_MEASURED
 
-BLOCK_S, FEWEST_BLOCKS = 60.0, 40  # over which a whitened residual is averaged, and into how many short ones fall
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 SIGMAS = 2.0  # of what noise makes, that an excess must have for a share of it to mean something
 FAMILIES = 12  # in the figure of the evidence
 NOT_SHOWN = ("earth", "any", "recording")  # that no recording would show better
@@ -72,12 +74,9 @@ def page(
     }
 
     def draw() -> dict[str, Figure]:
-        return {
-            **_residuals(diagnosis),
-            **_evidence(tree["evidence"]),
-            **_drives(tree["located"], seen, diagnosis.mismatches),
-            **_gains(diagnosis, both),
-        }
+        from ins_eval.report.diagnosis_figures import drawn  # imported here, for it takes long and an answer needs none
+
+        return drawn(diagnosis, tree, seen, both)
 
     return tree, draw
 
@@ -125,21 +124,16 @@ def _gain(diagnosis: Diagnosis, both: Sequence[BeforeAfter | None]) -> dict[str,
 
 def _excess(time_s: np.ndarray, residual: np.ndarray) -> tuple[float, float]:
     """The excess, and the variance that it has where the residual is white."""
-    means = np.concatenate([figures.block_means(time_s, column, _block_s(time_s))[1] for column in residual.T])
+    means = np.concatenate([block_means(time_s, column, block_length_s(time_s))[1] for column in residual.T])
     count = int(np.isfinite(means).sum())
     return float(np.nansum(means**2)) - count, 2.0 * count
-
-
-def _block_s(time_s: np.ndarray) -> float:
-    """Over how long the whitened residual of a recording is averaged: `BLOCK_S`, of short ones a share of them."""
-    return float(max(np.median(np.diff(time_s)), min(BLOCK_S, round((time_s[-1] - time_s[0]) / FEWEST_BLOCKS))))
 
 
 def _channels(case: Case) -> list[str]:
     """What is measured, as a reader sees it; of a chamber the output of the one accelerometer."""
     if case.believed is None:
-        return [f"accelerometer {case.candidates[0].axis or ''}".strip(), *figures.CHANNELS[1:]]
-    return list(figures.CHANNELS)
+        return [f"accelerometer {case.candidates[0].axis or ''}".strip(), *CHANNELS_MEASURED[1:]]
+    return list(CHANNELS_MEASURED)
 
 
 def _levels(case: Case, noise_point: np.ndarray) -> dict[str, float]:
@@ -203,76 +197,4 @@ def _located(entry: Mapping[str, Any] | None, one: Located, k: int, several: boo
         "effect": None if entry is None else effect_words(entry),
         "share": share,
         "figure": "unexplained" if entry is None else numbered("effect_against_drive", k, several),
-    }
-
-
-def _residuals(diagnosis: Diagnosis) -> dict[str, Figure]:
-    several = len(diagnosis.cases) > 1
-    return {
-        numbered("whitened_residuals", r, several): figures.whitened_residuals(
-            time_s=case.model.nodes_s,
-            innovations=innovations,
-            located=[
-                (one.begin_s, one.end_s, channel(one.channel)) for one in diagnosis.mismatches if one.recording == r
-            ],
-            block_s=_block_s(case.model.nodes_s),
-            channels=_channels(case),
-            title=f"Whitened residuals: {case.name}",
-        )
-        for r, (case, innovations) in enumerate(zip(diagnosis.cases, diagnosis.innovations, strict=True))
-    }
-
-
-def _evidence(evidence: Mapping[str, Any]) -> dict[str, Figure]:
-    families = evidence["families"]
-    if not families:
-        return {}
-    place = evidence["in_place_of"]
-    drawn = figures.evidence_of_effects(
-        names=[effect_words(one) for one in families],
-        log_bayes_factors=[one["log_bayes_factor"] for one in families],
-        named=[one["named"] for one in families],
-        threshold=evidence["threshold"],
-        where=f" in the place of {place}" if place else "",
-    )
-    return {"evidence_of_effects": drawn}
-
-
-def _drives(
-    entries: list[dict[str, Any]], seen: list[tuple[Mapping | None, Located]], mismatches: Sequence[Mismatch]
-) -> dict[str, Figure]:
-    drawn = {}
-    for entry, (_, one) in zip(entries, seen, strict=True):
-        axis = f", {one.axis}" if one.axis in ("N", "E", "D") else ""
-        name, where = f"{channel(one.channel)}{axis}", (one.recording, one.channel)
-        if entry["effect"] is None:
-            drive_name, title = f"temperature [{one.drive_unit}]", f"What stays unexplained: {name}"
-        else:
-            unit = f" [{one.drive_unit}]" if one.drive_unit else ""
-            drive_name, title = f"drive: what the value multiplies{unit}", sentence(entry["effect"]).rstrip(".")
-        drawn[entry["figure"]] = figures.effect_against_drive(
-            time_s=one.time_s,
-            mean=one.mean,
-            sigma=one.sigma,
-            effect=one.effect,
-            drive=None if one.drive is None else (drive_name, one.drive),
-            quantity=f"{name} [{one.unit}]",
-            located=[(at.begin_s, at.end_s) for at in mismatches if (at.recording, at.channel) == where],
-            title=title,
-        )
-    return drawn
-
-
-def _gains(diagnosis: Diagnosis, both: Sequence[BeforeAfter | None]) -> dict[str, Figure]:
-    several = len(diagnosis.cases) > 1
-    return {
-        numbered("before_and_after", r, several): figures.before_and_after(
-            **pair._asdict(),
-            block_s=_block_s(pair.time_s),
-            channels=_channels(case),
-            located=[(one.begin_s, one.end_s) for one in diagnosis.mismatches if one.recording == r],
-            title=f"Before and after: {case.name}",
-        )
-        for r, (case, pair) in enumerate(zip(diagnosis.cases, both, strict=True))
-        if pair is not None
     }

@@ -16,6 +16,7 @@ from ins_eval.report.diagnosis import diagnosis_content
 from ins_eval.report.diagnosis_glance import odds
 from ins_eval.report.diagnosis_sections import sections_of
 from ins_eval.report.diagnosis_words import effect_words, nats, probability
+from ins_eval.vocabulary import CHANNELS_MEASURED
 from ins_eval.wording import MISSING, alike, in_symbols, significant
 
 LARGEST_SVG_BYTES = 200_000
@@ -58,7 +59,7 @@ def recording(name: str = "climb, cruise, landing", after: bool = True) -> dict:
     return {
         "name": name,
         "kind": "flight",
-        "channels": list(drawn.CHANNELS),
+        "channels": list(CHANNELS_MEASURED),
         "measured_by": ["gps"],
         "measurements": 46500,
         "outliers": 24,

@@ -5,6 +5,7 @@ evidence      log Bayes factor of every family in the place of one effect
 limits        what the recordings could show of each family
 before_after  whitened residual without and with the effects, both with one noise
 turned_on     turn-on biases and start attitude where the data put them
+block_means   a whitened residual averaged, as it is shown
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from ins_eval.units import DEG
 if TYPE_CHECKING:
     from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect
     from ins_eval.error_model.library import Candidate
+
+BLOCK_S, FEWEST_BLOCKS = 60.0, 40  # over which a whitened residual is averaged, and into how many short ones fall
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,3 +179,18 @@ def _at_best(residual: np.ndarray, anyway: np.ndarray) -> np.ndarray:
     seen = np.isfinite(residual)
     x = anyway[seen]
     return residual - anyway @ np.linalg.solve(np.eye(x.shape[1]) + x.T @ x, x.T @ residual[seen])
+
+
+def block_length_s(time_s: np.ndarray) -> float:
+    """Over how long the whitened residual of a recording is averaged: `BLOCK_S`, of short ones a share of them."""
+    return float(max(np.median(np.diff(time_s)), min(BLOCK_S, round((time_s[-1] - time_s[0]) / FEWEST_BLOCKS))))
+
+
+def block_means(time_s: np.ndarray, e: np.ndarray, block_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Sum of each block over the root of its count; NaN where a block holds nothing."""
+    block = np.floor((time_s - time_s[0]) / block_s).astype(int)
+    here = np.isfinite(e)
+    count = np.bincount(block[here], minlength=block[-1] + 1)
+    total = np.bincount(block[here], weights=e[here], minlength=block[-1] + 1)
+    mean = np.where(count > 0, total / np.sqrt(np.maximum(count, 1)), np.nan)
+    return time_s[0] + (np.arange(count.size) + 0.5) * block_s, mean
