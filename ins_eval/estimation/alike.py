@@ -39,18 +39,18 @@ class Split(NamedTuple):
         if begun.size - keep <= WORTH:
             return cls(begun, none, none, none)
         acting: dict[int, list[tuple]] = {int(c): [] for c in begun}
+        alive = (begin < last) & (end > first)
         for terms, weights, slow in (
             (columns.drive_terms, columns.drive_weights, columns.slow_epochs[:, max(first - 1, 0) : last - 1]),
             (columns.observation_terms, columns.observation_weights, columns.slow_nodes[:, first:last]),
         ):
             steady = (slow == slow[:, :1]).all(axis=1)
-            for (c, *what, factor), weight in zip(terms.tolist(), weights.tolist(), strict=True):
-                if not begin[c] < last or not end[c] > first:
-                    continue
-                if not steady[factor]:
-                    acting[c].append((*what, weight, factor))
-                elif slow[factor, 0] != 0.0:
+            chosen = alive[terms[:, 0]] & ~(steady & (slow[:, 0] == 0.0))[terms[:, -1]]
+            for (c, *what, factor), weight in zip(terms[chosen].tolist(), weights[chosen].tolist(), strict=True):
+                if steady[factor]:
                     acting[c].append((*what, weight * slow[factor, 0]))
+                else:
+                    acting[c].append((*what, weight, factor))
         kinds: dict[tuple, list[int]] = {}
         for c, acts in acting.items():
             if c >= keep:

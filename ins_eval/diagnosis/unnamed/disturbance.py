@@ -75,11 +75,17 @@ def of_windows(
 
     On `blocks`, by default those of the fit of the noise.
     """
+    over, edges_s, windows = _windows(case, sensors)
+    return over, edges_s, case.whitened([*chosen, *windows], noise_point, case.blocks if blocks is None else blocks)
+
+
+def _windows(case: Case, sensors: bool = False) -> tuple[list[Channel], np.ndarray, list[Column]]:
+    """Channels, or only those of the `sensors`, edges, and every window of every channel."""
     over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
     if sensors:
         over = [one for one in over if one.name.startswith(SENSORS)]
     windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]
-    return over, edges_s, case.whitened([*chosen, *windows], noise_point, case.blocks if blocks is None else blocks)
+    return over, edges_s, windows
 
 
 def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator, policy: Policy) -> list[Suspect]:
@@ -91,9 +97,10 @@ def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator, policy
     quiet = _with_quiet(case, base.noise_point, (*OF_SENSORS, *OF_RECEIVERS))
     starts = [base.noise_point] if (quiet == base.noise_point).all() else [base.noise_point, quiet]
     suspects = []
+    over, edges_s, windows = _windows(case)
+    ready = case.ready(windows)
     for noise_point in starts:
-        over, edges_s, whitened = of_windows(case, noise_point)
-        reduced = reduce(whitened, len(case.nuisances))
+        reduced = reduce(ready(noise_point), len(case.nuisances))
         trials = locate.significance(reduced, edges_s.size - 1, rng)
         found = [one for one in locate.scan(reduced, over, edges_s) if not within_statement(case, one, policy)]
         for one in found[: policy.suspects]:
