@@ -61,6 +61,7 @@ class Case:
     member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
     again: Callable[[Sequence[EffectBelief]], Case]  # the same recording with these effects believed as well
     _gains: dict[tuple[Blocks, bytes], Gains] = field(default_factory=dict, init=False, repr=False)  # of the last noise
+    _anyway: dict[Blocks, Assembled] = field(default_factory=dict, init=False, repr=False)  # nuisances on blocks
 
     def assembled(self, columns: Sequence[Column] = ()) -> Assembled:
         """Nuisances first, then `columns`."""
@@ -68,11 +69,19 @@ class Case:
         assembled = assemble(self.model, self.seen, self.slow, [*self.nuisances, *columns], taken)
         return replace(assembled, interval_s=self.epochs_s)
 
+    def on_blocks(self, columns: Sequence[Column], blocks: Blocks) -> Assembled:
+        """The same on `blocks`; the nuisances are averaged once."""
+        if blocks.nodes == 1:
+            return self.assembled(columns)
+        if blocks not in self._anyway:
+            self._anyway[blocks] = coarse(self.assembled(), blocks)
+        return coarse(self.assembled(columns), blocks, self._anyway[blocks])
+
     def whitened(
         self, columns: Sequence[Column], noise_point: np.ndarray, blocks: Blocks = EACH, keep: int = 1
     ) -> Whitened:
         """One pass with noise at `noise_point`, on `blocks`."""
-        assembled = coarse(self.assembled(columns), blocks)
+        assembled = self.on_blocks(columns, blocks)
         levels = coarse_noise(self.noise, blocks, self.seen.residual).levels(noise_point)
         at = blocks, noise_point.tobytes()
         known = self._gains.get(at)
@@ -95,7 +104,7 @@ class Case:
     def ready(self, columns: Sequence[Column]) -> Ready:
         """The pass on `blocks` as a function of the noise point: what it shares is done once."""
         blocks = self.blocks
-        return Ready(coarse(self.assembled(columns), blocks), coarse_noise(self.noise, blocks, self.seen.residual))
+        return Ready(self.on_blocks(columns, blocks), coarse_noise(self.noise, blocks, self.seen.residual))
 
     @property
     def blocks(self) -> Blocks:

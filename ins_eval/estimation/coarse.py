@@ -72,8 +72,11 @@ def few_blocks(nodes: int) -> Blocks:
     return Blocks((nodes // MOST_BLOCKS + 1) // 2 * 2 + 1)
 
 
-def coarse(fine: Assembled, of: Blocks) -> Assembled:
-    """The columns of `fine` on blocks; the first node, the start, stands alone."""
+def coarse(fine: Assembled, of: Blocks, known: Assembled | None = None) -> Assembled:
+    """The columns of `fine` on blocks; the first node, the start, stands alone.
+
+    `known` are the first of them on these blocks, where they were made before.
+    """
     if of.nodes == 1:
         return fine
     block = of.nodes
@@ -81,17 +84,22 @@ def coarse(fine: Assembled, of: Blocks) -> Assembled:
     m = fine.count
     rows, share = _shares(fine.residual, of)
     weights = np.concatenate([np.ones((1, 9)), share.reshape(-1, 9)])
-    transition, coupling = _composed(block, fine.transition, fine.coupling)
+    made = 0 if known is None else known.count
     sources = np.zeros((blocks, 3 * m, 3))
     observed = np.zeros((blocks + 1, m, 9))
+    if known is None:
+        transition, coupling = _composed(block, fine.transition, fine.coupling)
+    else:
+        transition, coupling = known.transition, known.coupling
+        sources[:, : 3 * made], observed[:, :made] = known.sources, known.observed
     each = np.arange(m)
     first, last = fine.acting[:, 0], fine.acting[:, 1] - 1
     block_of_first, block_of_last = (np.where(node > 0, (node - 1) // block + 1, 0) for node in (first, last))
     # what acts after the middle of a block is felt at that of the next
     acting = np.column_stack([block_of_first, block_of_last + 2]).clip(max=blocks + 1)
-    spans, span = np.unique(acting, axis=0, return_inverse=True)
+    spans, span = np.unique(acting[made:], axis=0, return_inverse=True)
     for k, (begin, end) in enumerate(spans):
-        which = np.flatnonzero(span == k)
+        which = made + np.flatnonzero(span == k)
         _average(block, begin, end, weights, motion(fine, which), shown(fine, which), which, sources, observed)
     mean = (share * np.nan_to_num(fine.residual[rows])).sum(axis=1)
     residual = np.concatenate([fine.residual[:1], np.where(share.any(axis=1), mean, np.nan)])
