@@ -36,6 +36,7 @@ SAMPLES = 828_000  # 2.3 h at 100 Hz
 PYINS_SAMPLES = 40_000
 LANES = 8
 IMPORTED = "numpy, scipy.stats, numba, matplotlib.figure"
+DIAGNOSED = {"null": ("null", 1), "with an effect": ("single", 0)}  # kind and number of a flight of 2.3 h, of seed 77
 TEN_MINUTES = """\
 name = "ten minutes"
 duration_s = 600.0
@@ -203,6 +204,7 @@ def start_up() -> Group:
         "ins-eval presets": [*_VERB, "presets"],
         "ins-eval evaluate": [*evaluate, str(folder / "box")],
         "ins-eval evaluate, a flight of 10 min at 100 Hz": [*evaluate, str(folder / "flight")],
+        **{f"diagnose, {name}": _diagnosis(folder / kind, kind, first) for name, (kind, first) in DIAGNOSED.items()},
     }
 
     def process(command: list[str]) -> Callable[[], object]:
@@ -210,6 +212,15 @@ def start_up() -> Group:
 
     contenders = {name: process(command) for name, command in made.items()}
     return Group("Start-up", "s", contenders, dict.fromkeys(made, 1.0))
+
+
+def _diagnosis(folder: Path, kind: str, first: int) -> list[str]:
+    """The command that diagnoses a flight of 2.3 h at 100 Hz, which is made here, and writes its answer as JSON."""
+    draw = [sys.executable, "-m", "benchmark.runners.make", "--seed", "77", "--rate", "100", "--no-oracle"]
+    which = ["--kind", kind, "--first", str(first), "--count", "1", "-o", str(folder)]
+    subprocess.run([*draw, *which], check=True, capture_output=True)
+    (recording,) = (folder / "recordings").iterdir()
+    return [*_VERB, "diagnose", "--json", str(folder / "answer.json"), "--quiet", str(recording)]
 
 
 def members() -> Group:
