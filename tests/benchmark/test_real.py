@@ -172,6 +172,16 @@ def test_clocks_and_fixes(drive) -> None:
     np.testing.assert_allclose(north, arm * np.cos(heading(at)), atol=0.05)
 
 
+def test_an_antenna_turns_with_the_body_when_a_late_fix_was_measured(drive) -> None:
+    """Of fixes that are late as recorded: where the vehicle headed then, not when they are stamped."""
+    late_s, arm, fixes = 0.5, 2.0, drive.tables["gps"]
+    moved = apply(drive, Applied("gps.lever_arm", "x", arm, "m", {}), late_s).tables["gps"]
+    north = (moved["latitude_deg"] - fixes["latitude_deg"]) * DEG * 6.37e6
+    then, stamped = (arm * np.cos(heading(fixes["time_s"] - late)) for late in (late_s, 0.0))
+    np.testing.assert_allclose(north, then, atol=0.05)
+    assert np.abs(north - stamped).max() > 0.2
+
+
 def test_every_effect_that_is_planned_can_be_put_in() -> None:
     for source in real.SOURCES:
         assert len(source.rows) >= 12, source.name
