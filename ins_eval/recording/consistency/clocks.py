@@ -199,9 +199,12 @@ class VelocityScan:
 
     @property
     def freedom(self) -> np.ndarray:
-        """Differences of the horizontal channels in each block (blocks,) that share no fix, less a rotation."""
+        """Horizontal differences of each block (blocks,) that tell something of their own, less a rotation.
+
+        Of those that overlap one, and of neighbours, which share a fix, a half.
+        """
         overlap = np.median(self.last - self.first)
-        return np.maximum(2.0 * np.bincount(self.block) / overlap - 3.0, 0.0)
+        return np.maximum(0.5 * (2.0 * np.bincount(self.block) / overlap - 3.0), 0.0)
 
 
 def _from_velocity(imu: Imu, start_s: float, fixes: Fixes) -> Offset | None:
