@@ -275,6 +275,15 @@ def test_a_size_that_moved_by_what_was_put_in_is_found_and_held() -> None:
     assert counted(OWN | {"effects": [entry("gps.time_offset", None, 0.45, 0.47)]})["holds"] is False
 
 
+@pytest.mark.parametrize(("from_s", "to_s", "another"), [(235.0, 245.0, True), (20.0, 245.0, False)])
+def test_a_jump_at_another_instant_is_another(from_s: float, to_s: float, another: bool) -> None:
+    """As it is the recording could as well have jumped before it moved."""
+    before = OWN | {"indistinguishable": [entry("recording.clock_step", None, -0.26, -0.24, at_s=28.0)]}
+    jump = entry("recording.clock_step", None, -0.27, -0.22, at_s=240.0, at_s_interval95=[from_s, to_s])
+    new, _ = against.beyond(OWN | {"effects": [*OWN["effects"], jump]}, before)
+    assert new == (["recording.clock_step"] if another else [])
+
+
 def test_axes_that_are_exchanged_have_no_order() -> None:
     names = [against.words({"name": "recording.axes_exchanged", "axis": one, "parameters": {"other_axis": other}})
              for one, other in ("xy", "yx", "xz")]  # fmt: skip
