@@ -212,6 +212,23 @@ def test_no_answer_to_a_random_problem_contradicts_itself(block: int) -> None:
     assert len(verdicts) > 2
 
 
+def test_two_that_each_lie_above_the_other_do_not_change_places_for_ever(monkeypatch) -> None:
+    """What others stand beside decides which of two leads; here each leads where the other stands."""
+    found = linearisation([("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {})], {0: 6.0}, (0, 1)).own_first(1)
+    found.__dict__["held_out"] = SOUND.held_out
+    findings = Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, NOTHING_LEFT, LEFT, (PLACE,))
+    asked = iter(range(10))
+
+    def leading(one: Linearisation, _: Policy) -> tuple[Rival, ...]:
+        next(asked)  # ends where it is asked for ever
+        (k,) = one.best.members
+        return (Rival(one.hypotheses[k], one.hypotheses[1 - k], 0.4, -1.0, False),)
+
+    monkeypatch.setattr("ins_eval.diagnosis.answer.judge.rivals", leading)
+    told = consistent(findings, Decision(PARTLY, LEFT, (PLACE,), named=True), Policy())
+    assert len(told.withdrawn) == 1 and not told.effects
+
+
 def test_something_left_elsewhere_silences_no_effect_with_several_names() -> None:
     """Two laws that a recording tells apart by 1.4 nats, where more is asked than either has alone."""
     effects = [("gyro.bias", "x", {}), ("accelerometer.bias_drift", "y", {}), ("accelerometer.bias_step", "y", {})]
