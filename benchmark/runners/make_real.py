@@ -33,7 +33,7 @@ def make(source: real.Source, recordings: Path, folder: Path, seed: int) -> int:
     if all((folder / "truth" / f"{case.name}.json").exists() for case in drawn):
         return len(drawn)
     oracle = Oracle(recorded, source.arc_s)
-    for case in drawn:
+    for case in real.cases(source, recorded, seed, oracle.delay_s):
         if not (folder / "truth" / f"{case.name}.json").exists():
             seen = None if case.effect is None else numbers(oracle, case, case.recorded)
             write(case, folder, case.truth(seed, SET) | {"oracle": seen})

@@ -1,9 +1,9 @@
 """What the answer to a real recording with an effect in it got right, against the answer to the recording as it is.
 
 A real recording departs from its belief without our doing, so an answer counts for what it says beyond the answer to
-the unmodified recording: a name that this one neither names nor lists, a size whose 95 % interval lies apart from that
-there, a place (channel and interval) that is not located there. A null alarms if it names what the unmodified recording
-neither names nor lists.
+the unmodified recording: a name that this one neither names nor lists, a size or an instant whose 95 % interval lies
+apart from that there, a place (channel and interval) that is not located there. A null alarms if it names what the
+unmodified recording neither names nor lists.
 """
 
 from __future__ import annotations
@@ -30,13 +30,23 @@ def interval(entry: dict) -> list[float] | None:
     return entry.get("parameters", {}).get("interval95")
 
 
+def _is_another(one: dict, old: dict) -> bool:
+    """Whether an effect of a name that is known has another size, or jumps at another instant."""
+    if interval(old) and interval(one) and not overlap(interval(old), interval(one)):
+        return True
+    now, then = one.get("parameters", {}), old.get("parameters", {})
+    span, at_s = now.get("at_s_interval95"), then.get("at_s")
+    known = then.get("at_s_interval95") or [at_s, at_s]
+    return bool(span) and at_s is not None and (span[1] < known[0] or known[1] < span[0])
+
+
 def beyond(answer: dict, unmodified: dict) -> tuple[list[str], list[str]]:
-    """Names that stand in the answer only or with another size, best first, and channels with a place of its own."""
+    """Names that stand in the answer only, or are another there, best first, and channels with a place of its own."""
     known = {words(one): one for one in explanations(unmodified)}
     new = []
     for one in answer.get("effects") or ():
         old = known.get(words(one))
-        if old is None or (interval(old) and interval(one) and not overlap(interval(old), interval(one))):
+        if old is None or _is_another(one, old):
             new.append(words(one))
     before = located(unmodified)
     places = [

@@ -57,10 +57,13 @@ class Applied:
         return {"name": self.name, "axis": self.axis, "value": self.value, "unit": self.unit, **self.parameters}
 
 
-def apply(recorded: Recorded, effect: Applied) -> Recorded:
-    """The same recording with the effect in its data."""
+def apply(recorded: Recorded, effect: Applied, late_s: float = 0.0) -> Recorded:
+    """The same recording with the effect in its data; its fixes are `late_s` later than believed already."""
     out = recorded.copy()
-    OF_NAME[effect.name](out, effect)
+    if effect.name == "gps.lever_arm":
+        _lever(out, effect, late_s)
+    else:
+        OF_NAME[effect.name](out, effect)
     return out
 
 
@@ -147,10 +150,10 @@ def _clock_drift(out: Recorded, effect: Applied) -> None:
     out.tables["imu"]["time_s"] = t0 + (t - t0) * (1.0 + 1e-6 * effect.value)
 
 
-def _lever(out: Recorded, effect: Applied) -> None:
-    """The antenna is farther out by value along a body axis; it turns with the body."""
+def _lever(out: Recorded, effect: Applied, late_s: float = 0.0) -> None:
+    """The antenna is farther out by value along a body axis; it turns with the body, when the fix was measured."""
     fixes, imu = out.tables["gps"], out.tables["imu"]
-    at, arm = fixes["time_s"] - out.head["gps"].get("time_offset_s", 0.0), np.zeros(3)
+    at, arm = fixes["time_s"] - out.head["gps"].get("time_offset_s", 0.0) - late_s, np.zeros(3)
     arm[AXES.index(effect.axis)] = effect.value
     c = attitudes(out.tables["reference"], at)
     rate = out.triad(GYRO) / out.step_s[:, None]

@@ -235,8 +235,11 @@ class Case:
         }  # fmt: skip
 
 
-def cases(source: Source, recorded: Recorded, seed: int) -> Iterator[Case]:
-    """The recording as it is, its nulls, and one case a row; the same seed draws the same sizes."""
+def cases(source: Source, recorded: Recorded, seed: int, late_s: float = 0.0) -> Iterator[Case]:
+    """The recording as it is, its nulls, and one case a row; the same seed draws the same sizes.
+
+    `late_s` is how late its fixes are as it is: what is concealed in them happened when they were measured.
+    """
     yield Case(f"case-{source.name}-unmodified", "unmodified", source, "as it is", recorded)
     for k, (what, changed) in enumerate(NULLS):
         yield Case(f"case-{source.name}-null-{k}", "null", source, what, changed(recorded))
@@ -245,4 +248,4 @@ def cases(source: Source, recorded: Recorded, seed: int) -> Iterator[Case]:
     for k, row in enumerate(source.rows):
         effect = row.drawn(rng, recorded)
         name = f"case-{source.name}-hidden-{k:02d}"
-        yield Case(name, "single", source, "one effect", apply(recorded, effect), effect)
+        yield Case(name, "single", source, "one effect", apply(recorded, effect, late_s), effect)

@@ -22,6 +22,7 @@ from ins_eval.believed import believed
 from ins_eval.errors import InsEvalError
 from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import indicated
+from ins_eval.estimation.clock_starts import clock_beliefs
 from ins_eval.estimation.evidence import log_evidence, reduce
 from ins_eval.navigation import PARKED
 from ins_eval.recording import ChamberReadings, Recording, consistency
@@ -93,16 +94,20 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
     """What is wrong with a column of sensors that the parts of a recording do not tell, and its navigation does.
 
     `case` is the recording as it was read. What a column of wrong sign or place indicates is off by about as much as it
-    is, a scale factor error beyond any sensor's. Put right, the recording must be more probable beyond doubt.
+    is, a scale factor error beyond any sensor's. Put right, the recording must be more probable beyond doubt; also than
+    with clocks brought together as the motion tells, for at a wrong instant any column may seem to be wrong.
     """
     tried = _beyond_sensors(case)
     if not tried:
         return []
     with np.errstate(all="ignore"):
         before = _height(case)
+    clocks = {one: _evidence_with(recording, one) for one in clock_beliefs(case)}
+    clocks = {(): before, **clocks}
+    clock = max(clocks, key=clocks.__getitem__)
     options = list(_what_else(tried))
-    heights = [_evidence(replace(recording, belief=with_effects(recording.belief, [one]))) for one in options]
-    leads = [-np.inf if height is None else height - before for height in heights]
+    heights = [max(_evidence_with(recording, (*known, one)) for known in {(), clock}) for one in options]
+    leads = [height - clocks[clock] for height in heights]
     best = int(np.argmax(leads))
     if not leads[best] > BEYOND_DOUBT:
         return []
@@ -114,6 +119,12 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
         f"{done} the fixes agree"
     )
     return [WrongDescription(chosen, leads[best], seen)]
+
+
+def _evidence_with(recording: Recording, effects: Sequence[EffectBelief]) -> float:
+    """The same as `_evidence` with further effects, -inf where it cannot be navigated."""
+    height = _evidence(replace(recording, belief=with_effects(recording.belief, effects)))
+    return -np.inf if height is None else height
 
 
 def _what_else(tried: Sequence[tuple[str, str, float]]) -> Iterator[EffectBelief]:

@@ -87,6 +87,23 @@ class Linearisation:
         mean, _ = self.coefficients
         return [self.hypotheses[k].scaled(max(1.0, abs(float(p)))) for k, p in zip(m, mean, strict=True)]
 
+    @property
+    def where_it_was(self) -> np.ndarray:
+        """Coefficients (k,) of the best set with which the recordings were navigated, from where it is refitted.
+
+        An effect at another time, width or lag begins from the size that it had: without it all would be as far off as
+        before it was found.
+        """
+        members = self.best.members
+        navigated = [int(k) for k in np.flatnonzero(self.point) if k not in members]
+        begin = self.point[list(members)]
+        for i, k in enumerate(members):
+            one = self.hypotheses[k]
+            same = [j for j in navigated if self.hypotheses[j].key == one.key]
+            if begin[i] == 0.0 and len(same) == 1:
+                begin[i] = self.point[same[0]] * self.hypotheses[same[0]].candidate.nominal / one.candidate.nominal
+        return begin
+
     def name(self) -> str:
         ones = [self.hypotheses[k].candidate for k in self.best.members]
         return " + ".join(f"{one.name} {one.axis or ''}".strip() for one in ones)

@@ -127,7 +127,8 @@ def _together(rivals: Sequence[Mapping]) -> str:
     """Constants of one name about several axes that together do the same as an effect."""
     first = rivals[0]
     name, instead = first["name"].replace(".", " "), first["from"].replace(".", " ")
-    each = joined([f"{fixed(one['value'], 2)} {one['unit']} about {one['axis']}" for one in rivals])
+    sizes = [(one["parameters"], one["axis"]) for one in rivals]
+    each = joined([f"{fixed(of['value'], 2)} {of['unit']} about {axis}" for of, axis in sizes])
     experiment = _experiment(first)
     return sentence(
         f"Constants of {name} of {each} together would fit as well. The {instead} is preferred because it is known to "

@@ -172,6 +172,16 @@ def test_clocks_and_fixes(drive) -> None:
     np.testing.assert_allclose(north, arm * np.cos(heading(at)), atol=0.05)
 
 
+def test_an_antenna_turns_with_the_body_when_a_late_fix_was_measured(drive) -> None:
+    """Of fixes that are late as recorded: where the vehicle headed then, not when they are stamped."""
+    late_s, arm, fixes = 0.5, 2.0, drive.tables["gps"]
+    moved = apply(drive, Applied("gps.lever_arm", "x", arm, "m", {}), late_s).tables["gps"]
+    north = (moved["latitude_deg"] - fixes["latitude_deg"]) * DEG * 6.37e6
+    then, stamped = (arm * np.cos(heading(fixes["time_s"] - late)) for late in (late_s, 0.0))
+    np.testing.assert_allclose(north, then, atol=0.05)
+    assert np.abs(north - stamped).max() > 0.2
+
+
 def test_every_effect_that_is_planned_can_be_put_in() -> None:
     for source in real.SOURCES:
         assert len(source.rows) >= 12, source.name
@@ -263,6 +273,15 @@ def test_a_size_that_moved_by_what_was_put_in_is_found_and_held() -> None:
     assert one["first"]
     assert one["holds"]
     assert counted(OWN | {"effects": [entry("gps.time_offset", None, 0.45, 0.47)]})["holds"] is False
+
+
+@pytest.mark.parametrize(("from_s", "to_s", "another"), [(235.0, 245.0, True), (20.0, 245.0, False)])
+def test_a_jump_at_another_instant_is_another(from_s: float, to_s: float, another: bool) -> None:
+    """As it is the recording could as well have jumped before it moved."""
+    before = OWN | {"indistinguishable": [entry("recording.clock_step", None, -0.26, -0.24, at_s=28.0)]}
+    jump = entry("recording.clock_step", None, -0.27, -0.22, at_s=240.0, at_s_interval95=[from_s, to_s])
+    new, _ = against.beyond(OWN | {"effects": [*OWN["effects"], jump]}, before)
+    assert new == (["recording.clock_step"] if another else [])
 
 
 def test_axes_that_are_exchanged_have_no_order() -> None:

@@ -229,6 +229,7 @@ def hypothesis(name: str, axis: str | None, unit: str, **parameters) -> Hypothes
 CREEP = hypothesis("accelerometer.bias_creep", "x", "ug/degC", time_constant_s=2400.0)
 TURN = hypothesis("gyro.misalignment", "y", "urad", other_axis="x")
 DRIFT = hypothesis("accelerometer.bias_drift", "x", "ug/h")
+STEP = hypothesis("accelerometer.bias_step", "x", "ug", at_s=600.0)
 SHAPE = hypothesis("composed", "z", "ug per unit of fan_hz", driver="fan_hz",
                    form="accelerometer bias = value * lag(fan_hz, 600)")  # fmt: skip
 LAG = hypothesis("temperature.lag", None, "s", lag_s=60.0)
@@ -263,7 +264,8 @@ def diagnosis(verdict: str, effects=(), rivals=(), mismatches=(), unnamed=None) 
 
 NAMED = [(CREEP, {"time_constant_s": (1900.0, 3000.0)}), (TURN, {}), (SHAPE, {}), (LAG, {"lag_s": (40.0, 80.0)})]
 RIVALS = [
-    Rival(CREEP, DRIFT, 0.02, 2.9, False, "an oven run with the flight's temperatures", 21.0),
+    Rival(CREEP, DRIFT, 0.02, 2.9, False, "an oven run with the flight's temperatures", 21.0, value=30.0, sigma=5.0),
+    Rival(CREEP, STEP, 0.01, 3.4, True, value=-20.0, sigma=5.0),
     Rival(CREEP, SHAPE, 0.01, 3.4, True),
     Rival(CREEP, TURN, 0.01, 3.5, True, beside=(DRIFT,), value=12.0),
 ]
@@ -317,7 +319,9 @@ def test_what_an_answer_says_of_its_effects() -> None:
 
 def test_what_an_answer_says_of_rivals_and_of_what_is_left() -> None:
     found = answer(OF_VERDICT[PARTLY])
-    drift, shape, _ = found["indistinguishable"]
+    drift, step, shape, _ = found["indistinguishable"]
+    assert drift["parameters"] == {"value": 30.0, "interval95": [30.0 - 1.96 * 5.0, 30.0 + 1.96 * 5.0], "unit": "ug/h"}
+    assert step["parameters"]["at_s"] == 600.0 and "parameters" not in shape
     assert (drift["from"], drift["name"], drift["axis"]) == (
         "accelerometer.bias_creep",
         "accelerometer.bias_drift",

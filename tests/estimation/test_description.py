@@ -24,11 +24,12 @@ from ins_eval.effects.parts import SENSORS, conditions
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.library import COARSEST_PPM, LARGEST_OF, sized
 from ins_eval.estimation import description
-from ins_eval.estimation.case import prepare
-from ins_eval.estimation.description import _of_matrix, wrong_columns, wrong_descriptions
+from ins_eval.estimation.case import prepare, with_effects
+from ins_eval.estimation.description import _evidence, _of_matrix, wrong_columns, wrong_descriptions
 from ins_eval.interface.diagnose import diagnose
+from ins_eval.readers import apm_mat
 from ins_eval.recording import Imu, Recording, Start, form
-from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief
+from ins_eval.recording.belief import AccelerometerBelief, Belief, EffectBelief, GyroBelief
 from ins_eval.recording.consistency.alternatives import MATRICES, Finding, mistakes
 from ins_eval.recording.mending import mended
 
@@ -39,6 +40,10 @@ AT_S = 1200.0
 TURNS_LITTLE = (51, 68)  # seed and number of the journey, whose gyro z has the wrong sign
 TWIN_FLIGHT = (53, 72)  # of a flight whose gyros x and y stand for each other, and whose antenna is where the IMU is
 ROUNDING = 1e-5  # of the evidence of a navigation, in nats
+
+
+PLANE = Path(__file__).parents[3] / "shared" / "recordings" / "plane_flight_gps_latency" / "TestLog2.mat"
+FAR_PPM = 1700.0
 DEG = 57.29577951308232
 WRONG = [
     (SIGN, "x", -1.0, {"sensor": "gyro"}),
@@ -158,6 +163,24 @@ def test_gyros_exchanged_are_not_a_box_on_its_side(tmp_path) -> None:
         recording = replace(form.read(tmp_path / case.name, doubted=True), folder=tmp_path / case.name)
         said_of_it = [(one.effect.name, one.effect.axis, one.effect.sensor) for one in wrong_descriptions(recording)[0]]
         assert said_of_it == ([] if case.effect is None else [(EXCHANGED, "x", "gyro")])
+
+
+@pytest.mark.slow
+def test_at_a_wrong_instant_no_column_is_called_wrong() -> None:
+    """A real flight whose clock drifts by a second: with an accelerometer turned over it fits better than as read."""
+    if not PLANE.exists():
+        pytest.skip(f"{PLANE} is not here")
+    read = apm_mat.read(PLANE, {})
+    start_s = read.start.time_s
+    imu = replace(read.imu, time_s=start_s + (read.imu.time_s - start_s) * (1.0 + 1e-6 * FAR_PPM))
+    recording = believed(replace(read, imu=imu))
+    case = prepare(recording)
+    sign = replace(
+        recording,
+        belief=with_effects(recording.belief, [EffectBelief(name=SIGN, axis="y", value=-1.0, sensor="accelerometer")]),
+    )
+    assert _evidence(sign) > _evidence(recording)
+    assert wrong_columns(recording, case) == []
 
 
 @pytest.mark.parametrize("sensor", SENSORS)

@@ -17,6 +17,7 @@ from ins_eval.units import DEG_PER_H, UG
 if TYPE_CHECKING:
     from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect, Rival, Withdrawn
     from ins_eval.diagnosis.unnamed.mismatch import Mismatch, Wander
+    from ins_eval.error_model.library import Candidate
     from ins_eval.estimation.case import Case
 
 FORMAT = "ins-diagnosis/1"
@@ -64,11 +65,7 @@ def _mismatch(found: Diagnosis, one: Mismatch) -> dict[str, Any]:
 
 def _effect(one: FoundEffect) -> dict[str, Any]:
     candidate = one.hypothesis.candidate
-    parameters: dict[str, Any] = {
-        "value": one.value,
-        "interval95": [one.value - Q95 * one.sigma, one.value + Q95 * one.sigma],
-        "unit": candidate.unit,
-    }
+    parameters = _size(candidate, one.value, one.sigma)
     for name, value in candidate.parameters.items():
         if name in WORDS:
             parameters[name] = value
@@ -108,8 +105,19 @@ def _rival(one: Rival) -> dict[str, Any]:
             "experiment": one.experiment,
             "expected_log_bayes_factor": one.expected_log_bayes_factor,
         }
-        | ({"value": one.value, "unit": candidate.unit} if one.value is not None else {})
+        | ({} if one.value is None else {"parameters": _size(candidate, one.value, one.sigma) | _numbers(candidate)})
     )
+
+
+def _numbers(candidate: Candidate) -> dict[str, Any]:
+    """Times, widths and shares of an effect; a lag is its value itself."""
+    return {name: x for name, x in candidate.parameters.items() if name not in (*WORDS, "lag_s")}
+
+
+def _size(candidate: Candidate, value: float, sigma: float | None) -> dict[str, Any]:
+    """Value of an effect, its 95 % interval where that is known, and its unit."""
+    reach = {} if sigma is None else {"interval95": [value - Q95 * sigma, value + Q95 * sigma]}
+    return {"value": value} | reach | {"unit": candidate.unit}
 
 
 def _fit(found: Diagnosis) -> dict[str, Any]:

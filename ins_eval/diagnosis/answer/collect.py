@@ -36,6 +36,7 @@ from ins_eval.diagnosis.unnamed.mismatch import Mismatch, located
 from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
 from ins_eval.diagnosis.unnamed.where import where
 from ins_eval.effects.parts import SENSORS
+from ins_eval.estimation.clock_starts import clock_starts
 from ins_eval.estimation.instants import innovations
 from ins_eval.estimation.linearisation import linearise, more_probable, on_common
 from ins_eval.estimation.refine import Impossible, RefinedFit, refine
@@ -201,11 +202,20 @@ def _place(findings: Findings, suspect: Suspect) -> Mismatch:
 def _begun(around_belief: Linearisation, null: Sequence[Fitted], policy: Policy) -> Linearisation:
     """The linearisation from which the search begins: around the belief, or around one effect alone.
 
+    Clocks so far apart that no response to them is linear are brought together first, each way that the motion itself
+    tells (`clock_starts`).
+
     An error that alone does most of what a whole set does may be so large that nothing linear around a solution with it
     can be trusted, and the others of the set mend what the first left. So does a term of the Earth that the belief
     leaves out. Each such effect is tried by navigating with it alone, and the most probable is where the search begins.
     """
     best, cases = around_belief, around_belief.cases
+    for model, point in clock_starts(cases, around_belief.hypotheses):
+        with suppress(Impossible):
+            around = _around(cases, model, null, policy, point)
+            best = around if more_probable(best, around) > 0.0 else best
+    if best is not around_belief:
+        return best  # what single effects gained, they gained at a wrong clock
     gain = around_belief.best.log_bayes_factor
     if gain < policy.earth:
         return around_belief
@@ -218,14 +228,20 @@ def _begun(around_belief: Linearisation, null: Sequence[Fitted], policy: Policy)
     ]
     for k in alone:
         with suppress(Impossible):
-            around = _around(cases, around_belief.hypotheses[k], null, policy)
+            around = _around(cases, [around_belief.hypotheses[k]], null, policy)
             best = around if more_probable(best, around) > 0.0 else best
     return best
 
 
-def _around(cases: tuple[Case, ...], alone: Hypothesis, null: Sequence[Fitted], policy: Policy) -> Linearisation:
-    """The linearisation around the recordings navigated with one effect; raises Impossible."""
-    refined = refine(cases, [alone], null)
+def _around(
+    cases: tuple[Case, ...],
+    model: Sequence[Hypothesis],
+    null: Sequence[Fitted],
+    policy: Policy,
+    point: np.ndarray | None = None,
+) -> Linearisation:
+    """The linearisation around the recordings navigated with a few effects, from a `point` on; raises Impossible."""
+    refined = refine(cases, model, null, point)
     return linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
 
 
@@ -270,8 +286,8 @@ def _refined(cases: tuple[Case, ...], linearisation: Linearisation) -> tuple[Lin
     """The best set with which the recordings can be navigated, and the fit there."""
     while True:
         try:
-            point = linearisation.point[list(linearisation.best.members)]
-            return linearisation, refine(cases, linearisation.chosen(scaled=False), linearisation.fitted, point)
+            model, point = linearisation.chosen(scaled=False), linearisation.where_it_was
+            return linearisation, refine(cases, model, linearisation.fitted, point)
         except Impossible as error:
             linearisation = linearisation.excluding(error.key)
 

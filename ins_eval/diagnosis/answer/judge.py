@@ -77,14 +77,18 @@ def answered(
 def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:
     """What is said under a verdict, without effects that would contradict it: those are left unexplained.
 
-    One above which a rival lies gives its place to that and is listed beside it.
+    One above which a rival lies gives its place to that and is listed beside it. It does not come back: of many that
+    are alike, each better beside some of the others, there would be no end.
     """
     found = _said(findings, decision, policy)
     withdrawn: tuple[Withdrawn, ...] = ()
+    gone: set[Hypothesis] = set()
     while found.effects and (offending := violations(found)):
         dropped = {one.effect.hypothesis for one in offending}
-        above = [one for one in found.rivals if one.of in dropped and one.below_best < 0.0 and not one.beside]
+        better = (one for one in found.rivals if one.of in dropped and one.below_best < 0.0 and not one.beside)
+        above = [one for one in better if one.hypothesis not in gone]
         if above:
+            gone.add(above[0].of)
             decision, findings = exchanged(findings, decision, above[0])
         else:
             withdrawn += offending

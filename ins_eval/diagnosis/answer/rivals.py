@@ -49,6 +49,7 @@ def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[
         Rival(
             of=linearisation.hypotheses[k],
             hypothesis=linearisation.hypotheses[members[family]],
+            **_size(linearisation, k, int(members[family])),
             probability=float(np.exp(of_family[family] - log_sum)),
             below_best=float(below[family]),
             by_prior_only=bool(
@@ -57,6 +58,19 @@ def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[
         )
         for family in np.flatnonzero(listed)
     ]
+
+
+def _size(linearisation: Linearisation, k: int, rival: int) -> dict[str, float]:
+    """Value and sigma of hypothesis `rival` in the place of member `k`, the others of the best set free beside it."""
+    m = [rival, *(j for j in linearisation.best.members if j != k)]
+    a, b, centre = (
+        linearisation.here.normal[np.ix_(m, m)],
+        linearisation.here.projection[m],
+        linearisation.space.centre[m],
+    )
+    mean, covariance = posterior(a, b, centre, log_bayes_factor(a, b, centre)[1])
+    nominal = linearisation.hypotheses[rival].candidate.nominal
+    return {"value": float(mean[0] * nominal), "sigma": float(np.sqrt(covariance[0, 0]) * nominal)}
 
 
 def with_experiments(linearisation: Linearisation, found: Sequence[Rival], catalogue: Catalogue) -> tuple[Rival, ...]:

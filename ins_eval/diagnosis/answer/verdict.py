@@ -57,6 +57,7 @@ class Rival:
     expected_log_bayes_factor: float | None = None
     beside: tuple[Hypothesis, ...] = ()  # what has to stand beside it
     value: float | None = None  # in the unit of its effect, where it is known
+    sigma: float | None = None  # of the value, likewise
 
 
 @dataclass(frozen=True, eq=False)

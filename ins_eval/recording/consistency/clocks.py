@@ -154,27 +154,74 @@ def _fitted(gram: np.ndarray) -> np.ndarray:
     return np.linalg.solve(normal, gram[:, :4, 4:])
 
 
+@dataclass(frozen=True, eq=False)
+class VelocityScan:
+    """Changes of velocity of fixes (n, 3), m/s, gravity taken off, held against the IMU's at any offset of clocks.
+
+    `first` and `last` (n,) are the rows of `time_s` between which each is, `block` (n,) the block of 10 s that it is
+    in. `seen_s` and `seen` are times and integrals of the specific force.
+    """
+
+    wanted: np.ndarray
+    time_s: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    block: np.ndarray
+    seen_s: np.ndarray
+    seen: np.ndarray
+
+    @classmethod
+    def of(cls, imu: Imu, start_s: float, fixes: Fixes) -> VelocityScan | None:
+        """None where too few fixes have a velocity; `imu` in increments."""
+        use = np.flatnonzero(fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1))
+        time_s, velocity_n = fixes.time_s[use], fixes.velocity_n[use]
+        pairs = _pairs(time_s, INTERVAL_S, imu.time_s)
+        if pairs is None:
+            return None
+        first, last, block = pairs
+        down = float(gravity(float(np.median(fixes.latitude_rad[use])), float(np.median(fixes.height_m[use]))))
+        wanted = velocity_n[last] - velocity_n[first]
+        wanted[:, 2] -= down * (time_s[last] - time_s[first])
+        return cls(wanted, time_s, first, last, block, *_integrated_force(imu, start_s))
+
+    def squares(self, offsets_s: np.ndarray, channels: slice = HORIZONTAL) -> np.ndarray:
+        """Sums of squares (offsets, blocks, channels) that are left at each offset."""
+        return np.array([
+            _left_over(self.wanted, _at(self.seen_s, self.seen, self.time_s - o), self.first, self.last, self.block)
+            for o in offsets_s
+        ])[:, :, channels]  # fmt: skip
+
+    @property
+    def block_s(self) -> np.ndarray:
+        """The middle of each block (blocks,), s."""
+        middle_s = 0.5 * (self.time_s[self.first] + self.time_s[self.last])
+        return _by_block(middle_s, self.block) / np.bincount(self.block)
+
+    @property
+    def freedom(self) -> np.ndarray:
+        """Horizontal differences of each block (blocks,) that tell something of their own, less a rotation.
+
+        Of those that overlap one, and of neighbours, which share a fix, a half.
+        """
+        overlap = np.median(self.last - self.first)
+        return np.maximum(0.5 * (2.0 * np.bincount(self.block) / overlap - 3.0), 0.0)
+
+
 def _from_velocity(imu: Imu, start_s: float, fixes: Fixes) -> Offset | None:
-    use = np.flatnonzero(fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1))
-    time_s, velocity_n = fixes.time_s[use], fixes.velocity_n[use]
-    pairs = _pairs(time_s, INTERVAL_S, imu.time_s)
-    if pairs is None:
+    scan = VelocityScan.of(imu, start_s, fixes)
+    if scan is None:
         return None
-    first, last, block = pairs
-    down = float(gravity(float(np.median(fixes.latitude_rad[use])), float(np.median(fixes.height_m[use]))))
-    wanted = velocity_n[last] - velocity_n[first]
-    wanted[:, 2] -= down * (time_s[last] - time_s[first])
-    clock_s, speed = _integrated_force(imu, start_s)
 
     def residuals(offsets_s: np.ndarray):
-        squares = np.array([_left_over(wanted, _at(clock_s, speed, time_s - o), first, last, block) for o in offsets_s])
+        squares = scan.squares(offsets_s, slice(None))
 
         def total(weight: np.ndarray, channels: slice = HORIZONTAL) -> np.ndarray:
             return np.einsum("obc,b->o", squares[:, :, channels], weight)
 
         return total
 
-    found = _best(residuals, block, len(wanted), "specific force against changes of velocity", "m/s")
+    block = scan.block
+    found = _best(residuals, block, len(scan.wanted), "specific force against changes of velocity", "m/s")
     if found is None:
         return None
     near_s = found.offset_s + np.arange(-0.1, 0.1 + 0.5 * FINE_S, FINE_S)
