@@ -19,7 +19,8 @@ from ins_eval.error_model.observations import REFERENCE_POSITION_M, Observations
 from ins_eval.error_model.thermometer import step_noise
 from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs, noise
-from ins_eval.estimation.coarse import EACH, Blocks, coarse, coarse_noise, few_blocks, short_blocks, standing_blocks
+from ins_eval.estimation.blocks import EACH, Blocks, few_blocks, short_blocks, standing_blocks
+from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.noise_fit import Ready, fit
 from ins_eval.estimation.whitening import Gains, Whitened, gains, whiten
 from ins_eval.navigation import PARKED

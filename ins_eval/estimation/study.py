@@ -16,7 +16,7 @@ import numpy as np
 
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.lag import NAME as LAG
-from ins_eval.estimation.coarse import EACH
+from ins_eval.estimation.blocks import EACH
 from ins_eval.estimation.evidence import log_evidence_of, reduce
 from ins_eval.estimation.search import Space, log_bayes_factor
 from ins_eval.recording.belief import EffectBelief

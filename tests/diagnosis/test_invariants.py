@@ -28,12 +28,11 @@ from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.columns import Column
 from ins_eval.error_model.library import Candidate
-from ins_eval.estimation.evidence import SCALES
 from ins_eval.estimation.linearisation import Linearisation
 from ins_eval.estimation.search import search
 from ins_eval.estimation.study import Hypothesis, Sums, space
 from ins_eval.policy import Policy
-from tests.diagnosis.linearisations import INFORMATION, linearisation
+from tests.diagnosis.linearisations import linearisation
 
 PROBLEMS = 150
 NAMES = (
@@ -62,7 +61,6 @@ FIXED = replace(EFFECT, hypothesis=hypothesis("earth.coriolis", 1.0), value=2.0,
     SOUND,
     replace(SOUND, verdict=PARTLY, unnamed=LEFT),
     replace(SOUND, verdict=NOT_IDENTIFIABLE, rivals=(NEAR,), effects=(replace(EFFECT, probability=0.3),)),
-    replace(SOUND, verdict=PARTLY, unnamed=LEFT, rivals=(NEAR,), effects=(replace(EFFECT, probability=0.3),)),
     replace(SOUND, rivals=(replace(NEAR, below_best=4.0),)),  # a twin that only priors keep apart
     replace(SOUND, effects=(FIXED,)),  # is supported by the value that physics fixes
     replace(SOUND, verdict=UNEXPLAINED, unnamed=LEFT, effects=()),
@@ -88,7 +86,6 @@ BAD = [
     ),
     (invariants.probable, spoiled(probability=0.3)),
     (invariants.probable, replace(spoiled(probability=0.1), verdict=NOT_IDENTIFIABLE, rivals=(NEAR,))),
-    (invariants.probable, replace(spoiled(probability=0.1), verdict=PARTLY, unnamed=LEFT, rivals=(NEAR,))),
     (invariants.probable, spoiled(probability=np.nan)),
     (invariants.accounting, spoiled(log_evidence_gain=0.0)),
     (invariants.predictive, replace(SOUND, held_out=SOUND.held_out | {"harm_nats": 6.0})),
@@ -227,20 +224,6 @@ def test_two_that_each_lie_above_the_other_do_not_change_places_for_ever(monkeyp
     monkeypatch.setattr("ins_eval.diagnosis.answer.judge.rivals", leading)
     told = consistent(findings, Decision(PARTLY, LEFT, (PLACE,), named=True), Policy())
     assert len(told.withdrawn) == 1 and not told.effects
-
-
-def test_something_left_elsewhere_silences_no_effect_with_several_names() -> None:
-    """Two laws that a recording tells apart by 1.4 nats, where more is asked than either has alone."""
-    effects = [("gyro.bias", "x", {}), ("accelerometer.bias_drift", "y", {}), ("accelerometer.bias_step", "y", {})]
-    found = linearisation(effects, {0: 6.0, 1: 1.0}, (1, 2))
-    found.__dict__["held_out"] = SOUND.held_out
-    shown = tuple(PLACE for _ in found.best.members)
-    findings = Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, NOTHING_LEFT, LEFT, shown)
-    for left, verdict in ((NOTHING_LEFT, NOT_IDENTIFIABLE), (LEFT, PARTLY)):
-        told = consistent(findings, Decision(verdict, left, shown, named=True), Policy(probable=0.9))
-        law = next(one for one in told.effects if one.hypothesis.candidate.axis == "y")
-        assert law.probability < 0.9 and not told.withdrawn
-        assert law.probability + sum(one.probability for one in told.rivals if one.of is law.hypothesis) >= 0.9
 
 
 def test_a_rival_has_the_size_that_it_would_have() -> None:

@@ -16,7 +16,7 @@ from scipy.stats import multivariate_normal
 from ins_eval.error_model.columns import Column, Drive, Measured
 from ins_eval.error_model.library import Candidate
 from ins_eval.estimation import study
-from ins_eval.estimation.coarse import EACH, Blocks
+from ins_eval.estimation.blocks import EACH, Blocks
 from ins_eval.estimation.evidence import SCALES
 from ins_eval.estimation.study import Hypothesis
 from ins_eval.estimation.whitening import Whitened

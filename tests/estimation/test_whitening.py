@@ -10,7 +10,8 @@ import pytest
 from ins_eval.error_model.columns import Assembled
 from ins_eval.estimation import alike, whitening
 from ins_eval.estimation import case as cases
-from ins_eval.estimation.coarse import Blocks, coarse, coarse_noise
+from ins_eval.estimation.blocks import Blocks
+from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.evidence import Gained, log_evidence, mixture, sensitivity
 from ins_eval.estimation.slope import Slopes, slopes
 from ins_eval.estimation.whitening import NoiseLevels, _filter, _respond, whiten

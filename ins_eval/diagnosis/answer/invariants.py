@@ -40,12 +40,8 @@ def violations(found: Diagnosis) -> tuple[Withdrawn, ...]:
 
 
 def probable(found: Diagnosis) -> Effects:
-    """An effect has a probability of at least a half, together with its rivals where these are part of the verdict.
-
-    Where something is left beside the effects, what stands in the place of one is as sure as where nothing is: that it
-    has several names is no reason to say nothing.
-    """
-    together = found.verdict in (NOT_IDENTIFIABLE, PARTLY)
+    """An effect has a probability of at least a half, where it is not identifiable together with its rivals."""
+    together = found.verdict == NOT_IDENTIFIABLE
 
     def least(one: FoundEffect) -> float:
         rivals = [r.probability for r in found.rivals if r.of is one.hypothesis] if together else []

@@ -18,7 +18,7 @@ from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.disturbance import of_windows, restless, within_statement
 from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance, located
 from ins_eval.diagnosis.unnamed.open_form import open_forms, over_temperature
-from ins_eval.estimation.coarse import EACH
+from ins_eval.estimation.blocks import EACH
 from ins_eval.estimation.evidence import Reduced, reduce
 
 if TYPE_CHECKING:

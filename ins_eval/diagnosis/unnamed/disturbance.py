@@ -23,8 +23,8 @@ from ins_eval.navigation import PARKED
 if TYPE_CHECKING:
     from ins_eval.diagnosis.unnamed.locate import Channel, Interval, Significance
     from ins_eval.error_model.columns import Column
+    from ins_eval.estimation.blocks import Blocks
     from ins_eval.estimation.case import Case
-    from ins_eval.estimation.coarse import Blocks
     from ins_eval.estimation.noise_fit import Fitted
     from ins_eval.estimation.whitening import Whitened
     from ins_eval.policy import Policy
