@@ -28,11 +28,12 @@ from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.columns import Column
 from ins_eval.error_model.library import Candidate
+from ins_eval.estimation.evidence import SCALES
 from ins_eval.estimation.linearisation import Linearisation
 from ins_eval.estimation.search import search
 from ins_eval.estimation.study import Hypothesis, Sums, space
 from ins_eval.policy import Policy
-from tests.diagnosis.linearisations import linearisation
+from tests.diagnosis.linearisations import INFORMATION, linearisation
 
 PROBLEMS = 150
 NAMES = (
