@@ -31,28 +31,25 @@ def interval(entry: dict) -> list[float] | None:
 
 
 def _is_another(one: dict, old: dict) -> bool:
-    """Whether an effect of a name that is known has another size, or jumps at another instant."""
-    if interval(old) and interval(one) and not overlap(interval(old), interval(one)):
-        return True
+    """Whether an effect of a name that is known has another size, or jumps at another instant, where both are told."""
     now, then = one.get("parameters", {}), old.get("parameters", {})
-    span, at_s = now.get("at_s_interval95"), then.get("at_s")
-    known = then.get("at_s_interval95") or [at_s, at_s]
-    return bool(span) and at_s is not None and (span[1] < known[0] or known[1] < span[0])
+    spans = [(of.get("interval95"), of.get("at_s_interval95")) for of in (now, then)]
+    return any(new and known and not overlap(new, known) for new, known in zip(*spans, strict=True))
 
 
 def beyond(answer: dict, unmodified: dict) -> tuple[list[str], list[str]]:
     """Names that stand in the answer only, or are another there, best first, and channels with a place of its own."""
-    known = {words(one): one for one in explanations(unmodified)}
-    new = []
-    for one in answer.get("effects") or ():
-        old = known.get(words(one))
-        if old is None or _is_another(one, old):
-            new.append(words(one))
-    before = located(unmodified)
+    before = list(explanations(unmodified))
+    new = [
+        words(one)
+        for one in answer.get("effects") or ()
+        if all(_is_another(one, old) for old in before if words(old) == words(one))
+    ]
+    known = located(unmodified)
     places = [
         channel
         for channel, span in located(answer)
-        if not any(channel == other and overlap(span, old) >= SAME_PLACE for other, old in before)
+        if not any(channel == other and overlap(span, old) >= SAME_PLACE for other, old in known)
     ]
     return new, places
 

@@ -104,7 +104,7 @@ def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> 
         missing=missing * dt[:, None],
         known=known,
         arc=np.searchsorted(begins, np.arange(nodes_s.size), side="left"),
-        elapsed=_elapsed(believed.recording.belief.earth, states) * dt[:, None],
+        elapsed=_elapsed(believed.recording.belief.earth, about) * dt[:, None],
     )
 
 

@@ -1,9 +1,10 @@
 """Recordings made ready, their noise, and the sets of effects that explain them.
 
     case, arcs, chamber      a recording made ready: navigated as believed, its residual and columns
-    whitening, coarse, slope the filter through which both go, and its derivatives by the noise
+    whitening, coarse, blocks, slope   the filter through which both go, on blocks, and its derivatives by the noise
     noise, noise_fit         the noise of the sensors and the receiver
     evidence, search, study  how probable a set of effects is, and the most probable sets
+    clock_starts             clocks far apart, brought together before a search
     refine, placing          the best of them navigated with
     linearisation            a search around a refined set
     held_out, scatter, instants, forecast   how it does on data not used, over stretches, at instants, in other flights

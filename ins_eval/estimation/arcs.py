@@ -9,9 +9,11 @@ u what the begin of an arc is known to change, until the path stays. It is only 
 arc changes where it begins is known and is taken off the residual again (`propagation`), so that an error of a sensor
 acts through all arcs as through one.
 
-Where a unit stands, place and attitude of each stand are states as well. What it then cannot tell apart, a tilt from a
-bias of an accelerometer, a heading from that of a gyro, would go anywhere with wide biases, and is held by what is
-believed: its biases have the sigmas of the belief, or are as large as they were found.
+Where a unit stands, place and attitude of each stand are states as well. A tilt and a bias of an accelerometer then
+look alike and would go anywhere with wide biases: these have the sigmas of the belief, or are as large as they were
+found.
+Biases of gyros stay wide, for an Earth that is not believed to turn is one, and what they share with the heading moves
+no more than a turn about the vertical.
 
 Source: multiple shooting, Bock and Plitt, IFAC Proc. 17 (1984) 1603; iterated smoother, Bell, SIAM J. Optim. 4 (1994)
 626.
@@ -67,7 +69,8 @@ ROUNDS, ROUNDS_AGAIN = 6, 2  # from a first guess, and from the states of the sa
 CLOCK_S = 1e-3
 STEADY = 0.2  # sigmas that the begins of arcs may still move
 BEGIN = ("time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "attitude_rad")
-WALK_SHARE, WALK_SHARE_STANDING = 0.01, 0.05  # of its sigma that a bias wanders in a minute
+WALK_SHARE = 0.01  # of its wide sigma that a bias wanders in a minute
+WALK_SHARE_STANDING = 0.05  # of what is believed or found of it, the same of what stands
 
 
 class Diverged(ArithmeticError):
@@ -82,7 +85,7 @@ class Settled:
     guess, what the measurements made of it; it stays with whatever effects the recording is navigated again. `walks` is
     the white noise that the increments show, rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how much positions and
     velocities scatter beyond their sigmas, `bias_sigma` (6,) how large biases of accelerometers and gyros may be, and
-    by what they may wander in a minute, m/s^2 and rad/s.
+    `bias_walk` (6,) by what they may wander in a minute, m/s^2 and rad/s.
     """
 
     stated: Start
@@ -118,7 +121,7 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
             gyro_bias=found.gyro_bias_radps,
             stands=observations.stands(believed),
         )
-        biases = _biases(navigated)
+        biases = _biases(navigated, standing=bool(navigated.stands and begins.size))
         here = Settled(believed.start, navigated, found.walks, found.fix_scale, *biases)
     else:
         known = before.navigated
@@ -153,9 +156,9 @@ def planned(recording: Recording, folder: str | Path = ".") -> Settled:
     return _begun(Settled(believed.start, navigated, (0.0, 0.0), (1.0, 1.0), bias_sigma=none, bias_walk=none), states)
 
 
-def _biases(navigated: Believed) -> tuple[np.ndarray, np.ndarray]:
+def _biases(navigated: Believed, standing: bool) -> tuple[np.ndarray, np.ndarray]:
     """How large biases of accelerometers and gyros may be, and how far they may wander in a minute (6,)."""
-    if not navigated.stands:
+    if not standing:
         wide = np.repeat([WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS], 3)
         return wide, WALK_SHARE * wide
     belief = navigated.recording.belief
@@ -240,7 +243,8 @@ def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.ndarray, np.ndarray]:
     """Errors (nodes, 20 or, of what stands, 26) that the residual tells, and one sigma (9,) of the last state."""
     navigated, nodes = here.navigated, model.nodes_s.size
-    states = STATES_OF_STANDS if navigated.stands else STATES
+    standing = bool(navigated.stands and navigated.arcs)
+    states = STATES_OF_STANDS if standing else STATES
     f = np.tile(np.eye(states), (nodes - 1, 1, 1))
     f[:, STATE, STATE], f[:, STATE, BIAS] = model.transition, coupling(model)
     walk = np.zeros(states)
@@ -256,7 +260,7 @@ def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.
         here.bias_sigma, [DELAY_SIGMA_S], np.full(3, ARM_SIGMA_M), [0.0], PLACE_SIGMAS,
     ])[:states]  # fmt: skip
     begin = np.eye(states)[KNOWN]
-    if navigated.stands:  # what is believed of start and biases, less what was taken off already
+    if standing:  # what is believed of start and biases, less what was taken off already
         begin[STATE] = -apart([here.stated], model.states, [0])[0]
         begin[BIAS] = -np.concatenate([navigated.force_bias, navigated.gyro_bias])
         _place(navigated.stands, model.nodes_s, f, noise, h)

@@ -116,7 +116,8 @@ class Case:
             return few_blocks(self.model.nodes_s.size)
         walks = tuple(self.noise.priors[f"{of}_random_walk"].centre for of in ("velocity", "angle"))
         if self.kind in PARKED:
-            return standing_blocks(self.model.interval_s, self.noise.white, walks)
+            white = np.where(np.isfinite(self.seen.residual), self.noise.white, np.nan)
+            return standing_blocks(self.model.interval_s, white, walks)
         return short_blocks(self.model.interval_s, float(np.median(self.noise.white[:, :3])), walks[0])
 
 

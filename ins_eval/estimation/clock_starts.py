@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from ins_eval.estimation.study import Hypothesis
 
 JUMP, DRIFT = "recording.clock_step", "recording.clock_drift"
-Coefficients = np.ndarray
 
 
 def clock_beliefs(case: Case) -> list[tuple[EffectBelief, ...]]:
@@ -45,7 +44,7 @@ def _believed(history: ClockHistory, source: str) -> Iterator[EffectBelief]:
 
 def clock_starts(
     cases: Sequence[Case], hypotheses: Sequence[Hypothesis]
-) -> Iterator[tuple[list[Hypothesis], Coefficients]]:
+) -> Iterator[tuple[list[Hypothesis], np.ndarray]]:
     """The same as hypotheses (k,) and their coefficients (k,).
 
     A delay is of the receiver, the same in all recordings; a jump and a drift are of one of them.
@@ -64,6 +63,6 @@ def _hypothesis(one: EffectBelief, case: Case, r: int, hypotheses: Sequence[Hypo
     found = next((h for h in hypotheses if h.candidate.name == one.name and h.columns[r] is not None), None)
     if found is None or one.name != JUMP:
         return found
-    candidate = case.member(JUMP, None, {"at_s": float(one.at_s or 0.0)})
+    candidate = case.member(JUMP, None, {"at_s": one.at_s})
     columns = tuple(candidate.column if k == r else None for k in range(len(found.columns)))
     return replace(found, candidate=candidate, columns=columns)

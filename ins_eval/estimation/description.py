@@ -2,7 +2,7 @@
 
 Each contradiction has alternatives. Where there are several, or where the odds leave doubt, they are navigated, and the
 one whose evidence is highest with everything uncertain integrated out is taken, if it is higher than that of what was
-read; every mistake counts against it as much as in `consistency`. A gyro's x and y exchanged are to any navigation, to
+read; every mistake counts against it. A gyro's x and y exchanged are to any navigation, to
 rounding, the accelerometers' exchanged and a sign of either triad turned, in a box on its side: one mistake, not three.
 Then the recording is examined again as it is mended, until nothing contradicts itself. Last, where a scale factor
 that no sensor has would fit best, the other sign of that column is tried, and of two such columns each in the place of

@@ -137,7 +137,7 @@ def _velocity_sigma(fixes: Fixes) -> float:
 def _parts(fixes: Fixes, offset_s: float, stretch: Stretch) -> list[Stretch]:
     """What is left of a stretch in which fixes move: where they stand one after the other, without the edges.
 
-    None where velocities are too coarse for that: at walking pace they would stand as well.
+    None where the receiver says that its velocities are too coarse for that: at walking pace they would stand as well.
     """
     if GATE * _velocity_sigma(fixes) > STANDS_MPS:
         return []

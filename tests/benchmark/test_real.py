@@ -277,11 +277,19 @@ def test_a_size_that_moved_by_what_was_put_in_is_found_and_held() -> None:
 
 @pytest.mark.parametrize(("from_s", "to_s", "another"), [(235.0, 245.0, True), (20.0, 245.0, False)])
 def test_a_jump_at_another_instant_is_another(from_s: float, to_s: float, another: bool) -> None:
-    """As it is the recording could as well have jumped before it moved."""
-    before = OWN | {"indistinguishable": [entry("recording.clock_step", None, -0.26, -0.24, at_s=28.0)]}
+    """As it is the recording named one that could as well have been before it moved."""
+    before = OWN | {"effects": [entry("recording.clock_step", None, -0.26, -0.24, at_s_interval95=[26.0, 30.0])]}
     jump = entry("recording.clock_step", None, -0.27, -0.22, at_s=240.0, at_s_interval95=[from_s, to_s])
-    new, _ = against.beyond(OWN | {"effects": [*OWN["effects"], jump]}, before)
+    new, _ = against.beyond(OWN | {"effects": [jump]}, before)
     assert new == (["recording.clock_step"] if another else [])
+
+
+def test_what_any_entry_of_its_name_told_before_is_not_new() -> None:
+    """Rivals stand behind effects and may have their names."""
+    jump = entry("recording.clock_step", None, -0.27, -0.22, at_s_interval95=[235.0, 245.0])
+    rival = entry("recording.clock_step", None, -0.9, -0.8, at_s=28.0)
+    before = OWN | {"effects": [jump], "indistinguishable": [rival]}
+    assert against.beyond(before, before)[0] == []
 
 
 def test_axes_that_are_exchanged_have_no_order() -> None:

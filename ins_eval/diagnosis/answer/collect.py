@@ -215,7 +215,7 @@ def _begun(around_belief: Linearisation, null: Sequence[Fitted], policy: Policy)
             around = _around(cases, model, null, policy, point)
             best = around if more_probable(best, around) > 0.0 else best
     if best is not around_belief:
-        return best  # what single effects gained, they gained at a wrong clock
+        return best  # what single effects gained, terms of the Earth among them, they gained at a wrong clock
     gain = around_belief.best.log_bayes_factor
     if gain < policy.earth:
         return around_belief

@@ -20,12 +20,10 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ins_eval.recording import Fixes, Imu
-from ins_eval.recording.consistency.clocks import PRIOR, VelocityScan
+from ins_eval.recording.consistency.clocks import COARSE_S, PRIOR, WIDEST_S, VelocityScan
 from ins_eval.units import PPM
 
-LATE_S = 0.1  # later, motion that changes within a second has turned by a third: no linear response; by reasoning
-STEP_S = 0.02  # of the offsets tried
-WIDEST_S = 1.0  # receivers are late by less than the second between fixes
+LINEAR_S = 0.1  # later, motion that changes within a second has turned by a third: no linear response; by reasoning
 LARGEST_DRIFT = 2e-3  # of one: crystals are off by less than 100 ppm, counters of a coarse unit by a thousand
 
 
@@ -66,20 +64,20 @@ def clock_histories(imu: Imu, start_s: float, fixes: Fixes) -> list[ClockHistory
     scan = VelocityScan.of(imu, start_s, fixes)
     if scan is None:
         return []
-    tried_s = np.arange(-WIDEST_S, WIDEST_S + 0.5 * STEP_S, STEP_S)
+    tried_s = np.arange(-WIDEST_S, WIDEST_S + 0.5 * COARSE_S, COARSE_S)
     squares = scan.squares(tried_s).sum(axis=2)  # (offsets, blocks)
     if not (squares > 0.0).all():
         return []
     log = -0.5 * scan.freedom * np.log(squares)
     log -= log[np.argmin(np.abs(tried_s))]
-    log -= _mean(log[np.abs(tried_s) < LATE_S].sum(axis=1)) / scan.freedom.size  # of clocks that agree: anywhere there
+    log -= _mean(log[np.abs(tried_s) < LINEAR_S].sum(axis=1)) / scan.freedom.size  # of clocks that agree
     constant = _constant(tried_s, log)
     others = (_jumping(tried_s, log, scan.block_s), _drifting(tried_s, log, scan.block_s - start_s))
     least = max(constant.log_evidence, 0.0) + PRIOR
     seconds = float(imu.time_s[-1]) - start_s
     found = [constant] if constant.log_evidence > PRIOR else []
     found += [one for one in others if one.log_evidence > least]
-    return [one for one in found if LATE_S < np.max(np.abs(one.ends_s(seconds))) < WIDEST_S - STEP_S]
+    return [one for one in found if LINEAR_S < np.max(np.abs(one.ends_s(seconds))) < WIDEST_S - COARSE_S]
 
 
 def _constant(tried_s: np.ndarray, log: np.ndarray) -> ClockHistory:
@@ -88,7 +86,7 @@ def _constant(tried_s: np.ndarray, log: np.ndarray) -> ClockHistory:
 
 
 def _jumping(tried_s: np.ndarray, log: np.ndarray, block_s: np.ndarray) -> ClockHistory:
-    """The best pair of offsets, and the begin of the block from which the second holds."""
+    """The best pair of offsets, and the instant from which the second holds, between two blocks."""
     before = np.cumsum(log, axis=1)[:, :-1]
     after = log.sum(axis=1, keepdims=True) - before
     k = int(np.argmax(before.max(axis=0) + after.max(axis=0)))
@@ -100,11 +98,11 @@ def _jumping(tried_s: np.ndarray, log: np.ndarray, block_s: np.ndarray) -> Clock
 def _drifting(tried_s: np.ndarray, log: np.ndarray, since_s: np.ndarray) -> ClockHistory:
     """The best straight line; beyond the offsets tried it has the likelihood of the farthest."""
     longest_s = float(since_s[-1])
-    steps = int(min(LARGEST_DRIFT * longest_s, 2.0 * WIDEST_S) / STEP_S)
-    whole_s, blocks = STEP_S * np.arange(-steps, steps + 1), np.arange(since_s.size)
+    steps = int(min(LARGEST_DRIFT * longest_s, 2.0 * WIDEST_S) / COARSE_S)
+    whole_s, blocks = COARSE_S * np.arange(-steps, steps + 1), np.arange(since_s.size)
     total = np.empty((whole_s.size, tried_s.size))
     for i, whole in enumerate(whole_s):
-        at = np.arange(tried_s.size)[:, None] + np.rint(whole * since_s / longest_s / STEP_S).astype(int)
+        at = np.arange(tried_s.size)[:, None] + np.rint(whole * since_s / longest_s / COARSE_S).astype(int)
         total[i] = log[np.clip(at, 0, tried_s.size - 1), blocks].sum(axis=1)
     i, k = np.unravel_index(np.argmax(total), total.shape)
     return ClockHistory(float(tried_s[k]), _mean(total), drift=float(whole_s[i] / longest_s))

@@ -40,6 +40,7 @@ CLEAR_GAIN = 1.02  # residual at the ends of the search over that at the best of
 HORIZONTAL = slice(0, 2)
 FINEST_STEP_S = 0.01  # the IMU is summed to about this step first
 PRIOR = float(np.log(100.0))
+SOMEWHERE_RAD = 0.25 * np.pi  # gravity of the receiver that gives no position: right to a quarter of a per cent
 
 
 @dataclass(frozen=True)
@@ -179,7 +180,7 @@ class VelocityScan:
         if pairs is None:
             return None
         first, last, block = pairs
-        down = float(gravity(float(np.median(fixes.latitude_rad[use])), float(np.median(fixes.height_m[use]))))
+        down = float(gravity(_median(fixes.latitude_rad, SOMEWHERE_RAD), _median(fixes.height_m, 0.0)))
         wanted = velocity_n[last] - velocity_n[first]
         wanted[:, 2] -= down * (time_s[last] - time_s[first])
         return cls(wanted, time_s, first, last, block, *_integrated_force(imu, start_s))
@@ -205,6 +206,12 @@ class VelocityScan:
         """
         overlap = np.median(self.last - self.first)
         return np.maximum(0.5 * (2.0 * np.bincount(self.block) / overlap - 3.0), 0.0)
+
+
+def _median(values: np.ndarray, otherwise: float) -> float:
+    """Of what is known; a receiver may give velocities alone."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else otherwise
 
 
 def _from_velocity(imu: Imu, start_s: float, fixes: Fixes) -> Offset | None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from ins_eval.recording import Fixes, Imu
-from ins_eval.recording.consistency.clock_history import LATE_S, STEP_S, clock_histories
+from ins_eval.recording.consistency.clock_history import LINEAR_S, clock_histories
+from ins_eval.recording.consistency.clocks import COARSE_S
 
 RATE_HZ, SECONDS, BLOCK_S = 50.0, 240.0, 10.0
 PPM = 1e-6
@@ -40,7 +41,7 @@ def fixes(motion, late_s: np.ndarray | float) -> Fixes:
 @pytest.mark.parametrize("late_s", [-0.6, 0.24, 0.5])
 def test_a_constant_offset_and_nothing_more(motion, imu, late_s: float) -> None:
     (found,) = clock_histories(imu, 0.0, fixes(motion, late_s))
-    assert found.offset_s == pytest.approx(late_s, abs=STEP_S)
+    assert found.offset_s == pytest.approx(late_s, abs=COARSE_S)
     assert (found.jump_s, found.drift) == (0.0, 0.0)
 
 
@@ -49,8 +50,8 @@ def test_a_jump_beside_a_delay(motion, imu, jump_s: float) -> None:
     at_s = 97.0
     found = clock_histories(imu, 0.0, fixes(motion, 0.25 + jump_s * (motion.time_s >= at_s)))
     best = max(found, key=lambda one: one.log_evidence)
-    assert best.offset_s == pytest.approx(0.25, abs=2.0 * STEP_S)
-    assert best.clock_step == pytest.approx(-jump_s, abs=3.0 * STEP_S)
+    assert best.offset_s == pytest.approx(0.25, abs=2.0 * COARSE_S)
+    assert best.clock_step == pytest.approx(-jump_s, abs=3.0 * COARSE_S)
     assert best.at_s == pytest.approx(at_s, abs=BLOCK_S)
 
 
@@ -58,11 +59,11 @@ def test_a_jump_beside_a_delay(motion, imu, jump_s: float) -> None:
 def test_a_drift_beside_a_delay(motion, imu, ppm: float) -> None:
     fast = replace(imu, time_s=imu.time_s * (1.0 + PPM * ppm))
     best = max(clock_histories(fast, 0.0, fixes(motion, 0.25)), key=lambda one: one.log_evidence)
-    assert best.offset_s == pytest.approx(0.25, abs=3.0 * STEP_S)
-    assert best.clock_drift_ppm == pytest.approx(ppm, abs=4.0 * STEP_S / SECONDS / PPM)
+    assert best.offset_s == pytest.approx(0.25, abs=3.0 * COARSE_S)
+    assert best.clock_drift_ppm == pytest.approx(ppm, abs=4.0 * COARSE_S / SECONDS / PPM)
 
 
-@pytest.mark.parametrize("late_s", [0.0, 0.5 * LATE_S])
+@pytest.mark.parametrize("late_s", [0.0, 0.5 * LINEAR_S])
 def test_what_a_linear_response_describes_needs_no_start(motion, imu, late_s: float) -> None:
     assert clock_histories(imu, 0.0, fixes(motion, late_s)) == []
 
@@ -79,3 +80,11 @@ def test_where_nothing_moves_no_clock_is_told(seed: int) -> None:
     place = np.full(n, 0.7), np.full(n, 0.3), np.full(n, 100.0)
     told = Fixes(np.linspace(1.0, seconds, n), *place, velocity_n, np.ones(n, dtype=bool))
     assert clock_histories(imu, 0.0, told) == []
+
+
+@pytest.mark.parametrize("missing", [("height_m",), ("latitude_rad", "longitude_rad", "height_m")])
+def test_a_receiver_that_gives_no_positions_has_a_clock_too(motion, imu, missing) -> None:
+    seen = fixes(motion, 0.5)
+    none = {name: np.full(seen.time_s.size, np.nan) for name in missing}
+    (found,) = clock_histories(imu, 0.0, replace(seen, **none))
+    assert found.offset_s == pytest.approx(0.5, abs=COARSE_S)
