@@ -11,9 +11,8 @@ acts through all arcs as through one.
 
 Where a unit stands, place and attitude of each stand are states as well. A tilt and a bias of an accelerometer then
 look alike and would go anywhere with wide biases: these have the sigmas of the belief, or are as large as they were
-found.
-Biases of gyros stay wide, for an Earth that is not believed to turn is one, and what they share with the heading moves
-no more than a turn about the vertical.
+found. Those of gyros are wide at first, for an Earth that is not believed to turn is one, and then as large as they
+were found so far: what they share with the heading is left to it, which costs less.
 
 Source: multiple shooting, Bock and Plitt, IFAC Proc. 17 (1984) 1603; iterated smoother, Bell, SIAM J. Optim. 4 (1994)
 626.
@@ -139,6 +138,8 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
         known = here.navigated
         biases = {"force_bias": known.force_bias + mean[:3], "gyro_bias": known.gyro_bias + mean[3:]}
         here = _begun(replace(here, navigated=replace(known, **biases)), states)
+        if known.stands and known.arcs:
+            here = replace(here, bias_sigma=np.append(here.bias_sigma[:3], _of_gyros(here.navigated)))
         if (np.abs(begins) < STEADY * sigma).all():
             break
     first_guess = before is None and not null.begins_as_stated(recording)
@@ -158,14 +159,19 @@ def planned(recording: Recording, folder: str | Path = ".") -> Settled:
 
 def _biases(navigated: Believed, standing: bool) -> tuple[np.ndarray, np.ndarray]:
     """How large biases of accelerometers and gyros may be, and how far they may wander in a minute (6,)."""
+    wide = np.repeat([WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS], 3)
     if not standing:
-        wide = np.repeat([WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS], 3)
         return wide, WALK_SHARE * wide
-    belief = navigated.recording.belief
-    force = np.maximum(UG * belief.accelerometer.bias_sigma_ug, np.abs(navigated.force_bias))
-    rate = np.maximum(DEG_PER_H * belief.gyro.bias_sigma_deg_per_h, np.abs(navigated.gyro_bias))
-    walk = WALK_SHARE_STANDING * np.concatenate([force, rate])
-    return np.concatenate([force, np.full(3, WIDE_GYRO_BIAS_RADPS)]), walk
+    stated = UG * navigated.recording.belief.accelerometer.bias_sigma_ug
+    force = np.maximum(stated, np.abs(navigated.force_bias))
+    walk = WALK_SHARE_STANDING * np.concatenate([force, _of_gyros(navigated)])
+    return np.concatenate([force, wide[3:]]), walk
+
+
+def _of_gyros(navigated: Believed) -> np.ndarray:
+    """Sigmas (3,) of the biases of gyros: as believed, or as large as they were found."""
+    stated = DEG_PER_H * navigated.recording.belief.gyro.bias_sigma_deg_per_h
+    return np.maximum(stated, np.abs(navigated.gyro_bias))
 
 
 def _largest_gyro_bias(believed: Believed, found: Initialization) -> float:

@@ -22,9 +22,10 @@ from ins_eval.estimation.evidence import log_evidence, sensitivity
 from ins_eval.estimation.study import fit_noise
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import EffectBelief
-from ins_eval.units import DEG_PER_H, UG
+from ins_eval.units import DEG, DEG_PER_H, UG
 from tests.diagnosis.real_recordings import RECORDINGS
 
+DISTURBED_S, DISTURBED_DEG_PER_H, NORTH_DEG = 120.0, 1.0, 3.0  # of a recording of 15 min; what that leaves of north
 SETTLED_S = 65.0  # until which the unit was carried
 MEANS_S = 20.0
 FROM_S, TO_S = 400.0, 520.0  # of a climb
@@ -218,3 +219,15 @@ def test_the_clock_of_an_autopilot_is_late_and_an_applied_delay_comes_on_top(tmp
     own, both = (late_in_flight(judged(one, tmp_path / "plane")) for one in (recording, later))
     assert AUTOPILOT_LATE_S[0] < own < AUTOPILOT_LATE_S[1]
     assert AUTOPILOT_LATE_S[0] < both - applied < AUTOPILOT_LATE_S[1]
+
+
+def test_a_heading_that_began_wrong_is_not_left_to_the_biases_of_gyros(recording_at_rest) -> None:
+    """Somebody moves a parked unit while it is aligned: what heading and gyros share is the heading's."""
+    parked = recording_at_rest(900.0, 3, np.zeros_like)
+    time_s = parked.imu.time_s
+    extra = DISTURBED_DEG_PER_H * DEG_PER_H * (time_s < DISTURBED_S) * np.diff(time_s, prepend=0.0)
+    gyro = parked.imu.gyro + np.outer(extra, [0.0, 1.0, 0.0])
+    unaligned = replace(parked.start, attitude_rad=None, attitude_sigma_rad=None)
+    navigated = arcs.settle(replace(parked, imu=replace(parked.imu, gyro=gyro), start=unaligned)).navigated
+    assert abs(navigated.start.attitude_rad[2]) < NORTH_DEG * DEG
+    assert (np.abs(navigated.gyro_bias) < 0.3 * DISTURBED_DEG_PER_H * DEG_PER_H).all()
