@@ -69,7 +69,7 @@ CLOCK_S = 1e-3
 STEADY = 0.2  # sigmas that the begins of arcs may still move
 BEGIN = ("time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "attitude_rad")
 WALK_SHARE = 0.01  # of its wide sigma that a bias wanders in a minute
-WALK_SHARE_STANDING = 0.05  # of what is believed or found of it, the same of what stands
+WALK_SHARE_STANDING = 0.05  # of what is believed or found of it: a fifth that lasts for half an hour, as in `noise`
 
 
 class Diverged(ArithmeticError):
