@@ -56,7 +56,7 @@ STATES, STATES_OF_STANDS = 20, 26
 STATE, BIAS, DELAY, ARM, KNOWN = slice(0, 9), slice(9, 15), 15, slice(16, 19), 19  # KNOWN is 1
 PLACE = slice(20, 26)  # position and attitude of what stands, so far
 PLACED = [0, 1, 2, 6, 7, 8]  # channels that measure them
-PLACE_SIGMA_M = 3.0  # of a unit that is carried from one stand to the next
+PLACE_SIGMA_M = 3.0  # of a unit that is carried from one stand to the next: by reasoning
 PLACE_SIGMAS = np.array([*[PLACE_SIGMA_M] * 3, TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD])
 DELAY_SIGMA_S, ARM_SIGMA_M = 0.3, 1.0  # of stamps and of an antenna that nobody measured
 LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
@@ -65,7 +65,7 @@ FASTEST_MPS = limits_of("velocity_mps")[1]
 SMALL_RAD = 0.5 * DEG  # to which a bias may turn an arc
 SHORTEST_S, LONGEST_S = 2.0, 60.0
 ROUNDS, ROUNDS_AGAIN = 6, 2  # from a first guess, and from the states of the same recording with other effects
-CLOCK_S = 1e-3
+CLOCK_S = 1e-3  # by which a node at an end of a stand may lie beyond it: far less than an epoch
 STEADY = 0.2  # sigmas that the begins of arcs may still move
 BEGIN = ("time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "attitude_rad")
 WALK_SHARE = 0.01  # of its wide sigma that a bias wanders in a minute
@@ -138,7 +138,7 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
         known = here.navigated
         biases = {"force_bias": known.force_bias + mean[:3], "gyro_bias": known.gyro_bias + mean[3:]}
         here = _begun(replace(here, navigated=replace(known, **biases)), states)
-        if known.stands and known.arcs:
+        if _stands(known):
             here = replace(here, bias_sigma=np.append(here.bias_sigma[:3], _of_gyros(here.navigated)))
         if (np.abs(begins) < STEADY * sigma).all():
             break
@@ -155,6 +155,11 @@ def planned(recording: Recording, folder: str | Path = ".") -> Settled:
     navigated = replace(believed, stands=observations.stands(believed))
     none = np.zeros(6)
     return _begun(Settled(believed.start, navigated, (0.0, 0.0), (1.0, 1.0), bias_sigma=none, bias_walk=none), states)
+
+
+def _stands(navigated: Believed) -> bool:
+    """Whether places of stands are free: a recording too short for arcs is measured against its start."""
+    return bool(navigated.stands and navigated.arcs)
 
 
 def _biases(navigated: Believed, standing: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -249,8 +254,7 @@ def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.ndarray, np.ndarray]:
     """Errors (nodes, 20 or, of what stands, 26) that the residual tells, and one sigma (9,) of the last state."""
     navigated, nodes = here.navigated, model.nodes_s.size
-    standing = bool(navigated.stands and navigated.arcs)
-    states = STATES_OF_STANDS if standing else STATES
+    states = STATES_OF_STANDS if _stands(navigated) else STATES
     f = np.tile(np.eye(states), (nodes - 1, 1, 1))
     f[:, STATE, STATE], f[:, STATE, BIAS] = model.transition, coupling(model)
     walk = np.zeros(states)
@@ -266,7 +270,7 @@ def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.
         here.bias_sigma, [DELAY_SIGMA_S], np.full(3, ARM_SIGMA_M), [0.0], PLACE_SIGMAS,
     ])[:states]  # fmt: skip
     begin = np.eye(states)[KNOWN]
-    if standing:  # what is believed of start and biases, less what was taken off already
+    if _stands(navigated):  # what is believed of start and biases, less what was taken off already
         begin[STATE] = -apart([here.stated], model.states, [0])[0]
         begin[BIAS] = -np.concatenate([navigated.force_bias, navigated.gyro_bias])
         _place(navigated.stands, model.nodes_s, f, noise, h)

@@ -24,7 +24,7 @@ from ins_eval.recording.consistency.clocks import COARSE_S, PRIOR, WIDEST_S, Vel
 from ins_eval.units import PPM
 
 LINEAR_S = 0.1  # later, motion that changes within a second has turned by a third: no linear response; by reasoning
-LARGEST_DRIFT = 2e-3  # of one: crystals are off by less than 100 ppm, counters of a coarse unit by a thousand
+LARGEST_DRIFT = 2e-3  # of one; crystals are off by 100 ppm, coarse counters by a thousand: by reasoning
 
 
 @dataclass(frozen=True)

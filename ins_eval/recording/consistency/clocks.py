@@ -40,7 +40,7 @@ CLEAR_GAIN = 1.02  # residual at the ends of the search over that at the best of
 HORIZONTAL = slice(0, 2)
 FINEST_STEP_S = 0.01  # the IMU is summed to about this step first
 PRIOR = float(np.log(100.0))
-SOMEWHERE_RAD = 0.25 * np.pi  # gravity of the receiver that gives no position: right to a quarter of a per cent
+SOMEWHERE_RAD = 0.25 * np.pi  # gravity of the receiver that gives no position: right to 0.3 per cent
 
 
 @dataclass(frozen=True)

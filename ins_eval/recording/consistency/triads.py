@@ -59,7 +59,7 @@ HELD_SHARE = 0.1
 IN_AIR = 0.7  # of the rate of the course, that a gyro about down may leave: a wing that rocks shows it in none
 MOST_NAMED = 3  # alternatives that the motion cannot tell apart
 LEFT_HANDED_PRIOR = 3.0  # log prior against a mirrored set of both triads; to turn one is a commoner mistake
-ONE_TRIAD_PRIOR = 1.0  # the same against triads that are not turned alike, which is a mistake of its own
+ONE_TRIAD_PRIOR = 1.0  # the same against triads that are not turned alike, a mistake of its own; both by reasoning
 TURN_INTERVAL_S, FORCE_INTERVAL_S = 1.0, 1.0
 
 
