@@ -98,7 +98,8 @@ class Assembled:
     """Columns as the filter takes them, the residual first; terms as rows of indices.
 
     `acting` (count, 2) are the first node and the one behind the last at which something acts on a column: it is 0
-    before the first, and after the last nothing but the equations moves it.
+    before the first, and after the last nothing but the equations moves it. `walks` are as in
+    `ins_eval.error_model.propagation`.
     """
 
     count: int
@@ -106,6 +107,7 @@ class Assembled:
     start: np.ndarray
     transition: np.ndarray
     half: np.ndarray
+    walks: np.ndarray
     coupling: np.ndarray
     interval_s: np.ndarray
     sources: np.ndarray
@@ -182,6 +184,7 @@ def assemble(
         start=start,
         transition=model.transition,
         half=model.half,
+        walks=model.walks,
         coupling=coupling(model),
         interval_s=model.interval_s,
         sources=np.ascontiguousarray(sources),

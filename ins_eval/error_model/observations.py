@@ -32,6 +32,8 @@ REFERENCE_POSITION_M, REFERENCE_VELOCITY_MPS, REFERENCE_ATTITUDE_RAD = 1.0, 0.01
 STAND_S, STAND_EDGE_S = 10.0, 2.0  # shortest stand between two moves; what is left out at its ends
 EPOCH_S = 1.0
 LONGEST_EPOCH_S = 4.0  # of a day: columns of a flight with turns keep their errors of 3e-3 (test_error_model)
+# within which only random walks and jolts change anything, and as many as tell the noise: by reasoning
+STANDING_EPOCH_S, FEWEST_STANDING = 5.0, 300
 MOST_EPOCHS = 12_000  # by reasoning: as many as memory and time allow; errors of hours need no more
 _CLOCK_S = 1e-6
 
@@ -122,9 +124,17 @@ def nodes(believed: Believed, measured: tuple[MeasurementSource, ...], end_s: fl
 
 
 def longest_epoch_s(believed: Believed, end_s: float) -> float:
-    """A second; of many hours as many as `MOST_EPOCHS` make of it, and not more than `LONGEST_EPOCH_S`."""
-    epochs = (end_s - believed.start.time_s) / EPOCH_S
-    return min(LONGEST_EPOCH_S, EPOCH_S * max(1.0, np.ceil(epochs / MOST_EPOCHS)))
+    """Whole seconds: one; of many hours as many as `MOST_EPOCHS` make of them, and not more than `LONGEST_EPOCH_S`.
+
+    Of a parked unit `STANDING_EPOCH_S`, fewer where that left less than `FEWEST_STANDING` of them: what is believed of
+    a standstill at the least is no white noise, and every second of it would be counted for itself.
+    """
+    length_s = end_s - believed.start.time_s
+    longest_s, often_s = LONGEST_EPOCH_S, EPOCH_S
+    if believed.recording.kind in PARKED:
+        longest_s = STANDING_EPOCH_S
+        often_s = float(np.clip(np.floor(length_s / FEWEST_STANDING), EPOCH_S, longest_s))
+    return min(longest_s, max(often_s, np.ceil(length_s / MOST_EPOCHS)))
 
 
 def observe(

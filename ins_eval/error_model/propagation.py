@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,6 +72,26 @@ class ErrorModel:
     @property
     def interval_s(self) -> np.ndarray:
         return np.diff(self.nodes_s)
+
+    @cached_property
+    def walks(self) -> np.ndarray:
+        """As `walks` says of its epochs."""
+        return walks(self.transition, self.half)
+
+
+def walks(transition: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """Covariance (k, 2, 9, 9) that a random walk of velocity, and one of phi, of unit variance each adds in an epoch.
+
+    The mean over the epoch of Phi Q Phi', from `transition` and `half` (k, 9, 9) over it and over its second half, by
+    Simpson's rule: what begins at its start, its middle and its end. So a walk q of velocity moves a position by
+    q^2 t^3 / 3.
+    """
+    out = np.empty((len(transition), 2, STATES, STATES))
+    for n, part in enumerate((slice(3, 6), slice(6, 9))):
+        whole, second = transition[:, :, part], half[:, :, part]
+        out[:, n] = (whole @ np.swapaxes(whole, 1, 2) + 4.0 * second @ np.swapaxes(second, 1, 2)) / 6.0
+        out[:, n, part, part] += np.eye(3) / 6.0
+    return out
 
 
 def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> ErrorModel:

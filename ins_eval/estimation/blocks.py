@@ -12,10 +12,9 @@ FEWEST_NODES = 1500  # of a recording that is worth it: likewise
 
 
 class Blocks(NamedTuple):
-    """How many `nodes` a block has, an odd number, and of which channels (9) it takes the mean, not the middle node."""
+    """How many `nodes` a block has, an odd number."""
 
     nodes: int
-    averaged: tuple[bool, ...] = (True,) * 9
 
 
 EACH = Blocks(1)  # every node for itself
@@ -30,22 +29,6 @@ def short_blocks(interval_s: np.ndarray, position_m: float, walk: float) -> Bloc
     if interval_s.size < FEWEST_NODES:
         return EACH
     return Blocks(_nodes(min(BLOCK_S, (np.sqrt(3.0) * position_m / walk) ** (2.0 / 3.0)), interval_s))
-
-
-def standing_blocks(interval_s: np.ndarray, white: np.ndarray, walks: tuple[float, float]) -> Blocks:
-    """Blocks of `BLOCK_S` of what stands, where nothing but random walks changes within seconds.
-
-    A channel is averaged where velocity and angle random `walks` q, m/s/sqrt(s) and rad/sqrt(s), move it less in a
-    block than its `white` noise w (nodes, 9), NaN where nothing was measured, leaves uncertain of a mean over n:
-    q sqrt(t^3 / 3) < w / sqrt(n) of a position, q sqrt(t) < w / sqrt(n) of a velocity and of an attitude.
-    """
-    if interval_s.size < FEWEST_NODES:
-        return EACH
-    nodes = _nodes(BLOCK_S, interval_s)
-    block_s = nodes * float(np.median(interval_s))
-    moved = np.repeat([walks[0] * np.sqrt(block_s**3 / 3.0), *(walk * np.sqrt(block_s) for walk in walks)], 3)
-    level = [float(np.median(one[np.isfinite(one)])) if np.isfinite(one).any() else np.inf for one in white.T]
-    return Blocks(nodes, tuple((moved < np.array(level) / np.sqrt(nodes)).tolist()))
 
 
 def _nodes(block_s: float, interval_s: np.ndarray) -> int:

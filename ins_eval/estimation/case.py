@@ -19,7 +19,7 @@ from ins_eval.error_model.observations import REFERENCE_POSITION_M, Observations
 from ins_eval.error_model.thermometer import step_noise
 from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs, noise
-from ins_eval.estimation.blocks import EACH, Blocks, few_blocks, short_blocks, standing_blocks
+from ins_eval.estimation.blocks import EACH, Blocks, few_blocks, short_blocks
 from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.noise_fit import Ready, fit
 from ins_eval.estimation.whitening import Gains, Whitened, gains, whiten
@@ -110,15 +110,12 @@ class Case:
     @property
     def blocks(self) -> Blocks:
         """What is taken together where nothing fast is asked about."""
-        if self.believed is None:
+        if self.believed is None or self.kind in PARKED:
             return EACH
-        if self.believed.arcs and self.kind not in PARKED:
+        if self.believed.arcs:
             return few_blocks(self.model.nodes_s.size)
-        walks = tuple(self.noise.priors[f"{of}_random_walk"].centre for of in ("velocity", "angle"))
-        if self.kind in PARKED:
-            white = np.where(np.isfinite(self.seen.residual), self.noise.white, np.nan)
-            return standing_blocks(self.model.interval_s, white, walks)
-        return short_blocks(self.model.interval_s, float(np.median(self.noise.white[:, :3])), walks[0])
+        walk = self.noise.priors["velocity_random_walk"].centre
+        return short_blocks(self.model.interval_s, float(np.median(self.noise.white[:, :3])), walk)
 
 
 def prepare(recording: Recording, folder: str | Path = ".", planned: bool = False) -> Case:

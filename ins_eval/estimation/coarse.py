@@ -3,9 +3,7 @@
 Transitions and drives are composed exactly; residual and responses are averaged over a block of nodes and stand at its
 middle node. White noise of n measurements becomes white noise of sigma / sqrt(n). What is lost is what a navigation
 error does within a block beyond a straight line. A block takes the mean of what is there of a channel, where that is
-more than half of it; a node at which nothing was measured, the begin of an arc, does not count. Where the random walks
-of the sensors move a channel more than its white noise does, a mean would smooth them, and its middle node alone tells
-as much.
+more than half of it; a node at which nothing was measured, the begin of an arc, does not count.
 """
 
 from __future__ import annotations
@@ -17,6 +15,7 @@ import numba
 import numpy as np
 
 from ins_eval.error_model.columns import TO_ATTITUDE, TO_POSITION, TO_VELOCITY, Assembled
+from ins_eval.error_model.propagation import walks
 from ins_eval.estimation.whitening import FASTMATH, motion, propagate, show, shown
 
 if TYPE_CHECKING:
@@ -40,9 +39,10 @@ def coarse(fine: Assembled, of: Blocks, known: Assembled | None = None) -> Assem
     sources = np.zeros((blocks, 3 * m, 3))
     observed = np.zeros((blocks + 1, m, 9))
     if known is None:
-        transition, coupling = _composed(block, fine.transition, fine.coupling)
+        transition, second_half, coupling = _composed(block, fine.transition, fine.half, fine.coupling)
+        added = walks(transition, second_half)
     else:
-        transition, coupling = known.transition, known.coupling
+        transition, added, coupling = known.transition, known.walks, known.coupling
         sources[:, : 3 * made], observed[:, :made] = known.sources, known.observed
     each = np.arange(m)
     first, last = fine.acting[:, 0], fine.acting[:, 1] - 1
@@ -64,6 +64,7 @@ def coarse(fine: Assembled, of: Blocks, known: Assembled | None = None) -> Assem
         acting=acting,
         transition=transition,
         half=np.tile(np.eye(9), (blocks, 1, 1)),
+        walks=added,
         coupling=coupling,
         interval_s=np.diff(np.append(0.0, time_s[middle])),
         sources=sources,
@@ -82,8 +83,7 @@ def coarse(fine: Assembled, of: Blocks, known: Assembled | None = None) -> Assem
 def _shares(residual: np.ndarray, of: Blocks) -> tuple[np.ndarray, np.ndarray]:
     """Nodes of each block (blocks, block), and the share of each in what is taken of a channel (blocks, block, 9).
 
-    All are 0 where fewer than half of the nodes that measure anything measure the channel, or, where the middle node
-    alone is taken, it does not.
+    All are 0 where fewer than half of the nodes that measure anything measure the channel.
     """
     block = of.nodes
     blocks = (residual.shape[0] - 1) // block
@@ -91,9 +91,7 @@ def _shares(residual: np.ndarray, of: Blocks) -> tuple[np.ndarray, np.ndarray]:
     known = np.isfinite(residual[rows])
     count = known.sum(axis=1, keepdims=True)
     enough = count > 0.5 * known.any(axis=2).sum(axis=1)[:, None, None]
-    mean = np.where(known & enough, 1.0 / np.maximum(count, 1), 0.0)
-    middle = np.where(np.arange(block)[:, None] == block // 2, known, 0.0)
-    return rows, np.where(of.averaged, mean, middle)
+    return rows, np.where(known & enough, 1.0 / np.maximum(count, 1), 0.0)
 
 
 def coarse_noise(noise: NoiseModel, of: Blocks, residual: np.ndarray) -> NoiseModel:
@@ -121,21 +119,27 @@ _TARGETS = (TO_POSITION, TO_VELOCITY, TO_ATTITUDE)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
-def _composed(block, transition, coupling):
-    """Transition and coupling from the middle of each block to that of the next."""
+def _composed(block, transition, half, coupling):
+    """Transition, that over the second half, and coupling from the middle of each block to that of the next."""
     blocks = transition.shape[0] // block
-    out_transition, out_coupling = np.empty((blocks, 9, 9)), np.empty((blocks, 9, 6))
-    phi, g = np.eye(9), np.zeros((9, 6))
+    out_transition, out_half, out_coupling = (
+        np.empty((blocks, 9, 9)),
+        np.empty((blocks, 9, 9)),
+        np.empty((blocks, 9, 6)),
+    )
+    begin = 0
     for b in range(blocks):
-        first = b * block
-        for e in range(first, first + block):
+        end = b * block + block // 2 + 1
+        middle = (begin + end) // 2
+        phi, second, g = np.eye(9), np.eye(9), np.zeros((9, 6))
+        for e in range(begin, end):
             phi = transition[e] @ phi
             g = transition[e] @ g + coupling[e]
-            if e == first + block // 2:
-                out_transition[b] = phi
-                out_coupling[b] = g
-                phi, g = np.eye(9), np.zeros((9, 6))
-    return out_transition, out_coupling
+            if e >= middle:
+                second = transition[e] @ second if e > middle or (end - begin) % 2 == 0 else half[e] @ second
+        out_transition[b], out_half[b], out_coupling[b] = phi, second, g
+        begin = end
+    return out_transition, out_half, out_coupling
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)

@@ -118,8 +118,9 @@ class NoiseModel:
         sigma[HEADING] = v.get("slow_heading", sigma[HEADING])
         return NoiseLevels(
             white=np.hypot(self.white, v["jitter"] * self.later) if "jitter" in v else self.white,
-            force=np.eye(3) * (v["velocity_random_walk"] ** 2 * dt + force)[:, None, None] + self.steps,
+            force=v["velocity_random_walk"] ** 2 * dt + force,
             rate=v["angle_random_walk"] ** 2 * dt + rate,
+            steps=self.steps,
             slow_sigma=sigma,
             slow_time_s=np.repeat([v[f"slow_{of}_time"] for of in ("position", "velocity", "attitude")], 3),
             wander_sigma=np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3),

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Slopes(NamedTuple):
-    """dL by what the filter allows for: `force`, `rate` (epochs,) by a covariance c I; the rest as in `NoiseLevels`."""
+    """dL by what the filter allows for, as in `NoiseLevels`."""
 
     white: np.ndarray
     force: np.ndarray
@@ -129,9 +129,10 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
             break
         e = k - 1
         f, g, dt = motion.transition[e], motion.coupling[e], motion.interval_s[e]
-        for i in range(3):
-            found.force[e] += spread[3 + i, 3 + i]
-            found.rate[e] += spread[6 + i, 6 + i]
+        for i in range(9):
+            for j in range(9):
+                found.force[e] += spread[i, j] * motion.walks[e, 0, i, j]
+                found.rate[e] += spread[i, j] * motion.walks[e, 1, i, j]
         # over the epoch, by states: adjoint first, then both sides of the covariance, along rows
         for j in range(9):
             for c in range(m):

@@ -37,11 +37,13 @@ _THREADS = 2
 class Motion(NamedTuple):
     """How m columns move from node to node: `transition`, `half` (epochs, 9, 9), `coupling` (epochs, 9, 6) of sensors.
 
+    `walks` (epochs, 2, 9, 9) are as in `ins_eval.error_model.propagation`.
     `terms` (n, 4) are column, first of three states, source and slow factor of each drive, `weights` (n,) its size.
     """
 
     transition: np.ndarray
     half: np.ndarray
+    walks: np.ndarray
     coupling: np.ndarray
     interval_s: np.ndarray
     sources: np.ndarray
@@ -85,6 +87,7 @@ def motion(columns: Assembled, which: np.ndarray) -> Motion:
     return Motion(
         columns.transition,
         columns.half,
+        columns.walks,
         columns.coupling,
         columns.interval_s,
         columns.sources,
@@ -150,8 +153,9 @@ def show(shown, k, by, out):
 class NoiseLevels(NamedTuple):
     """What the filter allows for.
 
-    `white` (nodes, 9) one sigma of each measurement; `force` (epochs, 3, 3) and `rate` (epochs,) covariance that an
-    epoch adds to velocity, (m/s)^2, and to phi, rad^2; `slow_sigma` (9,) and `slow_time_s` (9,) of the
+    `white` (nodes, 9) one sigma of each measurement; `force` and `rate` (epochs,) variance that random walks of
+    an epoch add to each velocity, (m/s)^2, and phi, rad^2, and `steps` (epochs, 3, 3) what else adds to velocity;
+    `slow_sigma` (9,) and `slow_time_s` (9,) of the
     Gauss-Markov errors of what measures; `wander_sigma` (6,) and `wander_time_s` (6,) those of accelerometers
     (m/s^2) and gyros (rad/s).
     """
@@ -159,6 +163,7 @@ class NoiseLevels(NamedTuple):
     white: np.ndarray
     force: np.ndarray
     rate: np.ndarray
+    steps: np.ndarray
     slow_sigma: np.ndarray
     slow_time_s: np.ndarray
     wander_sigma: np.ndarray
@@ -337,10 +342,12 @@ def _filter(motion, measured, noise, tape):
                     p[9 + i, 9 + j] *= x * decay[j]
                 sigma = noise.slow_sigma[i] if i < 9 else noise.wander_sigma[i - 9]
                 p[9 + i, 9 + i] += sigma**2 * (1.0 - decay[i] ** 2)
+            for i in range(9):
+                for j in range(9):
+                    p[i, j] += noise.force[e] * motion.walks[e, 0, i, j] + noise.rate[e] * motion.walks[e, 1, i, j]
             for i in range(3):
                 for j in range(3):
-                    p[3 + i, 3 + j] += noise.force[e, i, j]
-                p[6 + i, 6 + i] += noise.rate[e]
+                    p[3 + i, 3 + j] += noise.steps[e, i, j]
         if taping:
             tape.covariance[k] = p
         for channel in range(9):

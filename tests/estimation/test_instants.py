@@ -18,7 +18,7 @@ from ins_eval.policy import Policy
 from ins_eval.units import UG
 
 NODES, FALSE_SHARE = 4000, 0.05  # of recordings of noise in which an instant is shown
-STEP_UG, AT_S, AT_TOLERANCE_S = 1800.0, 403.3, 2.0
+STEP_UG, AT_S, AT_TOLERANCE_S = 1800.0, 403.3, 4.5  # one and a half epochs of what stands for a quarter of an hour
 WORTH = 20.0  # nats of the right instant over all that lie evenly
 WALK_UG = 100.0
 COARSE_UG = 2e4  # a bias so uncertain that its wander may hide a jump that is not tried at its very instant

@@ -8,19 +8,23 @@ import numpy as np
 import pytest
 
 from ins_eval.error_model.columns import Assembled
+from ins_eval.error_model.propagation import walks
 from ins_eval.estimation import alike, whitening
 from ins_eval.estimation import case as cases
 from ins_eval.estimation.blocks import Blocks
 from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.evidence import Gained, log_evidence, mixture, sensitivity
 from ins_eval.estimation.slope import Slopes, slopes
-from ins_eval.estimation.whitening import NoiseLevels, _filter, _respond, whiten
+from ins_eval.estimation.whitening import NoiseLevels, _filter, _respond, gains, whiten
+from ins_eval.units import STANDARD_GRAVITY
 
 NODES, EPOCHS = 16, 15
 ROUNDING = 1e-7
 STEP, QUOTIENT = 1e-4, 1e-5  # of a central difference
 COLUMNS = 3  # beside the residual
 LONG = 3000  # epochs
+BLOCK = 5  # nodes
+SIMPSONS = 0.05  # of a fifth power
 LATE = 9  # node at which a column begins
 MANY = 300  # columns that two threads share
 JUMPS = 5 * EPOCHS
@@ -46,6 +50,7 @@ def problem() -> tuple[Assembled, NoiseLevels]:
         start=start,
         transition=np.eye(9) + matrices,
         half=np.eye(9) + 0.5 * matrices,
+        walks=walks(np.eye(9) + matrices, np.eye(9) + 0.4 * matrices),
         coupling=0.3 * rng.standard_normal((EPOCHS, 9, 6)),
         interval_s=interval_s,
         sources=rng.standard_normal((EPOCHS, 3, 3)),
@@ -61,8 +66,9 @@ def problem() -> tuple[Assembled, NoiseLevels]:
     )
     levels = NoiseLevels(
         white=rng.uniform(0.5, 2.0, (NODES, 9)),
-        force=np.eye(3) * rng.uniform(0.1, 0.2, EPOCHS)[:, None, None],
+        force=rng.uniform(0.1, 0.2, EPOCHS),
         rate=rng.uniform(0.1, 0.2, EPOCHS),
+        steps=np.einsum("kij,klj->kil", *[0.3 * rng.standard_normal((EPOCHS, 3, 3))] * 2),
         slow_sigma=rng.uniform(0.5, 1.0, 9),
         slow_time_s=rng.uniform(2.0, 20.0, 9),
         wander_sigma=rng.uniform(0.1, 0.5, 6),
@@ -103,9 +109,8 @@ def dense(c: Assembled, n: NoiseLevels) -> tuple[np.ndarray, np.ndarray]:
         for j in range(NODES):
             cov = np.zeros((9, 9))
             for e in range(1, min(k, j) + 1):
-                q = np.zeros((9, 9))
-                q[3:6, 3:6] = n.force[e - 1]
-                q[6:9, 6:9] = n.rate[e - 1] * np.eye(3)
+                q = n.force[e - 1] * c.walks[e - 1, 0] + n.rate[e - 1] * c.walks[e - 1, 1]
+                q[3:6, 3:6] += n.steps[e - 1]
                 cov += to[k, e] @ q @ to[j, e].T
             for e in range(1, k + 1):  # the wander at the beginning of an epoch acts through it
                 for f in range(1, j + 1):
@@ -172,8 +177,7 @@ def test_slopes_are_those_of_the_dense_covariance(problem, part) -> None:
     direction = np.random.default_rng(3).standard_normal(getattr(found, part).shape)
 
     def moved(step):
-        change = step * direction[:, None, None] * np.eye(3) if part == "force" else step * direction
-        return _sum_of((assembled, levels._replace(**{part: getattr(levels, part) + change})))
+        return _sum_of((assembled, levels._replace(**{part: getattr(levels, part) + step * direction})))
 
     difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
     assert np.vdot(getattr(found, part), direction) == pytest.approx(difference, rel=QUOTIENT)
@@ -183,7 +187,7 @@ def test_slopes_stay_exact_where_errors_grow_for_long(problem) -> None:
     """Heights of a free INS grow by exp(t / 570 s); what rounding leaves in the adjoint may not grow with them."""
     assembled, levels = problem
     nodes, epochs = np.arange(LONG + 1) % NODES, np.arange(LONG) % EPOCHS
-    by_epoch = ("transition", "half", "coupling", "interval_s", "sources")
+    by_epoch = ("transition", "half", "walks", "coupling", "interval_s", "sources")
     by_node = ("residual", "design", "observed")
     assembled = replace(
         assembled,
@@ -193,6 +197,7 @@ def test_slopes_stay_exact_where_errors_grow_for_long(problem) -> None:
         slow_nodes=np.ascontiguousarray(assembled.slow_nodes[:, nodes]),
     )
     levels = levels._replace(white=levels.white[nodes], force=levels.force[epochs], rate=levels.rate[epochs])
+    levels = levels._replace(steps=levels.steps[epochs])
     _, found = slopes(assembled, levels, sensitivity)
     for part in ("slow_sigma", "slow_time_s", "wander_sigma"):
         direction = np.random.default_rng(3).standard_normal(getattr(found, part).shape)
@@ -213,6 +218,34 @@ def test_means_over_blocks_keep_what_is_slow(flight) -> None:
     five = Blocks(5)
     means = whiten(coarse(fine, five), coarse_noise(case.noise, five, fine.residual).levels(at)).normal.diagonal()
     np.testing.assert_allclose(means, single, rtol=0.03)
+
+
+def test_random_walks_move_positions_and_tilts_within_a_block(problem) -> None:
+    """On blocks as by single nodes, and q^2 t^3 / 3 of a position, of a velocity that a tilt drives g^2 as much."""
+    assembled, levels = problem
+    force, rate, nodes = 0.1, 0.2, EPOCHS // BLOCK * BLOCK + 1
+    f = np.zeros((9, 9))
+    f[:3, 3:6], f[3, 7], f[4, 6] = np.eye(3), STANDARD_GRAVITY, -STANDARD_GRAVITY
+    over = lambda t: np.eye(9) + t * f + 0.5 * t**2 * f @ f  # noqa: E731
+    still = replace(
+        assembled,
+        transition=np.tile(over(1.0), (nodes - 1, 1, 1)),
+        half=np.tile(over(0.5), (nodes - 1, 1, 1)),
+        walks=np.tile(walks(over(1.0)[None], over(0.5)[None]), (nodes - 1, 1, 1, 1)),
+        coupling=np.zeros((nodes - 1, 9, 6)),
+        interval_s=np.ones(nodes - 1),
+        residual=np.full((nodes, 9), np.nan),
+    )
+    of = Blocks(BLOCK)
+    quiet = {name: np.zeros_like(getattr(levels, name)) for name in ("slow_sigma", "wander_sigma")}
+    for one, middle in ((still, np.arange(nodes)), (coarse(still, of), [0, *range(1 + BLOCK // 2, nodes, BLOCK)])):
+        walk = levels._replace(force=force * one.interval_s, rate=rate * one.interval_s)
+        walk = walk._replace(steps=np.zeros((one.interval_s.size, 3, 3)))
+        found = gains(one, walk._replace(**quiet), adjoint_of=1).tape.covariance
+        for k, t in enumerate(middle):
+            tilted = rate * STANDARD_GRAVITY**2
+            expected = [force * t**3 / 3.0 + tilted * t**5 / 20.0, force * t + tilted * t**3 / 3.0, rate * t]
+            np.testing.assert_allclose(np.diag(found[k])[[0, 3, 6]], expected, rtol=SIMPSONS)
 
 
 def test_the_kernel_is_compiled_once(problem) -> None:
