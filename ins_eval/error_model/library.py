@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.effects import composed
+from ins_eval.effects import composed, lag
 from ins_eval.effects.description import FAMILY
 from ins_eval.effects.effect import AXES, Effect
-from ins_eval.effects.lag import SPREAD
 from ins_eval.effects.parts import SENSORS, EffectPart, conditions, parts, possible
 from ins_eval.effects.slow import slow_factor
 from ins_eval.effects.start import ROTATIONS
@@ -85,6 +84,11 @@ class Candidate:
         return self.name, self.axis, other
 
     @property
+    def channel(self) -> str:
+        """The channel in which it lives."""
+        return channel_of(self.name, self.axis, self.parameters)
+
+    @property
     def local(self) -> bool:
         """Whether it belongs to one recording only."""
         return VOCABULARY[self.name].local
@@ -94,6 +98,22 @@ class Candidate:
         """Whether it is an error of a sensor that changes by a law, other than with what is measured."""
         effect = VOCABULARY[self.name]
         return effect.enters in (*SENSORS, "any") and effect.slow != "1"
+
+
+def channel_of(name: str, axis: str | None, parameters: Parameters) -> str:
+    """The channel in which an effect of this name lives."""
+    sensor = name.partition(".")[0]
+    if name == composed.NAME:
+        return f"{str(parameters['form']).partition(' ')[0]}.{axis}"
+    if sensor in SENSORS:
+        return f"{sensor}.{axis}"
+    if sensor == "recording":
+        return "clock" if "clock" in name else sensor
+    if sensor in ("alignment", "earth"):
+        return "navigation"
+    if sensor == "reference":
+        return "reference.attitude"
+    return {"gps.lever_arm": "gps.position", lag.NAME: "temperature"}.get(name, "gps.velocity")
 
 
 def candidates(
@@ -175,7 +195,7 @@ def sized(
     proportion to what is felt is larger than those of the coarsest units.
     """
     if effect.enters == "temperature":
-        return effect.unit, SPREAD * float(parameters["lag_s"]), 1.0 / SPREAD
+        return effect.unit, lag.SPREAD * float(parameters["lag_s"]), 1.0 / lag.SPREAD
     if effect.name == composed.NAME:
         target, *_ = composed.parse_form(str(parameters["form"]))
         spread = float(np.std(of_parts[0].slow(time_s)))

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from ins_eval.policy import Policy
 
 FREE = 1e4  # prior sigma, in nominal sizes, of what may have any size
+NO_SENSOR = ""
 PRODUCT, SWEEPS = 4, 4  # effects up to which every combination of scales is summed; beyond, sweeps over them
 
 
@@ -41,14 +42,15 @@ class Space:
     """The hypotheses of a search: `families` (m,) number of the family of each column, `centre` (m,) as in the text.
 
     `handicap` (m,) nats that a column pays more than others, `exact` (m,) whether its form is geometry, of which
-    nothing is left over, `odds` of a further effect being there at all, `largest` (m,) coefficients that no sensor of
-    its grade exceeds.
+    nothing is left over, `sensor` (m,) the one that it acts on, `NO_SENSOR` where it acts on none, `odds` of a further
+    effect being there at all, `largest` (m,) coefficients that no sensor of its grade exceeds.
     """
 
     families: np.ndarray
     centre: np.ndarray
     handicap: np.ndarray
     exact: np.ndarray
+    sensor: np.ndarray
     odds: float
     largest: np.ndarray
 
@@ -228,7 +230,8 @@ def _not_taken_over(a: np.ndarray, ca: np.ndarray, cb: np.ndarray) -> tuple[np.n
 def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Policy) -> list[Explanation]:
     """All sets that were looked at, most probable first, the null among them.
 
-    No effect is exactly as in a textbook: a further one must gain `share` of what the first does.
+    No effect is exactly as in a textbook: one that could be what the first leaves over must gain `share` of its nats.
+    That is one of the same sensor, or of none; each sensor has errors of its own.
     """
     cost = space.cost
     found: dict[frozenset[int], Explanation] = {frozenset(): NULL}
@@ -269,7 +272,8 @@ def possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], space: Space)
 
 
 def _judged(one: Explanation, first: float, share: float, space: Space) -> float:
-    """log posterior, less the share of the first gain that each further effect has to bring."""
-    if one.members and space.exact[one.members[0]]:
+    """log posterior, less the share of the first gain that what may be left over of it has to bring."""
+    if not one.members or space.exact[one.members[0]]:
         return one.log_posterior
-    return one.log_posterior - max(0, len(one.members) - 1) * max(0.0, share * first)
+    of, *further = space.sensor[list(one.members)]
+    return one.log_posterior - max(0.0, share * first) * sum(NO_SENSOR in (of, it) or it == of for it in further)

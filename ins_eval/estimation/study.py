@@ -16,9 +16,10 @@ import numpy as np
 
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.lag import NAME as LAG
+from ins_eval.effects.parts import SENSORS
 from ins_eval.estimation.blocks import EACH
 from ins_eval.estimation.evidence import log_evidence_of, reduce
-from ins_eval.estimation.search import Space, log_bayes_factor
+from ins_eval.estimation.search import NO_SENSOR, Space, log_bayes_factor
 from ins_eval.recording.belief import EffectBelief
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ def union(cases: Sequence[Case]) -> list[Hypothesis]:
 def space(hypotheses: Sequence[Hypothesis], policy: Policy) -> Space:
     """Families by key; what is composed of a recorded column, or repeats an offset, pays a handicap."""
     numbers: dict[tuple, int] = {}
+    channels = [one.candidate.channel for one in hypotheses]
     families = np.array([numbers.setdefault(one.key, len(numbers)) for one in hypotheses])
     return Space(
         families=families,
@@ -109,6 +111,7 @@ def space(hypotheses: Sequence[Hypothesis], policy: Policy) -> Space:
             ]
         ),
         exact=np.array([one.candidate.name.startswith(EXACT) for one in hypotheses]),
+        sensor=np.array([one if one.startswith(SENSORS) else NO_SENSOR for one in channels]),
         odds=policy.odds,
         largest=np.array([one.candidate.largest for one in hypotheses]),
     )

@@ -24,13 +24,12 @@ from ins_eval.diagnosis.answer.verdict import (
     FoundEffect,
     Rival,
     Withdrawn,
-    channel_of,
 )
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance, Wander
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.columns import Column
-from ins_eval.error_model.library import Candidate
+from ins_eval.error_model.library import Candidate, channel_of
 from ins_eval.errors import UsageError
 from ins_eval.estimation.case import prepare
 from ins_eval.estimation.study import Hypothesis

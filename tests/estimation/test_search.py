@@ -13,7 +13,15 @@ from scipy.special import logsumexp
 from scipy.stats import binom, chi2, multivariate_normal, truncnorm
 
 from ins_eval.estimation.evidence import SCALES
-from ins_eval.estimation.search import Space, chi_square_gains, conditional, log_bayes_factor, one_more, search
+from ins_eval.estimation.search import (
+    NO_SENSOR,
+    Space,
+    chi_square_gains,
+    conditional,
+    log_bayes_factor,
+    one_more,
+    search,
+)
 from ins_eval.policy import Policy
 
 ROUNDING = 1e-8
@@ -37,13 +45,14 @@ def explicit(y: np.ndarray, x: np.ndarray, centre: np.ndarray) -> tuple[float, t
     return float(logsumexp(list(each.values())) - np.log(len(each)) - null), max(each, key=each.__getitem__)
 
 
-def of(families, centre=None, handicap=None) -> Space:
+def of(families, centre=None, handicap=None, sensor=None) -> Space:
     families = np.asarray(families)
     zeros = np.zeros(families.size)
     centre = zeros if centre is None else np.array(centre)
     handicap = zeros if handicap is None else handicap
     nothing = np.full(families.size, np.inf)
-    return Space(families, centre, handicap, np.zeros(families.size, dtype=bool), Policy.odds, nothing)
+    nowhere = np.full(families.size, NO_SENSOR) if sensor is None else np.array(sensor)
+    return Space(families, centre, handicap, np.zeros(families.size, dtype=bool), nowhere, Policy.odds, nothing)
 
 
 @pytest.fixture(scope="module")
@@ -203,6 +212,16 @@ def test_a_further_effect_must_bring_its_share() -> None:
     a, b, space = x.T @ x, x.T @ y, of(range(10))
     assert set(search(a, b, space, 0.0, Policy())[0].members) == {0, 1}
     assert search(a, b, space, 0.05, Policy())[0].members == (0,)
+
+
+@pytest.mark.parametrize(("second", "left_over"), [("accelerometer.z", True), ("gyro.z", False), (NO_SENSOR, True)])
+def test_only_what_the_first_effect_may_leave_over_must_bring_a_share(second: str, left_over: bool) -> None:
+    """A law of one sensor that is not quite right looks like a further one of it, or like a clock; not like a gyro."""
+    q = np.linalg.qr(np.random.default_rng(8).standard_normal((100, 10)))[0]
+    x, y = 20.0 * q, 60.0 * q[:, 0] + 6.0 * q[:, 1]
+    space = of(range(10), sensor=["accelerometer.z", second, *["gyro.x"] * 8])
+    best = set(search(x.T @ x, x.T @ y, space, 0.05, Policy())[0].members)
+    assert best == ({0} if left_over else {0, 1})
 
 
 def test_false_alarms_come_at_the_rate_that_the_cost_says() -> None:

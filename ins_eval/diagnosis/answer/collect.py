@@ -20,7 +20,6 @@ import numpy as np
 
 from ins_eval.diagnosis.answer.decision import explains, is_heard
 from ins_eval.diagnosis.answer.findings import Findings
-from ins_eval.diagnosis.answer.verdict import channel_of
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
 from ins_eval.diagnosis.unnamed.disturbance import (
@@ -342,7 +341,7 @@ def _shown(linearisation: Linearisation, k: int) -> Mismatch:
         begin_s, end_s = float(one.candidate.parameters["at_s"]), float(nodes_s[-1])
     return Mismatch(
         recording=r,
-        channel=channel_of(one.candidate.name, one.candidate.axis, one.candidate.parameters),
+        channel=one.candidate.channel,
         axis=one.candidate.axis or "",
         begin_s=begin_s,
         end_s=end_s,

@@ -15,12 +15,11 @@ from ins_eval.diagnosis.answer.verdict import (
     UNEXPLAINED,
     Diagnosis,
     FoundEffect,
-    channel_of,
 )
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.columns import Column
-from ins_eval.error_model.library import Candidate
+from ins_eval.error_model.library import Candidate, channel_of
 from ins_eval.estimation.study import Hypothesis
 from ins_eval.recording.belief import EffectBelief
 

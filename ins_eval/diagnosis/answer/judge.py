@@ -24,7 +24,6 @@ from ins_eval.diagnosis.answer.verdict import (
     FoundEffect,
     Rival,
     Withdrawn,
-    channel_of,
 )
 from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance
 from ins_eval.effects.vocabulary import VOCABULARY
@@ -103,7 +102,7 @@ def exchanged(findings: Findings, decision: Decision, rival: Rival) -> tuple[Dec
     number = {one: k for k, one in enumerate(linearisation.hypotheses)}
     k, other = number[rival.of], rival.hypothesis.candidate
     before = findings.shown[members.index(k)]
-    channel = channel_of(other.name, other.axis, other.parameters)
+    channel = other.channel
     now = replace(before, channel=channel, axis=other.axis or "")  # in whose place it stands, it shows where that does
     shown, mismatches = (
         tuple(now if one is before else one for one in places) for places in (findings.shown, decision.mismatches)

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.diagnosis.answer.experiments import OF_INSTRUMENT
-from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect, channel_of
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.open_form import open_form
 from ins_eval.effects.parts import SENSORS
@@ -30,6 +29,7 @@ from ins_eval.estimation.evidence import reduce
 from ins_eval.units import ARCSEC, DEG_PER_H, HOUR, UG
 
 if TYPE_CHECKING:
+    from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect
     from ins_eval.diagnosis.unnamed.mismatch import Mismatch
     from ins_eval.error_model.library import Candidate
     from ins_eval.estimation.case import Case
@@ -176,7 +176,7 @@ def _open(
 def _recording(found: Diagnosis, one: Hypothesis) -> int:
     """The recording in which an effect shows."""
     candidate = one.candidate
-    channel = channel_of(candidate.name, candidate.axis, candidate.parameters)
+    channel = candidate.channel
     for mismatch in found.mismatches:
         if mismatch.channel == channel and one.columns[mismatch.recording] is not None:
             return mismatch.recording

@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ins_eval.effects.composed import NAME as COMPOSED
-from ins_eval.effects.lag import NAME as LAG
-from ins_eval.effects.parts import SENSORS
 from ins_eval.estimation.forecast import forecast, persistent, root_of
 
 if TYPE_CHECKING:
@@ -143,19 +140,3 @@ def _with_roots(posterior: Forecast, cases: Sequence[Case]) -> list[EffectBelief
         )
         for k, (one, mean, row) in enumerate(zip(posterior.effects, posterior.mean, root, strict=True))
     ]
-
-
-def channel_of(name: str, axis: str | None, parameters: dict) -> str:
-    """The channel in which an effect of this name lives."""
-    sensor = name.partition(".")[0]
-    if name == COMPOSED:
-        return f"{str(parameters['form']).partition(' ')[0]}.{axis}"
-    if sensor in SENSORS:
-        return f"{sensor}.{axis}"
-    if sensor == "recording":
-        return "clock" if "clock" in name else sensor
-    if sensor in ("alignment", "earth"):
-        return "navigation"
-    if sensor == "reference":
-        return "reference.attitude"
-    return {"gps.lever_arm": "gps.position", LAG: "temperature"}.get(name, "gps.velocity")

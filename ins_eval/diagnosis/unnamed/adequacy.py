@@ -7,7 +7,7 @@ are taken off at their best, and any interval of any channel is looked at for wh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,8 +18,10 @@ from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.disturbance import of_windows, restless, within_statement
 from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance, located
 from ins_eval.diagnosis.unnamed.open_form import open_forms, over_temperature
+from ins_eval.effects.parts import SENSORS
 from ins_eval.estimation.blocks import EACH
 from ins_eval.estimation.evidence import Reduced, reduce
+from ins_eval.estimation.search import NO_SENSOR
 
 if TYPE_CHECKING:
     from ins_eval.error_model.columns import Column
@@ -36,7 +38,8 @@ def left_unexplained(
 ) -> tuple[UnnamedDisturbance, UnnamedDisturbance]:
     """Instead of the effects that are taken off, and beside them: what gains most in any recording.
 
-    A mismatch beside effects whose form is a law must bring at least `Policy.least_share` of what they do.
+    A mismatch that could be what effects whose form is a law leave over must bring at least `Policy.least_share` of
+    what they do.
     """
     instead, beside = [], []
     m = list(linearisation.best.members)
@@ -44,6 +47,12 @@ def left_unexplained(
     rough = not linearisation.space.exact[m].any()
     share = policy.least_share(case.kind for case in linearisation.cases)
     least = share * max(linearisation.best.log_bayes_factor, 0.0) if rough else 0.0
+    theirs = set(linearisation.space.sensor[m])
+
+    def leftover(channel: str) -> float:
+        others = channel.startswith(SENSORS) and channel not in theirs and NO_SENSOR not in theirs
+        return 0.0 if others else least
+
     for r, case in enumerate(linearisation.cases):
         own = [i for i, one in enumerate(chosen) if one.columns[r] is not None]
         scale = np.array([max(1.0, abs(float(mean[i]))) for i in own])
@@ -60,7 +69,7 @@ def left_unexplained(
             *_curved(at_windows, columns, point, policy.near + max(in_time.gain, 0.0)),
         ]
         left = reduce(whitened, nuisances + len(columns))
-        beside.append(_unnamed(_Windows(r, linearisation, over, edges_s, left), least, rng, policy))
+        beside.append(_unnamed(_Windows(r, linearisation, over, edges_s, left), leftover, rng, policy))
         one = restless(case, r, linearisation.fitted[r], policy, columns) if beside[-1].mismatch is None else None
         if one is not None:
             place = located(case, r, one.interval, one.sigma)
@@ -94,19 +103,24 @@ class _Windows:
         return locate.scan(self.reduced, self.over, self.edges_s)
 
 
-def _unnamed(windows: _Windows, least: float | None, rng: np.random.Generator, policy: Policy) -> UnnamedDisturbance:
-    """What changes slowly with time; `least` nats that a mismatch must bring, None where one is shown anyway."""
+def _unnamed(
+    windows: _Windows, least: Callable[[str], float] | None, rng: np.random.Generator, policy: Policy
+) -> UnnamedDisturbance:
+    """What changes slowly with time; a mismatch of a channel must bring `least` nats, None: any is shown."""
     case, r = windows.case, windows.r
     trials = locate.significance(windows.reduced, windows.edges_s.size - 1, rng)
     # a channel is one more family, and costs what an effect costs
     forms = open_forms(windows.reduced, len(windows.over))
-    gain = max(one.log_bayes_factor for one in forms) - windows.linearisation.space.cost
-    interval = next((one for one in windows.found if not within_statement(case, one, policy)), None)
-    if interval is None:
+    best = max(forms, key=lambda one: one.log_bayes_factor)
+    gain = best.log_bayes_factor - windows.linearisation.space.cost
+    found = [one for one in windows.found if not within_statement(case, one, policy)]
+    if not found:
         return UnnamedDisturbance(None, gain, 0.0)
+    enough = [one for one in found if least is not None and 0.5 * one.t2 > least(one.channel.name)]
+    interval = (enough or found)[0]
     sigma = trials.sigma(interval.t2)
     sure = trials.probability(interval.t2) <= policy.largest_probability(interval.channel.name)
-    if least is None or (sure and 0.5 * interval.t2 > least) or gain > least:
+    if least is None or (sure and enough) or gain > least(windows.over[best.channel].name):
         return UnnamedDisturbance(located(case, r, interval, sigma), gain, sigma, interval)
     return UnnamedDisturbance(None, gain, sigma)
 
