@@ -23,13 +23,13 @@ from ins_eval.diagnosis.answer.verdict import (
     NOT_IDENTIFIABLE,
     PARTLY,
     UNEXPLAINED,
-    channel_of,
 )
 from ins_eval.diagnosis.unnamed.disturbance import surest_of
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.effects.accelerometer import AT
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
+from ins_eval.error_model.drives import source, strength
 from ins_eval.estimation.linearisation import CONSTANTS
 
 if TYPE_CHECKING:
@@ -117,15 +117,29 @@ def describing(linearisation: Linearisation, policy: Policy) -> tuple[int, ...]:
 
 
 def _returning(linearisation: Linearisation, policy: Policy) -> Iterator[tuple[int, int]]:
-    """Pairs of jumps of one family whose sizes cancel to `Policy.returned` sigmas."""
+    """Pairs of jumps of one sensor whose sizes cancel to `Policy.returned` sigmas; the other's name may be another."""
     members, (mean, covariance) = linearisation.best.members, linearisation.coefficients
     ones = [linearisation.hypotheses[k].candidate for k in members]
     for i, j in combinations(range(len(members)), 2):
-        if ones[i].key != ones[j].key or AT.name not in ones[i].parameters:
+        if ones[i].channel != ones[j].channel or not all(AT.name in one.parameters for one in (ones[i], ones[j])):
             continue
-        variance = covariance[i, i] + covariance[j, j] + 2.0 * covariance[i, j]
-        if (mean[i] + mean[j]) ** 2 < policy.returned**2 * variance:
+        size = np.array([_added(linearisation, members[i]), _added(linearisation, members[j])])
+        if (size @ mean[[i, j]]) ** 2 < policy.returned**2 * (size @ covariance[np.ix_([i, j], [i, j])] @ size):
             yield members[i], members[j]
+
+
+def _added(linearisation: Linearisation, k: int) -> float:
+    """What a jump adds to its sensor with a coefficient of 1, on average of the time from its instant on, in SI."""
+    columns = zip(linearisation.cases, linearisation.hypotheses[k].columns, strict=True)
+    case, column = next((case, column) for case, column in columns if column is not None)
+    added = 0.0
+    for term in column.terms:
+        after = case.slow.epochs[term.slow] > 0.5
+        driven, constant = (
+            case.model.integrals[after, source(term.sensor, term.axis, of)] for of in (term.multiplier, "1")
+        )
+        added += term.weight * float(np.mean(strength(driven, constant))) if after.any() else 0.0
+    return added
 
 
 def _moving(linearisation: Linearisation) -> dict[str, list[int]]:
@@ -232,4 +246,4 @@ def _without_crowd(findings: Findings, policy: Policy) -> Findings:
 def _channels(linearisation: Linearisation, members: Sequence[int]) -> list[str]:
     """The channel that each of these hypotheses disturbs."""
     ones = [linearisation.hypotheses[k].candidate for k in members]
-    return [channel_of(one.name, one.axis, one.parameters) for one in ones]
+    return [one.channel for one in ones]

@@ -133,27 +133,35 @@ def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Sign
 
 
 def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
-    """A slow disturbance of one sensor, while the other sensors wander little; None where there is one sensor only."""
-    quiet = with_quiet_sensors(case, base.noise_point)
-    over, edges_s, whitened = of_windows(case, quiet, sensors=True)
-    reduced = reduce(whitened, len(case.nuisances))
-    found = locate.scan(reduced, over, edges_s)
-    if len(over) == 1 or not found:
+    """A slow disturbance of one sensor, while the other sensors wander less; None where there is one sensor only.
+
+    It is looked for where sensors wander little, and half as far as they seem to: a wave is not quite what windows are.
+    """
+    over, edges_s, windows = _windows(case, sensors=True)
+    if len(over) == 1:
         return None
-    best = max(open_forms(reduced, len(over)), key=lambda one: one.log_bayes_factor)
     known = slice(0, len(case.nuisances))
-    columns = list(locate.windows(over[best.channel], edges_s, case.slow, case.model))
+    ready, best = case.ready(windows), None
+    for quiet in _quieter(case, base.noise_point):
+        whitened = ready(quiet)
+        reduced = reduce(whitened, known.stop)
+        form = max(open_forms(reduced, len(over)), key=lambda one: one.log_bayes_factor)
+        start = log_evidence_of(whitened, known) - 0.5 * float(quiet @ quiet) + form.log_bayes_factor
+        if best is None or start > best[0]:
+            best = start, over[form.channel], quiet, locate.scan(reduced, over, edges_s)
+    start, channel, quiet, found = best
+    if not found:
+        return None
+    columns = list(locate.windows(channel, edges_s, case.slow, case.model))
     forms = roots(len(columns))
     cost = float(np.log(len(over) / policy.odds)) + policy.alone
-    there = case.ready([])(quiet)
-    start = log_evidence_of(there, known) - 0.5 * float(quiet @ quiet) + best.log_bayes_factor
-    interval = max(found, key=lambda one: one.channel is over[best.channel])
+    interval = max(found, key=lambda one: one.channel is channel)
     if start - base.log_evidence < -policy.hopeless:
         return Suspect(r, interval, start - base.log_evidence - cost, 1.0, 0.0, base)
     fitted = case.fitted(columns, replace(base, noise_point=quiet), lambda a, b: mixture(a, b, forms))
     gained = fitted.log_evidence - base.log_evidence - cost
     left = reduce(fitted.whitened, known.stop)
-    interval = next(iter(locate.scan(left, [over[best.channel]], edges_s)), interval)
+    interval = next(iter(locate.scan(left, [channel], edges_s)), interval)
     sigma = float(np.sqrt(2.0 * max(gained, 0.0)))
     return Suspect(r, interval, gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted)
 
@@ -204,6 +212,13 @@ def within_grade(case: Case, noise_point: np.ndarray, policy: Policy) -> np.ndar
     if case.believed is not None:
         return noise_point
     return np.where(np.isin(case.noise.free, OF_BENCH), np.minimum(noise_point, policy.wander), noise_point)
+
+
+def _quieter(case: Case, noise_point: np.ndarray) -> list[np.ndarray]:
+    """`noise_point` at sensors that wander little, and at half of what is beyond the usual, if any is."""
+    beyond = np.isin(case.noise.free, OF_SENSORS) & (noise_point > 0.0)
+    half = [np.where(beyond, 0.5 * noise_point, noise_point)] if beyond.any() else []
+    return [with_quiet_sensors(case, noise_point), *half]
 
 
 def _with_quiet(case: Case, noise_point: np.ndarray, levels: Sequence[str]) -> np.ndarray:
