@@ -86,6 +86,13 @@ class Temperature:
     before: Temperature | None = None
 
 
+def thermometer_step(reading_c: np.ndarray) -> float:
+    """The smallest change between readings, (n,) or (n, m), that are not equal; 0 where the reading never changes."""
+    changes = np.abs(np.diff(reading_c, axis=0)).ravel()
+    changes = changes[changes > 1e-9]
+    return float(np.quantile(changes, 0.1)) if changes.size else 0.0
+
+
 def imu_temperature(trajectory: Trajectory, period_s: float = 1.0) -> Temperature:
     """Lumped heat balance of the IMU over a flight, from switching it on.
 

@@ -13,7 +13,7 @@ import numpy as np
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import AccelerometerBelief
 from ins_eval.recording.form.names import AIR
-from ins_eval.thermal import filtered_rate, lagged
+from ins_eval.thermal import filtered_rate, lagged, thermometer_step
 
 SMOOTHING_S = 240.0
 GRID_S = 1.0
@@ -95,9 +95,7 @@ def _smooth(readings: ChamberReadings, rows: np.ndarray) -> np.ndarray:
         fits = [lagged(time_s, air[rows], lag) if lag else np.array(air[rows]) for lag in LAGS_S]
         fits = [fit + np.mean(reading_c - fit) for fit in fits]
         best = min(fits, key=lambda fit: float(np.std(reading_c - fit)))
-        changes = np.abs(np.diff(reading_c))
-        step = float(changes[changes > 1e-9].min(initial=np.inf))
-        if np.std(reading_c - best) < GOOD_FIT_STEPS * max(step, 0.01):
+        if np.std(reading_c - best) < GOOD_FIT_STEPS * max(thermometer_step(reading_c), 0.01):
             return best
     window = min(FEW_READINGS, (rows.size - 1) // 2 * 2 + 1)
     return _smoothed(reading_c, window)

@@ -14,6 +14,7 @@ import numpy as np
 from ins_eval.compensation import Samples
 from ins_eval.error_model.null import Believed, triad
 from ins_eval.navigation import samples
+from ins_eval.thermal import thermometer_step
 from ins_eval.units import MINUTE
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def step_noise(believed: Believed, seen: SmoothedTemperature | None, middle_s: n
     filter_s = recording.belief.accelerometer.rate_filter_s
     rows = np.clip(np.searchsorted(recording.imu.time_s, middle_s), 0, recording.imu.time_s.size - 1)
     for axis, (model, given) in enumerate(zip(triad(believed), samples(recording), strict=True)):
-        step_c = _step(given.temperature_c)
+        step_c = thermometer_step(given.temperature_c)
         few = Samples(*(getattr(given, name)[rows] for name in ("time_s", "output", "temperature_c", "rate_c_per_min")))
         base = model.specific_force(few)
         warmer = Samples(few.time_s, few.output, few.temperature_c + _SLOPE_STEP_C, few.rate_c_per_min)
@@ -44,10 +45,3 @@ def step_noise(believed: Believed, seen: SmoothedTemperature | None, middle_s: n
         lasting = step_c / np.maximum(np.interp(middle_s, seen.time_s, speed), 1e-9)
         out[:, axis] = 2.0 * sigma**2 * np.clip(0.25 * lasting, SHORTEST_STEP_S, LONGEST_STEP_S)
     return out
-
-
-def _step(reading_c: np.ndarray) -> float:
-    """The smallest change between readings that are not equal; 0 where the reading never changes."""
-    changes = np.abs(np.diff(reading_c))
-    changes = changes[changes > 1e-9]
-    return float(np.quantile(changes, 0.1)) if changes.size else 0.0

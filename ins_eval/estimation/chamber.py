@@ -33,7 +33,7 @@ from ins_eval.estimation.case import Case, with_effects
 from ins_eval.estimation.noise import NoiseModel, Prior, white, without_outliers
 from ins_eval.recording.belief import Belief, GpsBelief
 from ins_eval.recording.mending import mended_chamber
-from ins_eval.thermal import filtered_rate
+from ins_eval.thermal import filtered_rate, thermometer_step
 from ins_eval.units import STANDARD_GRAVITY, UG
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ RUN_SIGMA_UG = 1000.0  # of the constant of a run: at 0 g a milliradian of tilt
 LEAST_CONSTANT = 10.0  # times the white noise of a reading: no constant is known better than that of a unit so noisy
 STILL = 0.25  # of a step of the output: less scatter does not carry it across
 FEWEST_READINGS = 2
+WARMER_C = 0.05  # to see what the belief makes of temperature
 _ONE = "channel_0"
 
 
@@ -62,6 +63,7 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
     given = indicated(readings, belief, folder)
     one_more = indicated(replace(readings, output=readings.output + 1.0), belief, folder)
     size = float(np.median(one_more - given))  # of 1 pulse/s
+    warmer = indicated(replace(readings, temperature_c=readings.temperature_c + WARMER_C), belief, folder) - given
     if belief.effects:
         given = given - chamber_error(readings, belief, name, folder, temperature)
     seen = _observations(readings, given - STANDARD_GRAVITY * readings.input_g)
@@ -98,7 +100,11 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         nuisances=of_runs,
         taken=np.zeros(len(of_runs)),
         candidates=tuple(bench.candidates()),
-        noise=_noise(seen, interval_s, _counted(readings, given, size, runs)),
+        noise=_noise(
+            seen,
+            interval_s,
+            np.hypot(_counted(readings, given, size, runs), _read_off(readings, warmer / WARMER_C, runs)),
+        ),
         outliers=outliers,
         epochs_s=interval_s,
         member=bench.member,
@@ -175,6 +181,19 @@ def _counted(readings: ChamberReadings, given: np.ndarray, size: float, runs: li
         scatter = float(np.std(np.diff(given[rows]))) / np.sqrt(2.0) if rows.size > 2 else np.inf
         if scatter < STILL * step:
             out[rows] = step / np.sqrt(12.0) * np.sqrt(rows.size * len(runs))
+    return out
+
+
+def _read_off(readings: ChamberReadings, slope: np.ndarray, runs: list[np.ndarray]) -> np.ndarray:
+    """One sigma (n,) in m/s^2 of what the steps of the thermometer hide; `slope` (n,) in m/s^2 per degC of the belief.
+
+    A reading that stays the same is off by the same, so all in a row that do are worth one.
+    """
+    step_c = thermometer_step(readings.temperature_c)
+    out = np.zeros(slope.size)
+    for rows in runs:
+        stays = np.cumsum(np.diff(readings.temperature_c[rows], prepend=readings.temperature_c[rows[0]]) != 0.0)
+        out[rows] = step_c / np.sqrt(12.0) * np.abs(slope[rows]) * np.sqrt(np.bincount(stays)[stays])
     return out
 
 

@@ -33,6 +33,7 @@ NOISE = 1.0  # pulse/s
 REFERENCE_C = 22.0
 VALUE, ROUNDING_UG = 0.03, 1e-3  # relative, of what noise leaves of the rate term; and of arithmetic
 ROUNDING = 1e-5  # of a factor as it is stated
+SLOPE = 0.01  # of a compensation, taken from a difference
 WANDER_UG, WANDER_S = 300.0, 1800.0
 LAG_S, LAG, OWN_COLUMN = 130.0, 0.1, 0.01  # a lag, and relative, of what noise leaves of it and of its column
 
@@ -126,6 +127,19 @@ def test_a_slow_error_beyond_its_grade_is_no_noise(belief) -> None:
             assert found.wander.sensor == "accelerometer"
             assert found.wander.bound < found.wander.sigma < WANDER_UG * UG * 2.0
             assert is_sure(found, policy)
+
+
+def test_a_thermometer_that_stays_on_a_step_tells_as_much_as_one_reading(belief) -> None:
+    """q / sqrt(12) times the slope of what is believed, of n readings that stay sqrt(n) times as much each."""
+    step_c, stay, g0, temperature_c = 0.125, 21, 1.0, 20.0
+    readings = measured(EPSILON)
+    coarse = replace(readings, temperature_c=step_c * np.round(readings.temperature_c / step_c))
+    assert np.all(coarse.temperature_c[:stay] == temperature_c) and coarse.temperature_c[stay] != temperature_c
+    white = prepare_chamber(coarse, belief, "chamber").noise.white[:stay, 0]
+    scale = GAMMA + MU * (temperature_c - REFERENCE_C)
+    slope_ug = 1e6 * -MU / scale * (g0 + 1e-6 * (K0_UG + OMEGA * (temperature_c - REFERENCE_C))) - OMEGA
+    expected = slope_ug * UG * step_c / np.sqrt(12.0) * np.sqrt(stay)
+    np.testing.assert_allclose(white, expected, rtol=SLOPE)
 
 
 def test_a_rate_term_that_was_left_out_is_named(belief) -> None:

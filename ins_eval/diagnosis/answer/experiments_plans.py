@@ -21,7 +21,7 @@ from ins_eval.navigation import PARKED, samples
 from ins_eval.profile import HeightChange, Place, Profile, SpeedChange, Thermal, Turn
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start
 from ins_eval.recording.belief import AxisBelief, Belief, EarthBelief, ScaleBelief
-from ins_eval.thermal import imu_temperature, lagged
+from ins_eval.thermal import imu_temperature, lagged, thermometer_step
 from ins_eval.trajectory import Trajectory
 from ins_eval.units import DEG, MINUTE
 
@@ -174,7 +174,7 @@ def recording(name: str, kind: str, motion: Motion, temperature_c: np.ndarray, l
     )
     given = None
     if other.imu.temperature_c is not None:
-        step = _step(other.imu.temperature_c)
+        step = thermometer_step(other.imu.temperature_c)
         given = np.round(temperature_c / step) * step if step > 0.0 else temperature_c
     fixes = None if kind in PARKED else _fixes(motion, other)
     in_pulses = other.imu.accelerometer_form == "pulse"
@@ -231,13 +231,6 @@ def _fixes(motion: Motion, like: Recording) -> Fixes:
         valid=(np.abs(angles[:, 0]) <= SKY_DEG * DEG)[every],
         attitude_rad=angles[every] if known else None,
     )
-
-
-def _step(reading_c: np.ndarray) -> float:
-    """The smallest change between readings that are not equal; 0 where the reading never changes."""
-    changes = np.abs(np.diff(reading_c, axis=0)).ravel()
-    changes = changes[changes > 1e-9]
-    return float(np.quantile(changes, 0.1)) if changes.size else 0.0
 
 
 def ramps(
