@@ -46,6 +46,12 @@ def library(seconds: float, with_steps: bool = True) -> list[Effect]:
     return out
 
 
+def jumps_at(instants_s: list[float]) -> list[Effect]:
+    """Every name that jumps, on every axis at its nominal size, at these instants that the grid of `library` misses."""
+    rows = [row for row in VOCABULARY.items() if row[0].endswith("step") and row[1].target != DESCRIPTION]
+    return [Effect(name, axis, row.nominal, {"at_s": t}) for name, row in rows for axis in row.axes for t in instants_s]
+
+
 def family(effect) -> tuple:
     """What counts as one explanation: name, axis and other axis, whatever the hyper-parameters."""
     return effect.name, effect.axis, effect.parameters.get("other_axis")
@@ -374,7 +380,11 @@ def judge(case) -> dict:
     """The oracle's numbers of a case, for its truth file."""
     hidden = case.hidden
     seconds = max((made.felt.time_s[-1] for made in case.made if made.felt is not None), default=7200.0)
-    candidates = library(seconds, with_steps=len(case.made) == 1 and case.made[0].felt is not None)
+    with_steps = len(case.made) == 1 and case.made[0].felt is not None
+    candidates = library(seconds, with_steps)
+    grid = len(candidates)
+    instants_s = [one.parameters["at_s"] for one in hidden if isinstance(one, Effect) and "at_s" in one.parameters]
+    candidates += jumps_at(instants_s) if with_steps else []
     exact = [nominal(one) for one in hidden]
     m = len(exact)
     a = b = 0.0
@@ -390,9 +400,11 @@ def judge(case) -> dict:
     sharp = np.array([one.name.startswith("earth.") if hasattr(one, "name") else False for one in every])
     single = evidence(a, b, sharp)
     groups: dict[tuple, list[int]] = {}
-    for k, one in enumerate(candidates):
+    for k, one in enumerate(candidates[:grid]):
         groups.setdefault(family(one), []).append(m + k)
     by_family = {key: float(logsumexp(single[rows]) - math.log(len(rows))) for key, rows in groups.items()}
+    for k, one in enumerate(candidates[grid:], start=m + grid):  # at the instant of the truth, as the truth itself is
+        by_family[family(one)] = max(by_family[family(one)], float(single[k]))
     truth = {family(one) for one in hidden if isinstance(one, Effect)}
     if not hidden:
         best = max(by_family, key=by_family.get)
