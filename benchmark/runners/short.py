@@ -21,6 +21,7 @@ import numpy as np
 from benchmark.worlds import grades
 from benchmark.worlds.record import Made
 from benchmark.worlds.trajectories import TRAJECTORIES
+from ins_eval.parallel import results
 
 LENGTHS_S = (30.0, 120.0)
 RATE_HZ = 50.0
@@ -81,18 +82,24 @@ def outcome(made: Made, folder: Path) -> tuple[str, str]:
         return DEFECT, traceback.format_exc()
 
 
+def tried(seed: int, index: int) -> tuple[str, str, str]:
+    """Recording number `index` in words, and its outcome."""
+    made, words = a_short_recording(seed, index)
+    with tempfile.TemporaryDirectory() as folder:
+        return words, *outcome(made, Path(folder) / "recording")
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmark.runners.short", description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--first", type=int, default=0, help="index of the first recording")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
     chosen = parser.parse_args(arguments)
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     counts: Counter[str] = Counter()
-    for index in range(chosen.first, chosen.first + chosen.count):
-        made, words = a_short_recording(chosen.seed, index)
-        with tempfile.TemporaryDirectory() as folder:
-            found, told = outcome(made, Path(folder) / "recording")
+    jobs = {index: (chosen.seed, index) for index in range(chosen.first, chosen.first + chosen.count)}
+    for index, (words, found, told) in results(tried, jobs, chosen.workers):
         counts[found] += 1
         print(f"{index}  {words}: {found}", told, flush=True)
     print(", ".join(f"{n} {what}" for what, n in counts.most_common()))
