@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.answer.judge import judge
+from ins_eval.diagnosis.unnamed.disturbance import is_sure, one_sensor
 from ins_eval.estimation import case as cases
+from ins_eval.policy import Policy
 from ins_eval.units import DEG_PER_H, UG
+from tests.ideal import RATE_HZ
 
 MOST_LOG_BAYES_FACTOR = 1.0
 SIGMAS = 2.0  # of each turn-on bias
 PARKED_S = 3600.0
+WAVE_UG, PERIOD_S = 40.0, 900.0  # less than a turn-on bias, and within what a sensor may wander
 ROUNDING_NATS = 1.0
 
 
@@ -38,3 +42,16 @@ def test_turn_on_biases_cost_a_parked_null_their_prior_and_no_more(recording_at_
     biased = replace(imu, accelerometer=imu.accelerometer + force * interval_s, gyro=imu.gyro + rate * interval_s)
     found = [cases.prepare(one).fitted().log_evidence for one in (parked, replace(parked, imu=biased))]
     assert 0.0 < found[0] - found[1] < 0.5 * 6 * SIGMAS**2 + ROUNDING_NATS
+
+
+@pytest.mark.parametrize("wave_ug", [WAVE_UG, 0.0])
+def test_a_wave_of_one_sensor_is_no_wander_of_all(flight, wave_ug: float) -> None:
+    """No step of windows follows a wave, and a wander of all three sensors takes it up; the other two are quiet."""
+    imu = flight.imu
+    force = imu.accelerometer.copy()
+    force[:, 2] += wave_ug * UG / RATE_HZ * np.sin(2.0 * np.pi * imu.time_s / PERIOD_S)
+    case = cases.prepare(replace(flight, imu=replace(imu, accelerometer=force)))
+    found = one_sensor(case, 0, case.fitted(hills=True), Policy())
+    assert is_sure(found, Policy()) is (wave_ug > 0.0)
+    if wave_ug:
+        assert found.interval.channel.name == "accelerometer.z"

@@ -50,17 +50,18 @@ def test_the_white_noise_of_a_standstill_is_read_off_where_it_is_disturbed(ideal
     seen = seen_of(ideal_recording("oven"))
     rng = np.random.default_rng(5)
     residual = seen.residual.copy()
-    disturbed = slice(1000, 1200)
-    residual[:, 3] += SWAY_MPS * rng.standard_normal(residual.shape[0])
-    residual[:, 4] += 1e-4 * rng.standard_normal(residual.shape[0])
-    residual[disturbed, 4] += 0.02 * rng.standard_normal(200)
+    count = residual.shape[0]
+    disturbed = slice(count // 2, count // 2 + 100)
+    residual[:, 3] += SWAY_MPS * rng.standard_normal(count)
+    residual[:, 4] += 1e-4 * rng.standard_normal(count)
+    residual[disturbed, 4] += 0.02 * rng.standard_normal(100)
     level, _ = noise.white(replace(seen, residual=residual))
-    assert np.median(level[1:, 3]) == pytest.approx(SWAY_MPS, rel=LEVEL)
-    assert np.median(level[1:900, 4]) == pytest.approx(1e-4, rel=LEVEL)
+    assert np.median(level[1:, 3]) == pytest.approx(SWAY_MPS, rel=2.0 * LEVEL)  # a difference of two variances
+    assert np.median(level[1 : count // 2 - 10, 4]) == pytest.approx(1e-4, rel=2.0 * LEVEL)
     assert np.median(level[disturbed, 4]) == pytest.approx(0.02, rel=2.0 * LEVEL)
 
 
-def test_drives_of_a_stand_hold_no_noise_and_many_hours_take_no_more_epochs(recording_at_rest, monkeypatch) -> None:
+def test_drives_of_a_stand_hold_no_noise_and_every_second_of_it_tells_no_more(recording_at_rest, monkeypatch) -> None:
     """At rest the specific force is constant; what single samples add to it is in the residual and is no drive."""
     recording = recording_at_rest(3600.0, seed=1, error_ug=lambda time_s: 100.0 + 0.0 * time_s)
     case = cases.prepare(recording)
@@ -70,12 +71,12 @@ def test_drives_of_a_stand_hold_no_noise_and_many_hours_take_no_more_epochs(reco
         force = drives.strength(*drive)
         assert np.ptp(force) < STEADY_UG * UG
         assert force.mean() == pytest.approx(felt, abs=0.05)
-    assert case.model.interval_s == pytest.approx(1.0)
+    assert case.model.interval_s == pytest.approx(observations.STANDING_EPOCH_S)
     assert not any(one.name.startswith(("gps.", "recording.clock")) for one in case.candidates)  # no receiver is asked
-    monkeypatch.setattr(observations, "MOST_EPOCHS", 1200)
-    shorter = cases.prepare(recording)
-    assert shorter.model.interval_s[10:-10] == pytest.approx(3.0)
-    for one in (case, shorter):
+    monkeypatch.setattr(observations, "STANDING_EPOCH_S", 1.0)
+    finer = cases.prepare(recording)
+    assert finer.model.interval_s == pytest.approx(1.0)
+    for one in (case, finer):
         (fitted,) = fit_noise([one], [], [None])
         (bias,) = (k for k in one.candidates if (k.name, k.axis) == ("accelerometer.bias", "z"))
         whitened = one.whitened([bias.column], fitted.noise_point)
