@@ -28,7 +28,7 @@ class Policy:
     most_effects: float = _chosen(24, REASONING, "effects in a set")
     beam: float = _chosen(12, DEVELOPMENT, "sets of each size that are carried on")
     worth_sets: float = _chosen(1.0, REASONING, "nats of the best single effect from which sets are looked at")
-    share: float = _chosen(0.01, DEVELOPMENT, "share of the first effect's nats that a further one must gain")
+    share: float = _chosen(0.01, DEVELOPMENT, "share of the first effect's nats that another of its sensor must gain")
     share_chamber: float = _chosen(0.03, DEVELOPMENT, "the same where a recording is of a chamber")
     handicap: float = _chosen(3.0, REASONING, "nats that an effect composed of a recorded column pays")
     repeats: float = _chosen(1.5, REASONING, "nats that an effect in proportion to what does not change pays")
@@ -66,7 +66,7 @@ class Policy:
     experiment_worth: float = _chosen(3.0, REASONING, "nats to be named at all where none adds enough")
 
     def least_share(self, kinds: Iterable[str]) -> float:
-        """The share of the first effect's nats that a further one must gain, in recordings of these kinds."""
+        """The share of the first effect's nats that another of its sensor must gain, in recordings of these kinds."""
         return max((self.share_chamber if kind == "chamber" else self.share for kind in kinds), default=0.0)
 
     def largest_probability(self, channel: str) -> float:
