@@ -104,10 +104,10 @@ def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> 
     if believed.stands:
         about, force_n = _standing(states)
     matrices, missing = dynamics(believed.recording.belief.earth, about, force_n)
-    full, half = matrices * dt[:, None], matrices * (0.5 * dt[:, None])
-    eye = np.eye(STATES)
-    transition = eye + full + 0.5 * full @ full
-    half = eye + half + 0.5 * half @ half
+    full, eye = matrices * dt[:, None], np.eye(STATES)
+    square = full @ full
+    transition = eye + full + square / 2.0 + square @ full / 6.0  # by the third a heading moves a position
+    half = eye + full / 2.0 + square / 8.0
     known = np.zeros((dt.size, STATES))
     if len(arcs) == 1:
         known[:, 5], known[:, 2] = _feedback(believed, arcs[0], nodes_s).T

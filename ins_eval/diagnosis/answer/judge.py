@@ -138,7 +138,7 @@ def _said(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:
         cases=findings.cases,
         verdict=decision.verdict,
         effects=_effects(linearisation) if named else (),
-        rivals=rivals(linearisation, policy) if named else (),
+        rivals=rivals(linearisation, policy, findings.around_belief) if named else (),
         mismatches=decision.mismatches,
         unnamed=decision.unnamed,
         null=findings.null,

@@ -24,13 +24,16 @@ if TYPE_CHECKING:
     from ins_eval.policy import Policy
 
 
-def rivals(linearisation: Linearisation, policy: Policy) -> tuple[Rival, ...]:
+def rivals(
+    linearisation: Linearisation, policy: Policy, around_belief: Linearisation | None = None
+) -> tuple[Rival, ...]:
     """Every family that could stand in the place of an effect of the best set, best first."""
     ranked = sorted(
         (one for k in linearisation.best.members for one in _in_the_place(linearisation, k, policy)),
         key=lambda one: one.below_best,
     )
-    return (*ranked, *(one for k in linearisation.best.members for one in _three_biases(linearisation, k)))
+    believed = around_belief or linearisation
+    return (*ranked, *(one for k in linearisation.best.members for one in _three_biases(linearisation, k, believed)))
 
 
 def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[Rival]:
@@ -105,8 +108,11 @@ def with_experiments(linearisation: Linearisation, found: Sequence[Rival], catal
     )
 
 
-def _three_biases(linearisation: Linearisation, k: int) -> list[Rival]:
-    """Three constant gyro biases as the rival of Earth rotation, where only parked recordings show it."""
+def _three_biases(linearisation: Linearisation, k: int, around_belief: Linearisation) -> list[Rival]:
+    """Three constant gyro biases as the rival of Earth rotation, where only parked recordings show it.
+
+    Their sizes are those around the belief, in which the Earth does not turn: where it does, biases and heading trade.
+    """
     one = linearisation.hypotheses[k]
     parked = all(case.kind in PARKED for case in linearisation.cases)
     if one.candidate.name != "earth.rotation" or not parked:
@@ -115,9 +121,13 @@ def _three_biases(linearisation: Linearisation, k: int) -> list[Rival]:
     others = [j for j in linearisation.best.members if j != k]
     m = [*others, *biases]
     sums = linearisation.here.normal[np.ix_(m, m)], linearisation.here.projection[m], linearisation.space.centre[m]
-    gain, scales = log_bayes_factor(*sums)
-    below = linearisation.gain([*others, k]) - gain
-    mean = posterior(*sums, scales)[0][len(others) :]
+    below = linearisation.gain([*others, k]) - log_bayes_factor(*sums)[0]
+    beside = {linearisation.hypotheses[j].key for j in others}
+    there = [j for j, other in enumerate(around_belief.hypotheses) if other.candidate.name == "gyro.bias"]
+    kept = [j for j in around_belief.best.members if around_belief.hypotheses[j].key in beside]
+    m = [*kept, *there]
+    sums = around_belief.here.normal[np.ix_(m, m)], around_belief.here.projection[m], around_belief.space.centre[m]
+    mean = posterior(*sums, log_bayes_factor(*sums)[1])[0][len(kept) :]
     return [
         Rival(
             of=one,
