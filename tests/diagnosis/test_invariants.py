@@ -217,7 +217,7 @@ def test_two_that_each_lie_above_the_other_do_not_change_places_for_ever(monkeyp
     findings = Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, NOTHING_LEFT, LEFT, (PLACE,))
     asked = iter(range(10))
 
-    def leading(one: Linearisation, _: Policy) -> tuple[Rival, ...]:
+    def leading(one: Linearisation, *_: object) -> tuple[Rival, ...]:
         next(asked)  # ends where it is asked for ever
         (k,) = one.best.members
         return (Rival(one.hypotheses[k], one.hypotheses[1 - k], 0.4, -1.0, False),)
