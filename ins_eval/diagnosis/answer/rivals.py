@@ -123,7 +123,8 @@ def _three_biases(linearisation: Linearisation, k: int, around_belief: Linearisa
     sums = linearisation.here.normal[np.ix_(m, m)], linearisation.here.projection[m], linearisation.space.centre[m]
     below = linearisation.gain([*others, k]) - log_bayes_factor(*sums)[0]
     beside = {linearisation.hypotheses[j].key for j in others}
-    there = [j for j, other in enumerate(around_belief.hypotheses) if other.candidate.name == "gyro.bias"]
+    number = {other.key: j for j, other in enumerate(around_belief.hypotheses)}
+    there = [number[linearisation.hypotheses[j].key] for j in biases]
     kept = [j for j in around_belief.best.members if around_belief.hypotheses[j].key in beside]
     m = [*kept, *there]
     sums = around_belief.here.normal[np.ix_(m, m)], around_belief.here.projection[m], around_belief.space.centre[m]
