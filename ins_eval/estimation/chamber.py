@@ -45,7 +45,7 @@ RUN_SIGMA_UG = 1000.0  # of the constant of a run: at 0 g a milliradian of tilt
 LEAST_CONSTANT = 10.0  # times the white noise of a reading: no constant is known better than that of a unit so noisy
 STILL = 0.25  # of a step of the output: less scatter does not carry it across
 FEWEST_READINGS = 2
-WARMER_C = 0.05  # to see what the belief makes of temperature
+WARMER_C = 0.05  # of a difference quotient of what is believed, as in `thermometer`: laws are straight over so little
 _ONE = "channel_0"
 
 

@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 
 # of the believed sigma of a position, a velocity, an attitude: what measures is not judged by errors far below its own
 # statement. A bench stands still enough for a velocity to show the random walk of the best sensors; its attitude is not
-# let below the square of a tilt of milliradians.
+# let below the square of a tilt of milliradians. What stands on wheels keeps its place to some millimetres: 2.5 mm by
+# reasoning, and chosen so that the parked laser gyros of test_real show the Earth's rotation alone; not calibrated.
 LEAST_OF_BELIEVED = {"gps": (0.3,) * 3, "reference": (0.02,) * 3, "standstill": (0.25, 0.005, 0.05)}
 WALKING = ("reference", "standstill")  # smoother than the INS, so that its random walk shows between rows
 VELOCITIES, HEADING = range(3, 6), 8
