@@ -18,7 +18,7 @@ Sources: Kass and Raftery 1995; George and McCulloch, J. Am. Stat. Assoc. 88 (19
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import islice, product
 from typing import TYPE_CHECKING
@@ -74,15 +74,17 @@ class Space:
 class Explanation:
     """A set of columns, in the order found; `log_bayes_factor` of their families against the null.
 
-    `log_posterior` is the same less what the effects cost; the null has 0.
+    `log_posterior` is the same less what the effects cost; the null has 0. `judged` is that less what further effects
+    of one sensor have to bring, by which sets are ranked.
     """
 
     members: tuple[int, ...]
     log_bayes_factor: float
     log_posterior: float
+    judged: float
 
 
-NULL = Explanation((), 0.0, 0.0)
+NULL = Explanation((), 0.0, 0.0, 0.0)
 
 
 def log_bayes_factor(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> tuple[float, np.ndarray]:
@@ -221,6 +223,12 @@ def chi_square_gains(a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space:
     return np.where(space.centre * cb < 0.0, 0.0, cb**2 / np.maximum(ca, 1e-300))
 
 
+def explanation(members: Sequence[int], gain: float, cost: float) -> Explanation:
+    """A set that gains so many nats, where each of its effects has a `cost`."""
+    height = gain - cost * len(members)
+    return Explanation(tuple(members), gain, height, height)
+
+
 def _not_taken_over(a: np.ndarray, ca: np.ndarray, cb: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same with 0 for columns that the set has taken over wholly: they cannot add anything."""
     known = ca > 1e-9 * np.maximum(np.diag(a), 1e-300)
@@ -236,7 +244,6 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
     cost = space.cost
     found: dict[frozenset[int], Explanation] = {frozenset(): NULL}
     level = [NULL]
-    first = 0.0
     for depth in range(policy.most_effects):
         grown: dict[frozenset[int], Explanation] = {}
         for state in level:
@@ -245,7 +252,7 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
             sets = ((family, (*state.members, int(best[family]))) for family in likeliest)
             for family, members in islice((one for one in sets if possible(a, b, one[1], space).all()), policy.beam):
                 gain = state.log_bayes_factor + float(of_family[family])
-                one = Explanation(members, gain, gain - cost * len(members))
+                one = explanation(members, gain, cost)
                 key = frozenset(members)
                 if key not in grown or grown[key].log_posterior < one.log_posterior:
                     grown[key] = one
@@ -254,11 +261,12 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
         if not level or (depth == 0 and level[0].log_bayes_factor < policy.worth_sets):
             break
         before = max((one.log_posterior for one in found.values() if len(one.members) <= depth), default=0.0)
-        first = max(first, level[0].log_bayes_factor) if depth == 0 else first
         if depth and level[0].log_posterior < before - 2.0 * cost:
             break  # two more effects at the cost of one is as far as it may go down before it goes up
-    ranked = sorted(found.values(), key=lambda one: -_judged(one, first, share, space))
-    return ranked
+    alone = log_bayes_factors(np.maximum(np.diag(a), 0.0), b)
+    least = share * max((alone[one.members[0]] for one in found.values() if len(one.members) == 1), default=0.0)
+    judged = [replace(one, judged=_judged(one, alone, least, space)) for one in found.values()]
+    return sorted(judged, key=lambda one: -one.judged)
 
 
 def possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], space: Space) -> np.ndarray:
@@ -271,9 +279,12 @@ def possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], space: Space)
     return (mean * c >= 0.0) & (np.abs(mean) <= space.largest[m])
 
 
-def _judged(one: Explanation, first: float, share: float, space: Space) -> float:
-    """log posterior, less the share of the first gain that what may be left over of it has to bring."""
-    if not one.members or space.exact[one.members[0]]:
+def _judged(one: Explanation, alone: np.ndarray, least: float, space: Space) -> float:
+    """log posterior, less what each has to bring that may be left over of the first, which gains most `alone`."""
+    if not one.members:
         return one.log_posterior
-    of, *further = space.sensor[list(one.members)]
-    return one.log_posterior - max(0.0, share * first) * sum(NO_SENSOR in (of, it) or it == of for it in further)
+    first = max(one.members, key=lambda k: alone[k])
+    if space.exact[first]:
+        return one.log_posterior
+    of, further = space.sensor[first], space.sensor[[k for k in one.members if k != first]]
+    return one.log_posterior - max(0.0, least) * sum(NO_SENSOR in (of, it) or it == of for it in further)

@@ -224,6 +224,21 @@ def test_only_what_the_first_effect_may_leave_over_must_bring_a_share(second: st
     assert best == ({0} if left_over else {0, 1})
 
 
+def test_it_does_not_count_in_which_order_a_set_was_found() -> None:
+    """The same three effects, of which the surest and the least share a sensor, whichever the beam begins with."""
+    rng, begun = np.random.default_rng(8), set()
+    for _ in range(20):
+        x = 20.0 * (np.linalg.qr(rng.standard_normal((100, 10)))[0] + 0.02 * rng.standard_normal((100, 10)))
+        y = x @ (np.array([3.0, 2.0, 0.4] + [0.0] * 7)) + rng.standard_normal(100)
+        space = of(range(10), sensor=["accelerometer.z", "accelerometer.x", "accelerometer.z", *["gyro.x"] * 7])
+        ranked = search(x.T @ x, x.T @ y, space, 0.1, Policy())
+        whole = next(one for one in ranked if set(one.members) == {0, 1, 2})
+        begun.add(whole.members[0])
+        assert whole.judged < whole.log_posterior - 0.05 * max(one.log_bayes_factor for one in ranked[:20])
+        assert set(ranked[0].members) == {0, 1}
+    assert begun != {0}
+
+
 def test_false_alarms_come_at_the_rate_that_the_cost_says() -> None:
     """Orthogonal columns in pure noise: an alarm where one column exceeds the cost, chi2 with one degree of freedom."""
     columns, a = 40, 30.0
