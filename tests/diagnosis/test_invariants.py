@@ -188,12 +188,21 @@ def random_findings(rng: np.random.Generator) -> Findings:
     return Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, instead, unnamed(), shown)
 
 
-def test_an_effect_gives_its_place_to_a_rival_above_it() -> None:
-    """Recordings were navigated with the less probable of two that are alike."""
-    found = linearisation([("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {})], {1: 6.0}, (0, 1)).own_first(1)
-    findings = Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, NOTHING_LEFT, LEFT, (PLACE,))
+@pytest.mark.parametrize(
+    ("verdict", "left", "size", "then"),
+    [
+        (PARTLY, LEFT, 6.0, PARTLY),
+        (EXPLAINED, NOTHING_LEFT, 30.0, EXPLAINED),
+        (EXPLAINED, NOTHING_LEFT, 1.2, NOT_IDENTIFIABLE),
+    ],
+)
+def test_an_effect_gives_its_place_to_a_rival_above_it(verdict: str, left, size: float, then: str) -> None:
+    """Recordings were navigated with the less probable of two that are alike; the other may be far above it or near."""
+    found = linearisation([("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {})], {1: size}, (0, 1)).own_first(1)
+    findings = Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, NOTHING_LEFT, left, (PLACE,))
     found.__dict__["held_out"] = SOUND.held_out
-    told = consistent(findings, Decision(PARTLY, LEFT, (PLACE,), named=True), Policy())
+    told = consistent(findings, Decision(verdict, left, (PLACE,), named=True), Policy())
+    assert told.verdict == then
     assert [one.hypothesis.candidate.name for one in told.effects] == ["gyro.g_sensitivity"]
     assert not told.withdrawn
 

@@ -16,11 +16,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.diagnosis.answer.rivals import rivals
 from ins_eval.diagnosis.answer.verdict import (
     EXPLAINED,
     NO_MISMATCH,
-    NOT_IDENTIFIABLE,
     PARTLY,
     UNEXPLAINED,
 )
@@ -55,8 +53,7 @@ def decide(findings: Findings, policy: Policy) -> Decision:
     """The verdict over what was found."""
     heard = is_heard(findings, policy) and findings.beside is not None
     if heard and explains(findings, policy):
-        near = any(one.below_best < policy.near for one in rivals(findings.linearisation, policy))
-        return Decision(NOT_IDENTIFIABLE if near else EXPLAINED, findings.beside, findings.shown, named=True)
+        return Decision(EXPLAINED, findings.beside, findings.shown, named=True)
     suspects = findings.suspects or ()
     surest = surest_of(suspects, policy)
     place = () if surest is None else (findings.places[suspects.index(surest)],)

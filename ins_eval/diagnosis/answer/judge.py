@@ -107,9 +107,8 @@ def exchanged(findings: Findings, decision: Decision, rival: Rival) -> tuple[Dec
     shown, mismatches = (
         tuple(now if one is before else one for one in places) for places in (findings.shown, decision.mismatches)
     )
-    verdict = NOT_IDENTIFIABLE if decision.verdict == EXPLAINED else decision.verdict
     found = replace(findings, linearisation=linearisation.exchanged(k, number[rival.hypothesis]), shown=shown)
-    return replace(decision, verdict=verdict, mismatches=mismatches), found
+    return replace(decision, mismatches=mismatches), found
 
 
 def without(findings: Findings, decision: Decision, dropped: Collection[Hypothesis]) -> tuple[Decision, Findings]:
@@ -130,15 +129,20 @@ def without(findings: Findings, decision: Decision, dropped: Collection[Hypothes
 
 
 def _said(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:
-    """The verdict, and where it names effects all that is said of them but experiments."""
+    """The verdict, and where it names effects all that is said of them but experiments.
+
+    Effects that explain are not identifiable where a rival is near.
+    """
     examined = findings.beside is not None and decision.verdict != NO_MISMATCH
     linearisation = findings.linearisation if examined else None
     named = linearisation is not None and decision.named
+    others = rivals(linearisation, policy, findings.around_belief) if named else ()
+    near = decision.verdict == EXPLAINED and any(one.below_best < policy.near for one in others)
     return Diagnosis(
         cases=findings.cases,
-        verdict=decision.verdict,
+        verdict=NOT_IDENTIFIABLE if near else decision.verdict,
         effects=_effects(linearisation) if named else (),
-        rivals=rivals(linearisation, policy, findings.around_belief) if named else (),
+        rivals=others,
         mismatches=decision.mismatches,
         unnamed=decision.unnamed,
         null=findings.null,
