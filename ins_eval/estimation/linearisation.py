@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ from ins_eval.estimation.search import (
     Explanation,
     Space,
     chi_square_gains,
+    explanation,
     log_bayes_factor,
     one_more,
     possible,
@@ -41,7 +42,8 @@ class Linearisation:
     """Recordings navigated with some effects, all hypotheses around that point, and the sums at the noise there.
 
     `model` are the first hypotheses, `point` (m,) the coefficients that were taken off, 0 elsewhere; `refined` says how
-    sure times, widths and lags of the effects are with which the recordings were navigated.
+    sure times, widths and lags of the effects are with which the recordings were navigated. `own_noise` are the nats
+    that a family beside a set gains more at a noise of its own (module `own_noise`).
     """
 
     cases: tuple[Case, ...]
@@ -52,6 +54,7 @@ class Linearisation:
     here: Sums
     ranked: tuple[Explanation, ...]
     refined: RefinedFit | None = None
+    own_noise: Mapping[tuple[frozenset[int], int], float] = field(default_factory=dict)
 
     @property
     def best(self) -> Explanation:
@@ -117,7 +120,7 @@ class Linearisation:
         found = next((one for one in self.ranked if sorted(self.space.families[list(one.members)]) == families), None)
         if found is None:
             gain = self.gain(range(count))
-            found = Explanation((), gain, gain - self.space.cost * count)
+            found = explanation(range(count), gain, self.space.cost)
         own = replace(found, members=tuple(range(count)))
         return replace(self, ranked=(own, *(one for one in self.ranked if one is not found)))
 
@@ -137,6 +140,9 @@ class Linearisation:
                 of_family[family] = -np.inf
         if own in self.space.families[others]:  # jumps at two instants are of one family
             of_family[own], members[own] = self.gain(self.best.members) - self.gain(others), k
+        for (beside, family), more in self.own_noise.items():
+            if beside == frozenset(others):
+                of_family[family] += more
         return of_family, members
 
     def chi_square_gains(self, k: int) -> np.ndarray:
@@ -148,13 +154,13 @@ class Linearisation:
         """The same with the best set lessened by the hypotheses `dropped`; what was taken off stays known."""
         kept = tuple(k for k in self.best.members if k not in dropped)
         gain = self.gain(kept)
-        return replace(self, ranked=(Explanation(kept, gain, gain - self.space.cost * len(kept)), *self.ranked))
+        return replace(self, ranked=(explanation(kept, gain, self.space.cost), *self.ranked))
 
     def exchanged(self, k: int, other: int) -> Linearisation:
         """The same with hypothesis `other` in the place of member `k` of the best set; what was taken off stays."""
         members = tuple(other if member == k else member for member in self.best.members)
         gain = self.gain(members)
-        return replace(self, ranked=(Explanation(members, gain, gain - self.space.cost * len(members)), *self.ranked))
+        return replace(self, ranked=(explanation(members, gain, self.space.cost), *self.ranked))
 
     def excluding(self, key: tuple) -> Linearisation:
         """The same without the sets that hold effects of the family `key`."""
@@ -204,13 +210,18 @@ def on_common(cases: Sequence[Case], others: Sequence[Case]) -> tuple[list[Case]
 
 def _height(one: Linearisation) -> float:
     """log posterior of the best set, up to what is common to all linearisations."""
+    return log_evidence_of_best(one) + one.best.log_posterior - one.best.log_bayes_factor
+
+
+def log_evidence_of_best(one: Linearisation) -> float:
+    """log evidence of the best set at the noise of the linearisation, up to what is common to all linearisations."""
     m, best = [*one.best.members, *one.taken_beside], one.best
     own = list(range(len(best.members)))
     model, noise_points = [one.hypotheses[k] for k in m], [noise.noise_point for noise in one.fitted]
     here = sums(one.cases, noise_points, model, one.point[m])
     centre = one.space.centre[list(best.members)]
     gain, _ = log_bayes_factor(here.normal[np.ix_(own, own)], here.projection[own], centre)
-    return here.log_null + gain + best.log_posterior - best.log_bayes_factor
+    return here.log_null + gain
 
 
 def linearise(

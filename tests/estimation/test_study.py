@@ -17,7 +17,10 @@ from ins_eval.error_model.columns import Column, Drive, Measured
 from ins_eval.error_model.library import Candidate
 from ins_eval.estimation import study
 from ins_eval.estimation.blocks import EACH, Blocks
-from ins_eval.estimation.evidence import SCALES
+from ins_eval.estimation.evidence import SCALES, log_evidence_with
+from ins_eval.estimation.linearisation import Linearisation
+from ins_eval.estimation.own_noise import with_own_noise
+from ins_eval.estimation.search import search
 from ins_eval.estimation.study import Hypothesis
 from ins_eval.estimation.whitening import Whitened
 from ins_eval.policy import Policy
@@ -26,7 +29,13 @@ ROUNDING = 1e-7
 LAPLACE = 0.05  # nats: a parabola in place of a log posterior that is nearly one
 OFF_THE_TOP = 0.2  # prior sigmas by which the noise may stand beside its best
 LAPLACE_ASIDE = 0.25  # nats, from there
+ONE_SCALE = 0.1  # nats: noise fitted with one prior scale of the effect, its most probable, in place of all
 RANGE = (-3.0, 4.5, 46)  # prior sigmas of a level and points of the quadrature
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    noise_point: np.ndarray
 
 
 @dataclass(eq=False)
@@ -65,6 +74,13 @@ class Regression:
         x = np.column_stack([self.anyway, *(np.array(one.start) for one in columns)]) / s[:, None]
         e = self.data / s
         return Whitened(x.T @ x, x.T @ e, float(e @ e), 2.0 * float(np.log(s).sum()), e.size, np.empty(0))
+
+    def fitted(self, columns, start, gain) -> Noise:
+        def height(position: np.ndarray) -> float:
+            prior = prior_of_noise([position])
+            return log_evidence_with(self.whitened(columns, position), self.anyway.shape[1], gain) + prior
+
+        return Noise(minimize(lambda position: -height(position), start.noise_point, tol=1e-4).x)
 
     def ready(self, columns):
         return lambda position: self.whitened(columns, position, self.blocks)
@@ -177,6 +193,33 @@ def test_noise_is_integrated_out_around_recordings_navigated_with_effects() -> N
     top = most_probable(cases, ones, [0, 1])
     found = study.marginal(navigated, top, ones, [[0, 1]], np.zeros(2), point)[0]
     assert found == pytest.approx(quadrature(cases, ones, [0, 1]), abs=LAPLACE)
+
+
+def test_another_effect_is_weighed_at_a_noise_of_its_own() -> None:
+    """Two that are much alike, navigated with the right one: at its noise the other seems farther off than it is."""
+    rng = np.random.default_rng(4)
+    x = rng.standard_normal((40, 2)) @ np.array([[1.0, 1.0], [0.0, 0.15]])
+    case = Regression("r", 3.0 * x[:, 0] + 0.2 * rng.standard_normal(40), rng.standard_normal((40, 1)), (0.8,))
+    ones = [replace(one, candidate=replace(one.candidate, axis=axis))
+            for axis, one in zip("xy", map(hypothesis, x.T), strict=True)]  # fmt: skip
+    own, theirs = (most_probable([case], ones, [k]) for k in (0, 1))
+    point = np.array([3.0, 0.0])
+    navigated = replace(case, data=case.data - taken(ones, point, 0))
+    families = study.space(ones, Policy())
+
+    def linearised(cases, at: list[np.ndarray], coefficients: np.ndarray) -> Linearisation:
+        here = study.sums(cases, at, ones, coefficients)
+        sets = tuple(search(here.normal, here.projection, families, 0.0, Policy()))
+        return Linearisation(tuple(cases), tuple(ones), families, coefficients, tuple(map(Noise, at)), here, sets)
+
+    found = linearised([navigated], own, point).own_first(1)
+    belief = linearised([case], most_probable([case], ones, []), np.zeros(2))
+    of_family, _ = found.places(0)
+    weighed, _ = with_own_noise(found, belief, Policy()).places(0)
+    expected = evidence([case], ones, [0], own[0]) - evidence([case], ones, [1], theirs[0])
+    assert of_family[0] - of_family[1] > expected + 5.0
+    assert weighed[0] - weighed[1] == pytest.approx(expected, abs=ONE_SCALE)
+    assert weighed[0] == of_family[0]
 
 
 def test_hypotheses_of_all_recordings() -> None:

@@ -38,6 +38,7 @@ from ins_eval.effects.parts import SENSORS
 from ins_eval.estimation.clock_starts import clock_starts
 from ins_eval.estimation.instants import innovations
 from ins_eval.estimation.linearisation import linearise, more_probable, on_common
+from ins_eval.estimation.own_noise import with_own_noise
 from ins_eval.estimation.refine import Impossible, RefinedFit, refine
 from ins_eval.estimation.search import one_more
 from ins_eval.estimation.study import Hypothesis, fit_noise, marginal, wide
@@ -94,6 +95,9 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     if is_heard(findings, policy):
         progress("what is left")
         findings = _enough(_examined(findings, rng, policy), rng, policy)
+        findings = replace(
+            findings, linearisation=with_own_noise(findings.linearisation, findings.around_belief, policy)
+        )
         if explains(findings, policy):
             return findings
     suspects = _suspects(findings, rng, policy) if suspects is None else suspects
@@ -274,7 +278,7 @@ def _searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Pol
         last = turn == ROUNDS - 1
         if linearisation.keys == keys and not placed and not last:
             continue  # at the noise of the answer another time, width or lag is better
-        if last or linearisation.best.log_posterior <= own.best.log_posterior + policy.stay:
+        if last or linearisation.best.judged <= own.best.judged + policy.stay:
             linearisation = own
         if linearisation.keys == keys:
             break
