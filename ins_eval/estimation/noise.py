@@ -285,9 +285,9 @@ def without_outliers(seen: Observations, longest: int = LONGEST_BURST) -> tuple[
     """The same without fixes that nothing smooth could explain, and the number of their components.
 
     Up to `longest` in a row are left out, as where a signal is reflected, if each stands more than `OUTLIER`
-    sigmas of what changes from row to row from the median of the two before and the two after them, beyond what a
-    receiver that is late or an antenna elsewhere does in that motion, and these four are of one level. A position that
-    is wrong in one component is no position; nor is a velocity.
+    sigmas of what changes from row to row from the median of the two before and the two after them, at either end of
+    the four beside them, beyond what a receiver that is late or an antenna elsewhere does in that motion, and these
+    four are of one level. A position that is wrong in one component is no position; nor is a velocity.
     """
     residual = seen.residual.copy()
     for channels in FIXED_TOGETHER:
@@ -308,14 +308,37 @@ def without_outliers(seen: Observations, longest: int = LONGEST_BURST) -> tuple[
 
 
 def _burst(known: np.ndarray, length: int) -> np.ndarray:
-    """(n,) rows in a burst of `length`; `known` (n, 5) holds what was measured and what motion could do, in sigmas."""
-    windows = np.moveaxis(sliding_window_view(known, length + 4, axis=0), -1, 1)
-    beside = np.sort(windows[:, [0, 1, -2, -1]], axis=1)
-    level = 0.5 * (beside[:, 1] + beside[:, 2])
-    apart = np.abs(windows[:, 2:-2] - level[:, None])
-    size = (apart[..., 0] - apart[..., 1:].sum(axis=2)).min(axis=1) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
-    begins = (size > OUTLIER) & (beside[:, 2, 0] - beside[:, 1, 0] < ONE_LEVEL * size)
-    rows = np.flatnonzero(begins)[:, None] + 2 + np.arange(length)
+    """(n,) rows in a burst of `length`; `known` (n, 5) holds what was measured and what motion could do, in sigmas.
+
+    At either end all four rows beside it lie on one side: there it stands apart from the line through them, too.
+    """
     out = np.zeros(len(known), dtype=bool)
-    out[rows.ravel()] = True
+    if len(known) < length + 4:
+        return out
+    windows = np.moveaxis(sliding_window_view(known, length + 4, axis=0), -1, 1)
+    begins = np.flatnonzero(_apart(windows, slice(2, 2 + length)))
+    out[(begins[:, None] + 2 + np.arange(length)).ravel()] = True
+    out[:length] |= _apart(windows[:1], slice(0, length))[0]
+    out[-length:] |= _apart(windows[-1:], slice(4, 4 + length))[0]
     return out
+
+
+def _apart(windows: np.ndarray, rows: slice) -> np.ndarray:
+    """(m,) whether `rows` of each window (m, k, 5) stand apart from the other four."""
+    at = np.arange(windows.shape[1])
+    others = np.delete(at, np.r_[rows])
+    beside = np.sort(windows[:, others], axis=1)
+    level = 0.5 * (beside[:, 1] + beside[:, 2])
+    expected = np.broadcast_to(level[:, None], windows[:, rows].shape)
+    sizes = [_beyond(windows[:, rows] - expected)]
+    if rows.start in (0, 4):
+        slope, constant = np.polyfit(others, windows[0][others], 1)
+        sizes.append(_beyond(windows[:, rows] - (np.outer(at[rows], slope) + constant)))
+    size = np.min(sizes, axis=0) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
+    return (size > OUTLIER) & (beside[:, 2, 0] - beside[:, 1, 0] < ONE_LEVEL * size)
+
+
+def _beyond(apart: np.ndarray) -> np.ndarray:
+    """(m,) by how many sigmas the nearest row of (m, k, 5) is off beyond what motion could do."""
+    apart = np.abs(apart)
+    return (apart[..., 0] - apart[..., 1:].sum(axis=2)).min(axis=1)

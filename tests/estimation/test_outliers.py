@@ -57,16 +57,24 @@ def test_white_fixes_stay(seen) -> None:
 
 
 @pytest.mark.parametrize("rows", range(1, LONGEST_BURST + 1))
-def test_a_burst_is_left_out_with_all_components_of_its_fixes(seen, rows) -> None:
-    gone = left_out(moved(seen, FAR_M * during(rows), 1))
-    assert gone[during(rows), :3].all()
+@pytest.mark.parametrize("at", ["between", "first", "last"])
+def test_a_burst_is_left_out_with_all_components_of_its_fixes(seen, rows, at: str) -> None:
+    here = np.roll(during(rows), {"between": 0, "first": -AT, "last": AT - rows}[at])
+    gone = left_out(moved(seen, FAR_M * here, 1))
+    assert gone[here, :3].all()
     assert not gone[:, 3:].any()
-    assert gone[~during(rows)].sum() <= MOST_BY_CHANCE
+    assert gone[~here].sum() <= MOST_BY_CHANCE
 
 
 def test_what_lasts_longer_or_does_not_come_back_is_no_burst(seen) -> None:
     assert left_out(moved(seen, FAR_M * during(3 * LONGEST_BURST), 1)).sum() <= MOST_BY_CHANCE
     assert left_out(moved(seen, FAR_M * during(ROWS), 1)).sum() <= MOST_BY_CHANCE
+
+
+@pytest.mark.parametrize("sigmas", [1.0, 4.0])
+def test_what_drifts_has_no_burst_at_its_ends(seen, sigmas: float) -> None:
+    """A solution that drifts by several sigmas from fix to fix: the last is far from the four before, on their line."""
+    assert left_out(moved(seen, sigmas * POSITION_M * np.arange(ROWS), 1)).sum() <= MOST_BY_CHANCE
 
 
 def test_a_late_receiver_is_heard_where_the_car_brakes(seen) -> None:
