@@ -19,7 +19,7 @@ STATES = 9  # of a navigation error: of position and velocity in n, and phi
 POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
 VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
 BLOCK, OVERLAP = 1 << 18, 64  # steps
-_CLOCK_S = 1e-6
+CLOCK_S = 1e-6  # by which stamps of one instant may differ: rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ def _at(arcs: Sequence[Solution], gyro: np.ndarray, bias: np.ndarray, time_s: np
 
     whole = Solution(*(np.concatenate([getattr(arc, field.name) for arc in arcs]) for field in fields(Solution)))
     ends = np.cumsum([arc.time_s.size for arc in arcs])  # rows of `whole`, in which no step leads from arc to arc
-    cuts = [0, *np.searchsorted(time_s, [arc.time_s[-1] + _CLOCK_S for arc in arcs[:-1]]), time_s.size]
+    cuts = [0, *np.searchsorted(time_s, [arc.time_s[-1] + CLOCK_S for arc in arcs[:-1]]), time_s.size]
     arc = np.repeat(np.arange(len(arcs)), np.diff(cuts))
     step = np.searchsorted(whole.time_s, time_s, side="right") - 1
     step = np.clip(step, (ends - [one.time_s.size for one in arcs])[arc], ends[arc] - 2)

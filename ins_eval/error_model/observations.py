@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ins_eval.earth import EARTH_RATE, radii
-from ins_eval.error_model.geometry import ATTITUDE, POSITION, STATES, VELOCITY, States, cross_matrices
+from ins_eval.error_model.geometry import ATTITUDE, CLOCK_S, POSITION, STATES, VELOCITY, States, cross_matrices
 from ins_eval.errors import DataRefused
 from ins_eval.navigation import PARKED
 from ins_eval.recording import Fixes
@@ -35,7 +35,6 @@ LONGEST_EPOCH_S = 4.0  # of a day: columns of a flight with turns keep their err
 # within which only random walks and jolts change anything, and as many as tell the noise: by reasoning
 STANDING_EPOCH_S, FEWEST_STANDING = 5.0, 300
 MOST_EPOCHS = 12_000  # by reasoning: as many as memory and time allow; errors of hours need no more
-_CLOCK_S = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +81,7 @@ def sources(believed: Believed, end_s: float) -> tuple[MeasurementSource, ...]:
         if fixes is None or stands_in_arcs(believed):
             continue
         instants = fixes.time_s - belief.time_offset_s
-        inside = (instants >= believed.start.time_s - _CLOCK_S) & (instants <= end_s + _CLOCK_S)
+        inside = (instants >= believed.start.time_s - CLOCK_S) & (instants <= end_s + CLOCK_S)
         inside &= _not_too_many(inside)
         if (inside & _tells(fixes)).sum() >= 2:
             found.append(MeasurementSource(name, fixes.rows(inside), belief, np.clip(instants[inside], None, end_s)))
@@ -114,7 +113,7 @@ def nodes(believed: Believed, measured: tuple[MeasurementSource, ...], end_s: fl
     """The start, every instant of a measurement, every begin of an arc, and no epoch longer than `longest_epoch_s`."""
     begins = [one.time_s for one in believed.arcs]
     instants = np.unique(np.round(np.concatenate([begins, *(source.instants_s for source in measured)]), 6))
-    instants = instants[instants > believed.start.time_s + _CLOCK_S]
+    instants = instants[instants > believed.start.time_s + CLOCK_S]
     edges = np.concatenate([[believed.start.time_s], instants[instants <= end_s]])
     pieces = np.maximum(1, np.ceil(np.diff(edges) / longest_epoch_s(believed, end_s) - 1e-3)).astype(int)
     first = np.repeat(edges[:-1], pieces)
@@ -155,7 +154,7 @@ def observe(
     rate_b = _rate(believed, states)
     by = [""] * CHANNELS
     for source in reversed(measured):  # the first has the last word
-        row = np.searchsorted(states.time_s, source.instants_s - 2.0 * _CLOCK_S)
+        row = np.searchsorted(states.time_s, source.instants_s - 2.0 * CLOCK_S)
         row = np.minimum(row, count - 1)
         for channel in _one_source(source, row, out, states, rate_b):
             by[channel] = source.name
@@ -259,7 +258,7 @@ def stands_in_arcs(believed: Believed) -> bool:
 def _standstill(believed: Believed, end_s: float) -> MeasurementSource:
     """Place and rest each epoch; in arcs, attitude as well, both of the arc with which a stand begins."""
     start, every_s = believed.start, longest_epoch_s(believed, end_s)
-    time_s = np.arange(start.time_s + every_s, end_s + _CLOCK_S, every_s)
+    time_s = np.arange(start.time_s + every_s, end_s + CLOCK_S, every_s)
     states, state = [start], np.zeros(time_s.size, dtype=int)
     known = np.full(time_s.size, not believed.arcs)
     for stand in believed.stands if believed.arcs else ():

@@ -27,6 +27,7 @@ from ins_eval.earth import EARTH_RATE, gravity, radii
 from ins_eval.error_model import drives
 from ins_eval.error_model.geometry import (
     ATTITUDE,
+    CLOCK_S,
     POSITION,
     STATES,
     VELOCITY,
@@ -40,8 +41,6 @@ from ins_eval.strapdown import Solution, damping_gains
 if TYPE_CHECKING:
     from ins_eval.error_model.null import Believed
     from ins_eval.recording.belief import EarthBelief
-
-_CLOCK_S = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +110,7 @@ def build(believed: Believed, arcs: Sequence[Solution], nodes_s: np.ndarray) -> 
     known = np.zeros((dt.size, STATES))
     if len(arcs) == 1:
         known[:, 5], known[:, 2] = _feedback(believed, arcs[0], nodes_s).T
-    begins = np.searchsorted(nodes_s, [one.time_s - _CLOCK_S for one in believed.arcs])
+    begins = np.searchsorted(nodes_s, [one.time_s - CLOCK_S for one in believed.arcs])
     inside = begins < dt.size
     k, afresh = begins[inside], [one for one, here in zip(believed.arcs, inside, strict=True) if here]
     pushed = (transition[k] @ apart(afresh, states, k)[..., None]) if afresh else np.zeros((0, STATES, 1))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ins_eval.effects.temperature import SmoothedTemperature
 
 SHORTEST_STEP_S, LONGEST_STEP_S = 5.0, 300.0
-_SLOPE_STEP_C = 0.05
+WARMER_C = 0.05  # of a difference quotient of what is believed: laws are straight over so little
 
 
 def step_noise(believed: Believed, seen: SmoothedTemperature | None, middle_s: np.ndarray) -> np.ndarray:
@@ -36,10 +36,10 @@ def step_noise(believed: Believed, seen: SmoothedTemperature | None, middle_s: n
         step_c = thermometer_step(given.temperature_c)
         few = Samples(*(getattr(given, name)[rows] for name in ("time_s", "output", "temperature_c", "rate_c_per_min")))
         base = model.specific_force(few)
-        warmer = Samples(few.time_s, few.output, few.temperature_c + _SLOPE_STEP_C, few.rate_c_per_min)
-        faster = Samples(few.time_s, few.output, few.temperature_c, few.rate_c_per_min + _SLOPE_STEP_C)
-        slope = (model.specific_force(warmer) - base) / _SLOPE_STEP_C
-        slope_rate = (model.specific_force(faster) - base) / _SLOPE_STEP_C
+        warmer = Samples(few.time_s, few.output, few.temperature_c + WARMER_C, few.rate_c_per_min)
+        faster = Samples(few.time_s, few.output, few.temperature_c, few.rate_c_per_min + WARMER_C)
+        slope = (model.specific_force(warmer) - base) / WARMER_C
+        slope_rate = (model.specific_force(faster) - base) / WARMER_C
         sigma = step_c / np.sqrt(12.0) * (np.abs(slope) + MINUTE / filter_s * np.abs(slope_rate))
         speed = np.abs(np.gradient(seen.smooth_c[:, axis], seen.time_s))
         lasting = step_c / np.maximum(np.interp(middle_s, seen.time_s, speed), 1e-9)

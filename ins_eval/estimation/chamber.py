@@ -28,6 +28,7 @@ from ins_eval.error_model.drives import SOURCES
 from ins_eval.error_model.library import Candidate, Parameters, sized, tried
 from ins_eval.error_model.observations import CHANNELS, MeasurementSource, Observations
 from ins_eval.error_model.propagation import STATES, ErrorModel
+from ins_eval.error_model.thermometer import WARMER_C
 from ins_eval.errors import DataRefused
 from ins_eval.estimation.case import Case, with_effects
 from ins_eval.estimation.noise import NoiseModel, Prior, white, without_outliers
@@ -45,7 +46,6 @@ RUN_SIGMA_UG = 1000.0  # of the constant of a run: at 0 g a milliradian of tilt
 LEAST_CONSTANT = 10.0  # times the white noise of a reading: no constant is known better than that of a unit so noisy
 STILL = 0.25  # of a step of the output: less scatter does not carry it across
 FEWEST_READINGS = 2
-WARMER_C = 0.05  # of a difference quotient of what is believed, as in `thermometer`: laws are straight over so little
 _ONE = "channel_0"
 
 
