@@ -7,10 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from ins_eval.diagnosis.answer.collect import other_noise
 from ins_eval.diagnosis.answer.decision import only_described, open_margin
 from ins_eval.diagnosis.answer.findings import Findings
+from ins_eval.diagnosis.unnamed.disturbance import QUIET
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.estimation.linearisation import Linearisation
+from ins_eval.estimation.noise_fit import Fitted
 from ins_eval.policy import Policy
 from tests.diagnosis.linearisations import linearisation
 
@@ -68,3 +71,15 @@ def test_a_law_explains_nothing_where_something_is_left_unless_others_explain_mo
     mismatch = Mismatch(0, left, "", 0.0, 100.0, "", 3.0)
     found = of_flight(sure(OF_Z[0], OTHER, sizes=sizes), mismatch)
     assert only_described(found, None, Policy()) is described
+
+
+@pytest.mark.parametrize("sure_alone", [True, False])
+def test_the_search_goes_on_from_sensors_that_are_quiet_whatever_is_sure_alone(sure_alone: bool) -> None:
+    """What is sure without a name may let the others wander, and an effect of theirs with them."""
+    case = SimpleNamespace(
+        believed=SimpleNamespace(arcs=()), kind="flight", noise=SimpleNamespace(free=("accelerometer_wander", "slow"))
+    )
+    fitted, alone = (Fitted(np.array(at), 0.0, None, np.ones(2)) for at in ([1.0, 0.5], [0.8, 0.1]))
+    suspects = [SimpleNamespace(recording=0, fitted=alone)] if sure_alone else []
+    found = [one[0].noise_point.tolist() for one in other_noise([case], SimpleNamespace(fitted=[fitted]), suspects)]
+    assert found == [[QUIET, 0.5], [0.8, 0.1]][: 2 if sure_alone else 1]

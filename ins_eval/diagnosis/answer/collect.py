@@ -46,7 +46,7 @@ from ins_eval.navigation import PARKED
 from ins_eval.streams import Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from ins_eval.diagnosis.unnamed.disturbance import Suspect
     from ins_eval.estimation.case import Case
@@ -73,9 +73,8 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     begin = _begun(around_belief, known, policy)
     alone = () if _of_earth(begin) else _alone(cases, null, policy)
     linearisation = _searched(cases, begin, policy)
-    quiet = _quiet(cases, linearisation, alone)
-    if any((a.noise_point != b.noise_point).any() for a, b in zip(quiet, linearisation.fitted, strict=True)):
-        other = _searched(cases, _at_noise(begin, quiet, policy), policy)
+    for noise in other_noise(cases, linearisation, alone):
+        other = _searched(cases, _at_noise(begin, noise, policy), policy)
         linearisation = other if more_probable(linearisation, other) > 0.0 else linearisation
     findings = Findings(
         cases=cases,
@@ -104,8 +103,10 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     return replace(findings, suspects=suspects, places=tuple(_place(findings, one) for one in suspects))
 
 
-def _quiet(cases: Sequence[Case], linearisation: Linearisation, alone: Sequence[Suspect]) -> list[Fitted]:
-    """The noise of sensors that wander little, or of a sure disturbance without a name.
+def other_noise(
+    cases: Sequence[Case], linearisation: Linearisation, alone: Sequence[Suspect]
+) -> Iterator[list[Fitted]]:
+    """The noise of sensors that wander little, and that of sure disturbances without a name.
 
     What is wrong has made the sensors look noisy, and a slow error of a bench stands in for an effect. But sensors that
     need arcs in motion do wander: jumps and laws enough would describe any path of them.
@@ -116,9 +117,13 @@ def _quiet(cases: Sequence[Case], linearisation: Linearisation, alone: Sequence[
         else replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
         for case, one in zip(cases, linearisation.fitted, strict=True)
     ]
-    for one in alone:
-        quiet[one.recording] = one.fitted
-    return quiet
+    if any((a.noise_point != b.noise_point).any() for a, b in zip(quiet, linearisation.fitted, strict=True)):
+        yield quiet
+    if alone:
+        found = list(quiet)
+        for one in alone:
+            found[one.recording] = one.fitted
+        yield found
 
 
 def _alone(cases: Sequence[Case], null: Sequence[Fitted], policy: Policy) -> tuple[Suspect, ...]:
