@@ -145,7 +145,9 @@ def _piece(recording, dv_b, fixes: Fixes, k: int, at_s: float, turning: Slerp, e
     """Errors over `every_s` from fix `k` on, or None where fewer than two fixes are valid in it."""
     first = int(np.searchsorted(recording.imu.time_s, at_s + 1e-6))
     begin_s = float(recording.imu.time_s[first - 1]) if first else recording.start.time_s
-    roll_pitch_heading = turning(np.clip(begin_s, turning.times[0], turning.times[-1])).as_euler("ZYX")[::-1]
+    roll_pitch_heading = turning(np.clip(begin_s, turning.times[0], turning.times[-1])).as_euler(
+        "ZYX", suppress_warnings=True
+    )[::-1]
     start = Start(begin_s, **fixes.state(k), attitude_rad=tuple(float(a) for a in roll_pitch_heading))
     try:
         return evaluate(recording, dv_b, until_s=at_s + every_s, start=start).errors

@@ -67,7 +67,7 @@ def attitude_from_quaternion(quaternion_nb: np.ndarray) -> np.ndarray:
     """Roll, pitch, heading (..., 3) of scalar-first quaternions (..., 4)."""
     from scipy.spatial.transform import Rotation  # here, as in the next: it takes longer to import than all else
 
-    angles = Rotation.from_quat(quaternion_nb, scalar_first=True).as_euler("ZYX")
+    angles = Rotation.from_quat(quaternion_nb, scalar_first=True).as_euler("ZYX", suppress_warnings=True)
     return np.ascontiguousarray(angles[..., ::-1])
 
 

@@ -77,7 +77,7 @@ def turned_start(start: Start, belief: Belief) -> Start:
     if start.attitude_rad is None or not phi.any():
         return start
     before = Rotation.from_euler("ZYX", np.asarray(start.attitude_rad, dtype=float)[::-1])
-    angles = (Rotation.from_rotvec(phi) * before).as_euler("ZYX")[::-1]
+    angles = (Rotation.from_rotvec(phi) * before).as_euler("ZYX", suppress_warnings=True)[::-1]
     return replace(start, attitude_rad=tuple(float(angle) for angle in angles))
 
 
@@ -193,5 +193,5 @@ def _mounted(attitude_rad: np.ndarray, one: EffectBelief) -> np.ndarray:
     turn[AXES.index(one.axis)] = VOCABULARY[one.name].si * one.value
     given = Rotation.from_euler("ZYX", attitude_rad[known][:, ::-1])
     out = np.array(attitude_rad)
-    out[known] = (given * Rotation.from_rotvec(-turn)).as_euler("ZYX")[:, ::-1]
+    out[known] = (given * Rotation.from_rotvec(-turn)).as_euler("ZYX", suppress_warnings=True)[:, ::-1]
     return out

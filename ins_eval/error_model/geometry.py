@@ -174,7 +174,7 @@ def moved(start: Start, position_n: np.ndarray, velocity_n: np.ndarray) -> Start
 def turned(attitude_rad, rotation_n: np.ndarray) -> tuple[float, float, float]:
     """Roll, pitch, heading after a turn of the body by the rotation vector `rotation_n` in n."""
     before = Rotation.from_euler("ZYX", np.asarray(attitude_rad, dtype=float)[::-1])
-    angles = (Rotation.from_rotvec(rotation_n) * before).as_euler("ZYX")[::-1]
+    angles = (Rotation.from_rotvec(rotation_n) * before).as_euler("ZYX", suppress_warnings=True)[::-1]
     return tuple(float(a) for a in angles)
 
 

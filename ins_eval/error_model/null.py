@@ -14,7 +14,15 @@ from ins_eval.compensation.file import believed_model
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
-from ins_eval.initialization import ATTITUDE, HEADING_SIGMA_RAD, TILT_SIGMA_RAD, Initialization, find, track
+from ins_eval.initialization import (
+    ATTITUDE,
+    HEADING_SIGMA_RAD,
+    TILT_SIGMA_RAD,
+    Initialization,
+    find,
+    standstills,
+    track,
+)
 from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on, without_bias
 from ins_eval.recording import Start
 from ins_eval.recording.mending import mended
@@ -120,7 +128,8 @@ def begin_afresh(recording: Recording, folder: str | Path = ".") -> tuple[Believ
     recording, compensated = _compensated(_judged(recording), folder)
     gyro, velocity = without_bias(recording, compensated)
     found = find(recording, gyro, velocity)
-    path = found.path if recording.kind in PARKED else track(recording, found, gyro, velocity)
+    turned = recording.kind not in PARKED or len(standstills(recording)) > 1
+    path = track(recording, found, gyro, velocity) if turned else found.path
     return _wide(recording, start_at(path, recording.start.time_s), (gyro, velocity), folder), found, path
 
 

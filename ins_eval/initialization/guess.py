@@ -129,7 +129,7 @@ def _matched(window: Window, start: Start, gyro_bias: np.ndarray) -> tuple[float
     wanted = velocity[apart:] - velocity[:-apart]
     wanted[:, 2] -= g * (at_s[apart:] - at_s[:-apart])
     turn, _ = Rotation.align_vectors(wanted, felt_at[apart:] - felt_at[:-apart])
-    heading, pitch, roll = turn.as_euler("ZYX")
+    heading, pitch, roll = turn.as_euler("ZYX", suppress_warnings=True)
     return float(roll), float(pitch), float(heading)
 
 

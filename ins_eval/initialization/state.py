@@ -121,7 +121,7 @@ def corrected(state: Initialization, error: np.ndarray) -> Initialization:
     turned = Rotation.from_rotvec(error[ATTITUDE]) * Rotation.from_quat(
         quaternion_from_attitude(start.attitude_rad), scalar_first=True
     )
-    heading, pitch, roll = turned.as_euler("ZYX")
+    heading, pitch, roll = turned.as_euler("ZYX", suppress_warnings=True)
     return replace(
         state,
         start=replace(

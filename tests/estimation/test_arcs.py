@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from benchmark.runners.imported import recorded
 from benchmark.worlds.real import SOURCES
@@ -22,8 +23,10 @@ from ins_eval.estimation.evidence import log_evidence, sensitivity
 from ins_eval.estimation.study import fit_noise
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import EffectBelief
+from ins_eval.recording.validation import validate
 from ins_eval.units import DEG, DEG_PER_H, UG
 from tests.diagnosis.real_recordings import RECORDINGS
+from tests.ideal import RATE_HZ
 
 DISTURBED_S, DISTURBED_DEG_PER_H, NORTH_DEG = 120.0, 1.0, 3.0  # of a recording of 15 min; what that leaves of north
 SETTLED_S = 65.0  # until which the unit was carried
@@ -34,6 +37,7 @@ SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wan
 OFF_M, NEAR, NO_PRIOR = 500.0, 0.2, 1.0  # of a guess, share of it that is left; sigmas of a prior, of 17 for a guess
 STAMPS_S, FIX_M, FIX_MPS = 0.05, 0.5, 0.05  # one sigma of stamps and of fixes
 AGREES, SLOPE_STEP = 0.35, 1e-3  # at one speed stamps and white noise look alike, and a part is counted twice
+DWELL_S, TURN_S, AS_IT_LIES_RAD = 200.0, 18.0, 0.01  # of a box on four sides; 3 mg in doubt are 3 mrad
 AUTOPILOT_LATE_S = (0.21, 0.29)  # of positions, by the authors' filter; of velocities, by their increments
 
 
@@ -231,3 +235,31 @@ def test_a_heading_that_began_wrong_is_not_left_to_the_biases_of_gyros(recording
     navigated = arcs.settle(replace(parked, imu=replace(parked.imu, gyro=gyro), start=unaligned)).navigated
     assert abs(navigated.start.attitude_rad[2]) < NORTH_DEG * DEG
     assert (np.abs(navigated.gyro_bias) < 0.3 * DISTURBED_DEG_PER_H * DEG_PER_H).all()
+
+
+@pytest.mark.parametrize("bias_ug", [0.0, 3000.0])
+def test_a_box_that_is_turned_between_stands_begins_each_arc_as_it_lies(recording_at_rest, bias_ug: float) -> None:
+    """On four sides in turn, with a bias of fifty times its sigma: the path follows the turns, far beyond small angles.
+
+    Truth are the turns that the increments are made of.
+    """
+    parked = recording_at_rest(5.0 * DWELL_S, 3, np.zeros_like)  # on the last side it lies longest
+    imu = parked.imu
+    middle_s = imu.time_s - 0.5 * np.diff(imu.time_s, prepend=0.0)
+
+    def rolled(time_s: np.ndarray) -> np.ndarray:
+        return 0.5 * np.pi * np.clip((time_s - DWELL_S * np.arange(1, 4)[:, None]) / TURN_S, 0.0, 1.0).sum(axis=0)
+
+    box = Rotation.from_rotvec(np.outer(rolled(middle_s), [1.0, 0.0, 0.0]))
+    turning = np.diff(rolled(imu.time_s), prepend=0.0)
+    gyro = box.apply(imu.gyro, inverse=True) + np.outer(turning, [1.0, 0.0, 0.0])
+    force = box.apply(imu.accelerometer, inverse=True)
+    force[:, 2] += bias_ug * UG * np.diff(imu.time_s, prepend=0.0)
+    turned = replace(parked, imu=replace(imu, gyro=gyro, accelerometer=force))
+    validate(turned, judged=True)
+    navigated = arcs.settle(turned).navigated
+    for arc in navigated.arcs:
+        if any(one.start_s < arc.time_s < one.end_s for one in navigated.stands):
+            away = Rotation.from_euler("ZYX", arc.attitude_rad[::-1]).inv() * box[int(arc.time_s * RATE_HZ) - 1]
+            assert away.magnitude() < AS_IT_LIES_RAD
+    assert len(navigated.stands) == 4

@@ -160,7 +160,7 @@ def recording(name: str, kind: str, motion: Motion, temperature_c: np.ndarray, l
     belief = other.belief.model_copy(update={"effects": ()})
     gyro, velocity = increments(motion, belief.earth)
     dt = np.diff(motion.time_s)[:, None]
-    heading, pitch, roll = motion.attitude[0].as_euler("ZYX")
+    heading, pitch, roll = motion.attitude[0].as_euler("ZYX", suppress_warnings=True)
     start = replace(
         like.start,
         time_s=0.0,
@@ -218,7 +218,7 @@ def _fixes(motion: Motion, like: Recording) -> Fixes:
     arm_n = motion.attitude.apply(belief.lever_arm_m)
     swing_n = np.gradient(arm_n, motion.time_s, axis=0)
     meridian, transverse = radii(motion.latitude_rad)
-    angles = motion.attitude.as_euler("ZYX")[:, ::-1]
+    angles = motion.attitude.as_euler("ZYX", suppress_warnings=True)[:, ::-1]
     known = source is not None and source.attitude_rad is not None
     return Fixes(
         time_s=(motion.time_s + belief.time_offset_s)[every],

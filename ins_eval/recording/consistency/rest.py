@@ -79,13 +79,16 @@ def check_chamber(input_g: np.ndarray, shown_g: np.ndarray) -> Iterator[Finding]
 
 def at_rest(recording: Recording) -> tuple[Imu, float]:
     """The samples of the longest quiet stretch, and its length: a parked unit may be handled before and between."""
-    imu = recording.imu
-    quiet = still_stretches(imu, SHORTEST_REST_S)
+    return max(rests(recording), key=lambda one: one[1])
+
+
+def rests(recording: Recording) -> list[tuple[Imu, float]]:
+    """The samples of each quiet stretch, and its length; of all of it where it has none."""
+    imu, quiet = recording.imu, still_stretches(recording.imu, SHORTEST_REST_S)
     if not quiet:
-        return imu, float(imu.time_s[-1] - recording.start.time_s)
-    longest = max(quiet, key=lambda stretch: stretch.duration_s)
-    rows = slice(*np.searchsorted(imu.time_s, [longest.start_s + 1e-6, longest.end_s + 1e-6]))
-    return imu.rows(rows), float(recording.interval_s[rows].sum())
+        return [(imu, float(imu.time_s[-1] - recording.start.time_s))]
+    edges = [np.searchsorted(imu.time_s, [one.start_s + 1e-6, one.end_s + 1e-6]) for one in quiet]
+    return [(imu.rows(slice(*rows)), float(recording.interval_s[slice(*rows)].sum())) for rows in edges]
 
 
 def turns_as_the_earth(recording: Recording, rate_b: np.ndarray, force_b: np.ndarray) -> bool:
