@@ -13,6 +13,7 @@ from ins_eval.initialization.rest import Felt, rate_sigma, seconds_at_rest, velo
 from ins_eval.initialization.state import GATE, MOVING_MPS, Window
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.belief import GpsBelief
+from ins_eval.recording.consistency.rest import PARKED
 from ins_eval.recording.stillness import Stretch, still_stretches
 from ins_eval.units import DEG, DEG_PER_H, DEG_PER_SQRT_H, UG
 
@@ -59,7 +60,9 @@ def first_window(recording: Recording) -> tuple[float, float, float, float]:
             f"fix moves faster than {MOVING_MPS:g} m/s; give attitude_deg in [start], record some seconds at rest, or "
             "add the fixes of a GPS"
         )
-    chosen = max(still, key=lambda s: s.duration_s)
+    # a stated attitude is that of the first, and who is turned is followed from it on
+    first = recording.start.attitude_rad is not None or recording.kind in PARKED
+    chosen = still[0] if first else max(still, key=lambda s: s.duration_s)
     end_s = min(chosen.end_s, chosen.start_s + REST_S)
     begin_s = float(edges_s[np.searchsorted(edges_s, chosen.start_s + 1e-6) - 1])
     return begin_s, begin_s, end_s, end_s
