@@ -153,6 +153,24 @@ def test_a_jump_of_the_stamps_is_told_from_lost_fixes(at_s, size_s):
     assert check_stamps(replace(fixes, valid=~lost), "gps") is None
 
 
+@pytest.mark.parametrize("first_mps", [5.0, 12.0])
+def test_a_car_that_drives_off_while_nothing_is_received_has_one_clock(first_mps):
+    """It stands when the fixes stop and is under way when they come back; the way was made in the last seconds."""
+    fixes = circle()
+    speed = np.clip(20.0 - 2.0 * (fixes.time_s - 20.0), 0.0, 20.0) + np.clip(2.0 * (fixes.time_s - 80.0), 0.0, 20.0)
+    step_s = np.diff(fixes.time_s, prepend=fixes.time_s[0])
+    north_m = np.cumsum(step_s * speed)
+    lost = (fixes.time_s > 40.0) & (fixes.time_s < 80.0 + first_mps / 2.0)
+    driven = replace(
+        fixes,
+        latitude_rad=LATITUDE + north_m / RADIUS_M,
+        longitude_rad=np.full_like(north_m, LONGITUDE),
+        velocity_n=np.outer(speed, [1.0, 0.0, 0.0]),
+        valid=~lost,
+    )
+    assert check_stamps(driven, "gps") is None
+
+
 def test_a_barometer_in_feet_and_one_far_away():
     fixes = circle()
     up = replace(fixes, height_m=100.0 + 3.0 * fixes.time_s)

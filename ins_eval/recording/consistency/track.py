@@ -35,6 +35,7 @@ JUDGED_MPS = 2.0  # slower, the way does not tell the time
 SMALLEST_JUMP_S, LONGEST_JUMP_S = 0.05, 60.0
 JUMP_SPREADS = 5.0
 MOST_JUMPS = 5
+STEADY = 0.5  # of the mean velocity of two fixes: what changes by more in between tells no time; by reasoning
 EVEN, UNEVEN = 0.02, 0.2  # of a step: stamps that are even, a step that is not
 UNEVEN_ODDS = float(np.log(1e3))
 LIKELIER_THAN_T = 2.0  # the stamps must step by as much, besides: an odd stamp and an odd way at once
@@ -224,7 +225,8 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
     speed2 = (mean**2).sum(axis=1)
     dt = np.diff(time_s)
     usual_s = float(np.median(dt))
-    fast = (speed2 > JUDGED_MPS**2) & (dt < LONGEST_JUMP_S + 2.0 * usual_s)
+    steady = (np.diff(velocity_n, axis=0) ** 2).sum(axis=1) < STEADY**2 * speed2  # who drives off after a gap has stood
+    fast = steady & (speed2 > JUDGED_MPS**2) & (dt < LONGEST_JUMP_S + 2.0 * usual_s)
     if fast.sum() < FEWEST:
         return _uneven(time_s, ~fast, table)
     rows = np.flatnonzero(fast)
