@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from ins_eval.estimation.noise_fit import Fitted
     from ins_eval.policy import Policy
 
-NEAR = 6.0  # nats within which another is at the noise of the belief, which nothing has made quiet: else it is none
-MOST = 6  # others beside which the noise is fitted anew
+# nats within which another lies at the noise of the belief, which nothing has made quiet: what lies farther is no rival
+# at its own noise either; and the most beside which the noise is fitted anew; both by reasoning
+NEAR, MOST = 6.0, 6
 
 
 def with_own_noise(linearisation: Linearisation, around_belief: Linearisation, policy: Policy) -> Linearisation:
