@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ins_eval.effects.temperature import SmoothedTemperature
 
 SHORTEST_STEP_S, LONGEST_STEP_S = 5.0, 300.0
-WARMER_C = 0.05  # of a difference quotient of what is believed: laws are straight over so little
+WARMER_C = 0.05  # of a difference quotient of what is believed: laws are straight over so little; by reasoning
 
 
 def step_noise(believed: Believed, seen: SmoothedTemperature | None, middle_s: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.estimation.evidence import Gained
+from ins_eval.estimation.evidence import Gained, mixture
 from ins_eval.estimation.linearisation import log_evidence_of_best
 from ins_eval.estimation.search import one_more
 
@@ -90,10 +90,10 @@ def _fitted(one: Linearisation) -> tuple[Fitted, ...]:
 
 def _around(a: np.ndarray, b: np.ndarray, centre: np.ndarray, sigma: np.ndarray) -> Gained:
     """log B of columns whose coefficients have the prior N(centre, diag(sigma^2)), and their moments."""
-    within = np.eye(b.size) + sigma[:, None] * a * sigma
-    covariance = sigma[:, None] * np.linalg.solve(within, np.diag(sigma))
-    left = b - a @ centre
-    mean = centre + covariance @ left
-    nats = b @ centre - 0.5 * centre @ a @ centre + 0.5 * left @ covariance @ left
-    nats -= 0.5 * float(np.linalg.slogdet(within)[1])
-    return Gained(float(nats), mean, covariance + np.outer(mean, mean))
+    apart = mixture(a, b - a @ centre, [np.diag(sigma)])
+    across = np.outer(centre, apart.mean)
+    return Gained(
+        float(b @ centre - 0.5 * centre @ a @ centre) + apart.nats,
+        centre + apart.mean,
+        apart.second + across + across.T + np.outer(centre, centre),
+    )
