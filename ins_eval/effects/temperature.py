@@ -1,8 +1,4 @@
-"""The temperature that the elements had: the reading without the steps and the noise of the thermometer.
-
-A regressor is made of the smoothed reading; the residual is made of the reading as it stands. With the same noisy
-reading on both sides a lag is found in every recording that has none (errors in variables).
-"""
+"""The temperature that the elements had, as the readings of the thermometer tell it (`reading`)."""
 
 from __future__ import annotations
 
@@ -10,15 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ins_eval.effects.reading import thermometers, told
 from ins_eval.recording import ChamberReadings, Recording
 from ins_eval.recording.belief import AccelerometerBelief
 from ins_eval.recording.form.names import AIR
 from ins_eval.thermal import filtered_rate, lagged, thermometer_step
 
-SMOOTHING_S = 240.0
 GRID_S = 1.0
 LAGS_S = np.concatenate([[0.0], np.geomspace(10.0, 3600.0, 25)])  # of an element behind the chamber's air
-FEW_READINGS = 9  # that are smoothed together where the air was not recorded
 GOOD_FIT_STEPS = 2.0
 
 
@@ -58,13 +53,10 @@ def temperature(recording: Recording) -> SmoothedTemperature | None:
     reading = recording.imu.temperature_c
     if reading is None:
         return None
-    columns = (reading if reading.ndim == 2 else reading[:, None]).T
     time_s = recording.imu.time_s
     grid = np.arange(time_s[0], time_s[-1] + 0.5 * GRID_S, GRID_S)
-    window = min(int(SMOOTHING_S / GRID_S) // 2 * 2 + 1, (grid.size - 1) // 2 * 2 - 1)
     belief = recording.belief.accelerometer
-    smooth = [np.interp(grid, time_s, column) for column in columns]
-    smooth = [_smoothed(column, window) for column in smooth]
+    smooth = [of.at(grid) for of in thermometers(recording)]
     rates = [filtered_rate(grid, column, belief.rate_filter_s) for column in smooth]
     return _three(grid, smooth, rates, belief)
 
@@ -97,12 +89,4 @@ def _smooth(readings: ChamberReadings, rows: np.ndarray) -> np.ndarray:
         best = min(fits, key=lambda fit: float(np.std(reading_c - fit)))
         if np.std(reading_c - best) < GOOD_FIT_STEPS * max(thermometer_step(reading_c), 0.01):
             return best
-    window = min(FEW_READINGS, (rows.size - 1) // 2 * 2 + 1)
-    return _smoothed(reading_c, window)
-
-
-def _smoothed(column: np.ndarray, window: int) -> np.ndarray:
-    """Parabolas through `window` points; as it is where that is too few."""
-    from scipy.signal import savgol_filter  # imported here, for it takes long and few recordings need it
-
-    return savgol_filter(column, window, 2) if window > 3 else column
+    return told(time_s, reading_c).at(time_s)

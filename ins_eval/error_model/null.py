@@ -13,6 +13,7 @@ from ins_eval.alignment import align
 from ins_eval.compensation.file import believed_model
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects import turned_start, without_effects
+from ins_eval.effects.reading import thermometers
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import (
     ATTITUDE,
@@ -225,7 +226,16 @@ def _velocity(recording: Recording, folder: str | Path) -> np.ndarray:
             f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
             "[accelerometer.x], .y and .z in recording.toml, or --belief FILE"
         )
-    return compensate(samples(recording), _triad(recording, folder), recording.interval_s)
+    return compensate(samples(_as_told(recording)), _triad(recording, folder), recording.interval_s)
+
+
+def _as_told(recording: Recording) -> Recording:
+    """The same with the temperature that its thermometers tell instead of their readings: steps would be errors."""
+    imu = recording.imu
+    if imu.temperature_c is None:
+        return recording
+    told = [one.at(imu.time_s) for one in thermometers(recording)]
+    return replace(recording, imu=replace(imu, temperature_c=told[0] if len(told) == 1 else np.column_stack(told)))
 
 
 def triad(believed: Believed) -> list[CompensationModel]:

@@ -16,7 +16,7 @@ from ins_eval.error_model.columns import Assembled, Column, Drive, Measured, Slo
 from ins_eval.error_model.geometry import apart
 from ins_eval.error_model.library import Candidate, Parameters, candidates, composed_candidates, member
 from ins_eval.error_model.observations import REFERENCE_POSITION_M, Observations
-from ins_eval.error_model.thermometer import step_noise
+from ins_eval.error_model.thermometer import left_open
 from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs, noise
 from ins_eval.estimation.blocks import EACH, Blocks, few_blocks, short_blocks
@@ -174,7 +174,8 @@ def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Colum
     seen, outliers = noise.without_outliers(seen)
     slow = SlowFactor()
     agitation = noise.agitation(navigated, model.nodes_s)
-    uncertain = [*uncertain, *places(navigated, model, slow)]
+    open_temperature = left_open(navigated, model, slow)
+    uncertain = [*uncertain, *places(navigated, model, slow), *open_temperature.columns]
     navigated = navigated.without_increments(recording)
     given = temperature(navigated.recording)
     return Case(
@@ -189,9 +190,7 @@ def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Colum
         nuisances=tuple(uncertain),
         taken=np.zeros(len(uncertain)),
         candidates=(*candidates(navigated, model, given, slow), *composed_candidates(navigated, model, given, slow)),
-        noise=noise.noise_model(
-            navigated.recording.belief, model, seen, step_noise(navigated, given, model.middle_s), agitation
-        ),
+        noise=noise.noise_model(navigated.recording.belief, model, seen, open_temperature.density, agitation),
         outliers=outliers,
         epochs_s=model.interval_s,
         member=partial(member, navigated, model, given, slow),

@@ -23,6 +23,7 @@ from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model import drives
 from ins_eval.error_model.observations import CHANNELS, Observations
 from ins_eval.estimation.whitening import NoiseLevels
+from ins_eval.recording.belief import UNSTATED_DENSITY_UG
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
 if TYPE_CHECKING:
@@ -190,7 +191,7 @@ def noise_model(
             "slow_velocity_time": Prior(slow.velocity_time_s, slow.time_spread),
             "slow_attitude": Prior(0.5 * typical[6], 1.2 if attitude else 0.0),
             "slow_attitude_time": Prior(300.0, 1.2 if attitude else 0.0),
-            "velocity_random_walk": Prior(UG * (density or 5.0), 0.7 if density else 1.2),
+            "velocity_random_walk": Prior(UG * (density or UNSTATED_DENSITY_UG), 0.7 if density else 1.2),
             "angle_random_walk": Prior(DEG_PER_SQRT_H * max(gyro.angle_random_walk_deg_per_sqrt_h, 1e-5), 0.7),
             "accelerometer_wander": Prior(0.2 * UG * max(accelerometer.bias_sigma_ug, 1.0), 1.0),
             "gyro_wander": Prior(0.2 * DEG_PER_H * max(gyro.bias_sigma_deg_per_h, 1e-4), 1.0),

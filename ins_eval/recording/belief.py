@@ -26,6 +26,7 @@ SHOWN_KEYS = {  # of the tables whose values have sources
     "gps": ("lever_arm_m", "time_offset_s", "position_sigma_m", "velocity_sigma_mps"),
 }
 UNSTATED = "not stated, taken as 0"
+UNSTATED_DENSITY_UG = 5.0  # per root Hz: velocity random walk where none is stated; by reasoning
 
 
 def clauses(source: str | None) -> dict[str, str]:
