@@ -187,12 +187,16 @@ def _counted(readings: ChamberReadings, given: np.ndarray, size: float, runs: li
 def _read_off(readings: ChamberReadings, slope: np.ndarray, runs: list[np.ndarray]) -> np.ndarray:
     """One sigma (n,) in m/s^2 of what the steps of the thermometer hide; `slope` (n,) in m/s^2 per degC of the belief.
 
-    A reading that stays the same is off by the same, so all in a row that do are worth one.
+    A reading that stays the same, or moves by as many steps each time, is off by the same, so all in a row that do are
+    worth one. By a single step each time also exact readings move.
     """
     step_c = thermometer_step(readings.temperature_c)
     out = np.zeros(slope.size)
     for rows in runs:
-        stays = np.cumsum(np.diff(readings.temperature_c[rows], prepend=readings.temperature_c[rows[0]]) != 0.0)
+        moves = np.rint(
+            np.diff(readings.temperature_c[rows], prepend=readings.temperature_c[rows[0]]) / (step_c or 1.0)
+        )
+        stays = np.cumsum((np.diff(moves, prepend=moves[0]) != 0.0) | (np.abs(moves) == 1.0))
         out[rows] = step_c / np.sqrt(12.0) * np.abs(slope[rows]) * np.sqrt(np.bincount(stays)[stays])
     return out
 

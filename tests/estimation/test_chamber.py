@@ -14,7 +14,7 @@ from ins_eval.diagnosis.unnamed.disturbance import is_sure, restless
 from ins_eval.error_model.columns import assemble
 from ins_eval.errors import DataRefused
 from ins_eval.estimation.case import with_effects
-from ins_eval.estimation.chamber import prepare_chamber
+from ins_eval.estimation.chamber import _read_off, prepare_chamber
 from ins_eval.estimation.description import wrong_descriptions_of_chamber
 from ins_eval.estimation.forecast import pool
 from ins_eval.estimation.placing import again
@@ -140,6 +140,17 @@ def test_a_thermometer_that_stays_on_a_step_tells_as_much_as_one_reading(belief)
     slope_ug = 1e6 * -MU / scale * (g0 + 1e-6 * (K0_UG + OMEGA * (temperature_c - REFERENCE_C))) - OMEGA
     expected = slope_ug * UG * step_c / np.sqrt(12.0) * np.sqrt(stay)
     np.testing.assert_allclose(white, expected, rtol=SLOPE)
+
+
+def test_a_reading_that_moves_by_as_many_steps_each_time_is_off_by_the_same() -> None:
+    """A ramp in time with the steps: rounding then shifts all of it by one amount, as if one reading had told it."""
+    step_c, alone = 0.0625, 0.0625 / np.sqrt(12.0)
+    moves = np.array([0] * 5 + [4] * 10 + [1] * 3 + [2, 3] * 3)
+    readings = replace(
+        measured(EPSILON), temperature_c=20.0 + step_c * np.cumsum(moves), run=np.zeros(moves.size, dtype=int)
+    )
+    found = _read_off(readings, np.ones(moves.size), [np.arange(moves.size)])
+    np.testing.assert_allclose(found, alone * np.sqrt([5.0] * 5 + [10.0] * 10 + [1.0] * 9))
 
 
 def test_a_rate_term_that_was_left_out_is_named(belief) -> None:
