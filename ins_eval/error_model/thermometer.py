@@ -1,8 +1,9 @@
 """What the readings of a thermometer leave open of a compensated output.
 
 Compensation takes the temperature that the readings tell (`ins_eval.effects.reading`). By how much that is off is known
-as a covariance, and through the slopes of the believed compensation it is an error of each accelerometer: the few
-largest modes of it are uncertain columns, common to the axes that share a thermometer.
+as a covariance C, and through the slopes of the believed compensation it is an error of each accelerometer. The few
+modes of it that stand out, which are slow, are uncertain columns, common to the axes that share a thermometer. What is
+left beside them is noise of the density that it has at low frequencies, slope^2 sum_j C(t, t_j) h.
 """
 
 from __future__ import annotations
@@ -23,11 +24,12 @@ from ins_eval.thermal import filtered_rate
 from ins_eval.units import UG
 
 if TYPE_CHECKING:
+    from ins_eval.compensation import CompensationModel
     from ins_eval.error_model.propagation import ErrorModel
 
 WARMER_C = 0.05  # of a difference quotient of what is believed: laws are straight over so little; by reasoning
 MODES, ITERATIONS = 8, 12  # most of a thermometer, and of subspace iteration for them
-LEAST_SIGMA, STANDS_OUT = 1.0, 2.0  # of a mode against the white noise of the accelerometers, and against the next ones
+LEAST_SIGMA, STANDS_OUT = 1.0, 2.0  # of a mode against the white noise, and against the last one found; by reasoning
 
 
 class LeftOpen(NamedTuple):
@@ -68,7 +70,7 @@ def left_open(believed: Believed, model: ErrorModel, slow: SlowFactor) -> LeftOp
     return out
 
 
-def _slopes(compensation, given: Samples, at_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _slopes(compensation: CompensationModel, given: Samples, at_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives of the compensated output by temperature and by its rate, each (count,)."""
     rows = np.clip(np.searchsorted(given.time_s, at_s), 0, given.time_s.size - 1)
     few = Samples(*(getattr(given, name)[rows] for name in ("time_s", "output", "temperature_c", "rate_c_per_min")))
@@ -91,7 +93,7 @@ def _modes(information: np.ndarray, weight: np.ndarray) -> list[np.ndarray]:
         basis, _ = np.linalg.qr(root[:, None] * solveh_banded(information, root[:, None] * basis))
     spread = solveh_banded(information, root[:, None] * basis)
     size, turn = np.linalg.eigh(basis.T @ (root[:, None] * spread))
-    modes = spread @ turn / np.sqrt(size)
-    sigma = np.sqrt(np.maximum(size, 0.0))
+    sigma = np.sqrt(np.maximum(size, np.finfo(float).tiny))  # none where nothing believed depends on temperature
+    modes = spread @ turn / sigma
     least = max(LEAST_SIGMA, STANDS_OUT * sigma.min())
     return [modes[:, k] for k in np.argsort(sigma)[::-1] if sigma[k] > least]
