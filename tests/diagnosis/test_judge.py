@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.answer.collect import other_noise
+from ins_eval.diagnosis.answer.collect import _unnamed_near, other_noise
 from ins_eval.diagnosis.answer.decision import only_described, open_margin
 from ins_eval.diagnosis.answer.findings import Findings
 from ins_eval.diagnosis.unnamed.disturbance import QUIET
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.estimation.linearisation import Linearisation
 from ins_eval.estimation.noise_fit import Fitted
+from ins_eval.estimation.own_noise import NEAR
 from ins_eval.policy import Policy
 from tests.diagnosis.linearisations import linearisation
 
@@ -71,6 +73,25 @@ def test_a_law_explains_nothing_where_something_is_left_unless_others_explain_mo
     mismatch = Mismatch(0, left, "", 0.0, 100.0, "", 3.0)
     found = of_flight(sure(OF_Z[0], OTHER, sizes=sizes), mismatch)
     assert only_described(found, None, Policy()) is described
+
+
+@pytest.mark.parametrize(("channel", "more", "described"), [
+    ("accelerometer.x", -0.5, False),
+    ("accelerometer.x", 0.5, True),  # it suggested an effect of another sensor
+    ("accelerometer.z", 0.5, False),  # an effect of its own sensor is as good a description
+    ("accelerometer.z", Policy.open_margin + 0.5, True),
+])  # fmt: skip
+def test_a_sure_disturbance_that_gains_more_has_suggested_the_effects(channel, more, described) -> None:
+    found = of_flight(sure(OF_Z[0]))
+    surest = SimpleNamespace(gain=found.gain + more, interval=SimpleNamespace(channel=SimpleNamespace(name=channel)))
+    assert only_described(found, surest, Policy()) is described
+
+
+@pytest.mark.parametrize(("behind_nats", "near"), [(NEAR - 0.5, True), (NEAR + 0.5, False)])
+def test_a_form_without_a_name_that_comes_near_is_weighed_at_its_own_noise(behind_nats: float, near: bool) -> None:
+    found = of_flight(sure(OF_Z[0]))
+    instead = UnnamedDisturbance(None, found.linearisation.best.log_posterior - behind_nats, 3.0)
+    assert _unnamed_near(replace(found, instead=instead)) is near
 
 
 @pytest.mark.parametrize("sure_alone", [True, False])

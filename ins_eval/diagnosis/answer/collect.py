@@ -38,7 +38,7 @@ from ins_eval.effects.parts import SENSORS
 from ins_eval.estimation.clock_starts import clock_starts
 from ins_eval.estimation.instants import innovations
 from ins_eval.estimation.linearisation import linearise, more_probable, on_common
-from ins_eval.estimation.own_noise import with_own_noise
+from ins_eval.estimation.own_noise import NEAR, with_own_noise
 from ins_eval.estimation.refine import Impossible, RefinedFit, refine
 from ins_eval.estimation.search import one_more
 from ins_eval.estimation.study import Hypothesis, fit_noise, marginal, wide
@@ -97,10 +97,18 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
         findings = replace(
             findings, linearisation=with_own_noise(findings.linearisation, findings.around_belief, policy)
         )
-        if explains(findings, policy):
+        if explains(findings, policy) and not _unnamed_near(findings):
             return findings
     suspects = _suspects(findings, rng, policy) if suspects is None else suspects
     return replace(findings, suspects=suspects, places=tuple(_place(findings, one) for one in suspects))
+
+
+def _unnamed_near(findings: Findings) -> bool:
+    """Whether a form without a name, at the noise that was fitted beside the effects, comes so near to them.
+
+    Then it is weighed at a noise of its own, as rivals are.
+    """
+    return findings.instead.gain > findings.linearisation.best.log_posterior - NEAR
 
 
 def other_noise(

@@ -77,11 +77,16 @@ def is_heard(findings: Findings, policy: Policy) -> bool:
 
 
 def explains(findings: Findings, policy: Policy) -> bool:
-    """Whether the effects found explain the mismatch, with nothing beside them and nothing better instead of them."""
+    """Whether the effects found explain the mismatch, with nothing beside them and nothing better instead of them.
+
+    Where disturbances without a name were weighed at a noise of their own, none of them does better either.
+    """
     posterior = findings.linearisation.best.log_posterior
     if findings.beside.mismatch is not None or findings.instead.gain > posterior + open_margin(findings, policy):
         return False
-    return not outdone(findings, policy) and holds(findings.linearisation, policy)
+    surest = surest_of(findings.suspects or (), policy)
+    described = outdone(findings, policy) or only_described(findings, surest, policy)
+    return not described and holds(findings.linearisation, policy)
 
 
 def open_margin(findings: Findings, policy: Policy) -> float:

@@ -28,7 +28,7 @@ class Findings:
     instead, beside : what has no name and gains most instead of the effects and beside them; None where they are not
         worth reporting
     shown : where each effect of the set shows; empty likewise
-    suspects : disturbances without a name, None where the effects explain and none was looked for
+    suspects : disturbances without a name, None where the effects explain and nothing without a name is near
     places : where each suspect is
     around_belief : every effect as it looks before any is tried further, noise that of the null within its grade
     """
