@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ins_eval.recording import Recording
 
 BIN_S = 10.0  # within which a temperature is told as one; a longer one where readings come more seldom
-READING_S = 1.0  # readings closer together are often one that is held
+READING_S, ROUNDING_S = 1.0, 1e-6  # readings closer together are often one that is held
 FEWEST_BINS = 4
 ROUGH, SMOOTHEST = 1e-8, 1e-16  # S in degC^2/s^3 with which the search begins, some degrees a minute; the smallest
 ROUGHER, NOISIER, FINER = 10.0, 2.0, (1.0, 0.25)  # factors between S, and between sigma; the powers tried
@@ -62,12 +62,13 @@ def told(time_s: np.ndarray, reading_c: np.ndarray) -> Told:
     """The temperature that readings (n,) in degC at `time_s` (n,) tell; as read where they are too few or equal."""
     step_c = thermometer_step(reading_c)
     bin_s = max(BIN_S, float(np.median(np.diff(time_s)))) if time_s.size > 1 else BIN_S
-    bins_of = np.floor(np.round((time_s - time_s[0]) / bin_s, 6)).astype(int)  # no reading slips by rounding
-    count = int(bins_of[-1]) + 1
+    taken = np.unique(np.searchsorted(time_s, np.arange(time_s[0], time_s[-1], READING_S) - ROUNDING_S))
+    bins = ((time_s[taken] - time_s[0] + ROUNDING_S) // bin_s).astype(int)
+    often = np.bincount(bins)
+    count = often.size - int(often[-1] < np.median(often))  # of whole bins: the middle of a part is not the next one
     if step_c == 0.0 or count < FEWEST_BINS:
         return Told(time_s, reading_c)
-    taken = np.unique(np.searchsorted(time_s, [*np.arange(time_s[0], time_s[-1], READING_S), time_s[-1]]))
-    bins = bins_of[taken]
+    taken, bins = taken[bins < count], bins[bins < count]
     of_bin, weight = np.unique(np.column_stack([bins, reading_c[taken]]), axis=0, return_counts=True)
     readings = _Readings(of_bin[:, 0].astype(int), of_bin[:, 1], weight.astype(float), step_c, count, bin_s)
     full, times = np.unique(bins, return_counts=True)

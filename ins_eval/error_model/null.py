@@ -226,10 +226,10 @@ def _velocity(recording: Recording, folder: str | Path) -> np.ndarray:
             f"{recording.name}: the accelerometers deliver pulses, and nothing says what a pulse is worth; expected "
             "[accelerometer.x], .y and .z in recording.toml, or --belief FILE"
         )
-    return compensate(samples(_as_told(recording)), _triad(recording, folder), recording.interval_s)
+    return compensate(samples(as_told(recording)), _triad(recording, folder), recording.interval_s)
 
 
-def _as_told(recording: Recording) -> Recording:
+def as_told(recording: Recording) -> Recording:
     """The same with the temperature that its thermometers tell instead of their readings: steps would be errors."""
     imu = recording.imu
     if imu.temperature_c is None:

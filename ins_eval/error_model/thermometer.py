@@ -2,8 +2,8 @@
 
 Compensation takes the temperature that the readings tell (`ins_eval.effects.reading`). By how much that is off is known
 as a covariance C, and through the slopes of the believed compensation it is an error of each accelerometer. The few
-modes of it that stand out, which are slow, are uncertain columns, common to the axes that share a thermometer. What is
-left beside them is noise of the density that it has at low frequencies, slope^2 sum_j C(t, t_j) h.
+modes of it that stand out, which are slow, are uncertain columns, common to the axes that share a thermometer. The rest
+is noise of the density that it has at low frequencies, slope^2 sum_j C(t, t_j) h.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LEAST_SIGMA, STANDS_OUT = 1.0, 2.0  # of a mode against the white noise, and aga
 
 
 class LeftOpen(NamedTuple):
-    """`columns` that carry one sigma each, and the density (epochs, 3) in (m/s^2)^2 s of what is left beside them."""
+    """`columns` that carry one sigma each, and the density (epochs, 3) in (m/s^2)^2 s of the rest."""
 
     columns: list[Column]
     density: np.ndarray

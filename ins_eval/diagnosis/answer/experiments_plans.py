@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from ins_eval.earth import EARTH_RATE, gravity, radii
-from ins_eval.error_model.null import Believed, triad
+from ins_eval.error_model.null import Believed, as_told, triad
 from ins_eval.navigation import PARKED, samples
 from ins_eval.profile import HeightChange, Place, Profile, SpeedChange, Thermal, Turn
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start
@@ -203,7 +203,7 @@ def _in_pulses(made: Recording, like: Believed) -> Recording:
     """The same in pulses; force is linear in the output at a given temperature, so two values give the inverse."""
     dt = made.interval_s
     counts = np.empty_like(made.imu.accelerometer)
-    for axis, (model, given) in enumerate(zip(triad(like), samples(made), strict=True)):
+    for axis, (model, given) in enumerate(zip(triad(like), samples(as_told(made)), strict=True)):
         none, some = (model.specific_force(replace(given, output=np.full(dt.size, output))) for output in (0.0, _GAMMA))
         counts[:, axis] = (made.imu.accelerometer[:, axis] - none * dt) / (some - none) * _GAMMA
     return replace(made, imu=replace(made.imu, accelerometer=counts, accelerometer_form="pulse"))
