@@ -30,6 +30,7 @@ from ins_eval.thermal import thermometer_step
 if TYPE_CHECKING:
     from ins_eval.recording import Recording
 
+# by reasoning; coverage of what is told was measured for steps of 0.01 to 0.125 degC and noise of 0.003 to 0.03 degC
 BIN_S = 10.0  # within which a temperature is told as one; a longer one where readings come more seldom
 READING_S, ROUNDING_S = 1.0, 1e-6  # readings closer together are often one that is held
 FEWEST_BINS = 4
