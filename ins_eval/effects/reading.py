@@ -67,8 +67,10 @@ def told(time_s: np.ndarray, reading_c: np.ndarray) -> Told:
     bins = ((time_s[taken] - time_s[0] + ROUNDING_S) // bin_s).astype(int)
     often = np.bincount(bins)
     count = often.size - int(often[-1] < np.median(often))  # of whole bins: the middle of a part is not the next one
-    if step_c == 0.0 or count < FEWEST_BINS:
-        return Told(time_s, reading_c)
+    if step_c == 0.0:
+        return Told(time_s[[0, -1]], reading_c[[0, -1]])
+    if count < FEWEST_BINS:
+        return Told(time_s.copy(), reading_c.copy())  # what is kept while the readings live must not hold them
     taken, bins = taken[bins < count], bins[bins < count]
     of_bin, weight = np.unique(np.column_stack([bins, reading_c[taken]]), axis=0, return_counts=True)
     readings = _Readings(of_bin[:, 0].astype(int), of_bin[:, 1], weight.astype(float), step_c, count, bin_s)

@@ -1,10 +1,13 @@
 """Temperatures told by thermometers with steps and noise, against temperatures that were drawn."""
 
+import gc
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import cholesky_banded
 
-from ins_eval.effects.reading import _beside, _Readings, _variances, told
+from ins_eval.effects.reading import _KNOWN, _beside, _Readings, _variances, thermometers, told
 
 HOUR_S = 3600.0
 TIME_S = np.arange(0.0, 2.0 * HOUR_S)
@@ -73,6 +76,20 @@ def test_readings_that_come_seldom_or_not_at_all_for_a_while() -> None:
     kept = seldom[(seldom < 2000) | (seldom > 2900)]
     seen = told(TIME_S[kept], read(true_c[kept], 0.01, 0.01, rng))
     assert np.abs(seen.at(TIME_S[kept]) - true_c[kept]).max() < 0.03
+
+
+@pytest.mark.parametrize("seconds", [30, 600])
+@pytest.mark.parametrize("moves_c", [0.0, 0.5])
+def test_what_was_told_goes_with_the_readings(flight, seconds: int, moves_c: float) -> None:
+    """A process that diagnoses many recordings keeps none."""
+    time_s = np.arange(0.0, seconds)
+    before = set(_KNOWN)
+    reading_c = 20.0 + moves_c * np.round(time_s / 10.0)
+    read_off = replace(flight, imu=replace(flight.imu, time_s=time_s, temperature_c=reading_c))
+    assert thermometers(read_off) is thermometers(read_off) and set(_KNOWN) != before
+    del read_off, reading_c
+    gc.collect()
+    assert set(_KNOWN) == before
 
 
 def test_variances_are_those_of_the_inverse() -> None:
