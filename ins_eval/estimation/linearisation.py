@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import logsumexp
 
 from ins_eval.effects.accelerometer import AT
 from ins_eval.estimation.held_out import held_out
@@ -144,6 +145,16 @@ class Linearisation:
             if beside == frozenset(others):
                 of_family[family] += more
         return of_family, members
+
+    @cached_property
+    def log_posterior_of_names(self) -> float:
+        """log posterior that the best set is right, or one with another family in the place of one of its effects."""
+        more = [0.0]
+        for k in self.best.members:
+            of_family, _ = self.places(k)
+            own = int(self.space.families[k])
+            more += [nats - of_family[own] for nats in np.delete(of_family, own)]
+        return self.best.log_posterior + float(logsumexp(more))
 
     def chi_square_gains(self, k: int) -> np.ndarray:
         """Of every hypothesis (m,) in the place of member `k`: by how much it lowers chi-square at any size."""

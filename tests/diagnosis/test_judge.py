@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.answer.collect import _unnamed_near, other_noise
-from ins_eval.diagnosis.answer.decision import only_described, open_margin
+from ins_eval.diagnosis.answer.decision import only_described, open_margin, outgained
 from ins_eval.diagnosis.answer.findings import Findings
 from ins_eval.diagnosis.unnamed.disturbance import QUIET
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
@@ -20,6 +20,8 @@ from ins_eval.policy import Policy
 from tests.diagnosis.linearisations import linearisation
 
 LARGE, SMALL = 6.0, 3.0  # coefficients that are both sure: 24 and 12 sigma
+HALF = 1.0  # of two that are alike: together as one of 1.9, and either alone fits nearly as well
+NEGLIGIBLE_NATS = 0.05  # of effects that are not there
 CONSTANT = ("accelerometer.scale", "z", {})
 OF_Z = (
     ("accelerometer.bias_temperature", "z", {}),
@@ -79,12 +81,24 @@ def test_a_law_explains_nothing_where_something_is_left_unless_others_explain_mo
     ("accelerometer.x", -0.5, False),
     ("accelerometer.x", 0.5, True),  # it suggested an effect of another sensor
     ("accelerometer.z", 0.5, False),  # an effect of its own sensor is as good a description
-    ("accelerometer.z", Policy.open_margin + 0.5, True),
+    ("accelerometer.z", Policy.near + 0.5, True),
 ])  # fmt: skip
 def test_a_sure_disturbance_that_gains_more_has_suggested_the_effects(channel, more, described) -> None:
     found = of_flight(sure(OF_Z[0]))
     surest = SimpleNamespace(gain=found.gain + more, interval=SimpleNamespace(channel=SimpleNamespace(name=channel)))
     assert only_described(found, surest, Policy()) is described
+
+
+@pytest.mark.parametrize(("alike", "names"), [(None, 1), ((0, 1), 2)])
+def test_effects_that_are_alike_are_as_probable_together_as_a_form_without_a_name(alike, names: int) -> None:
+    """Either is half as likely where there are two: one nat less than log 2 is not enough for what has no name."""
+    found = linearisation((OF_Z[0], OF_Z[1], OTHER), {0: HALF, 1: HALF} if alike else {0: HALF}, alike)
+    assert len(found.best.members) == 1
+    together = found.log_posterior_of_names - found.best.log_posterior
+    assert together == pytest.approx(np.log(names), abs=NEGLIGIBLE_NATS)
+    for lead, better in ((together - 0.1, False), (together + 0.1, True)):
+        instead = UnnamedDisturbance(None, found.best.log_posterior + lead, 3.0)
+        assert outgained(replace(of_flight(found), instead=instead), 0.0) is better
 
 
 @pytest.mark.parametrize(("behind_nats", "near"), [(NEAR - 0.5, True), (NEAR + 0.5, False)])

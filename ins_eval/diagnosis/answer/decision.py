@@ -81,12 +81,19 @@ def explains(findings: Findings, policy: Policy) -> bool:
 
     Where disturbances without a name were weighed at a noise of their own, none of them does better either.
     """
-    posterior = findings.linearisation.best.log_posterior
-    if findings.beside.mismatch is not None or findings.instead.gain > posterior + open_margin(findings, policy):
+    if findings.beside.mismatch is not None or outgained(findings, open_margin(findings, policy)):
         return False
     surest = surest_of(findings.suspects or (), policy)
     described = outdone(findings, policy) or only_described(findings, surest, policy)
     return not described and holds(findings.linearisation, policy)
+
+
+def outgained(findings: Findings, lead: float) -> bool:
+    """Whether a form without a name is more probable, by the nats `lead`, than all that have one in its place.
+
+    Where several effects are alike none of them is likely, and yet one of them may be right.
+    """
+    return findings.instead.gain > findings.linearisation.log_posterior_of_names + lead
 
 
 def open_margin(findings: Findings, policy: Policy) -> float:
@@ -183,7 +190,8 @@ def holds(linearisation: Linearisation, policy: Policy) -> bool:
 def only_described(findings: Findings, surest: Suspect | None, policy: Policy) -> bool:
     """Whether the effects follow the shape of something else.
 
-    A disturbance that gains more has suggested the effects of other sensors, one that gains far more those of its own.
+    A disturbance that gains more has suggested the effects of other sensors, one that gains `Policy.near` more those of
+    its own.
     And what follows a law explains nothing where a mismatch is left in its very channel, unless effects of others
     explain most; but a bench always leaves one, and beside geometry, which is exact, the least error of a law is left.
     """
@@ -192,7 +200,7 @@ def only_described(findings: Findings, surest: Suspect | None, policy: Policy) -
     channels = _channels(linearisation, members)
     if surest is not None:
         elsewhere = surest.interval.channel.name not in channels
-        if surest.gain > findings.gain + (0.0 if elsewhere else policy.open_margin):
+        if surest.gain > findings.gain + (0.0 if elsewhere else policy.near):
             return True
     left = findings.beside.mismatch
     geometry = linearisation.space.exact[list(members)].any()
@@ -219,9 +227,9 @@ def _insufficient(findings: Findings, surest: Suspect | None, place: tuple[Misma
     if harms and surest is None and instead.gain < policy.open_margin:
         return Decision(NO_MISMATCH, UnnamedDisturbance(None, 0.0, beside.significance_sigma))
     described = outdone(findings, policy) or only_described(findings, surest, policy)
-    outgained = instead.gain > linearisation.best.log_posterior + lead
-    if harms or described or outgained:
-        place = place or ((instead.mismatch,) if outgained and instead.mismatch else shown)
+    better = outgained(findings, lead)
+    if harms or described or better:
+        place = place or ((instead.mismatch,) if better and instead.mismatch else shown)
         if surest is not None and surest.follows and described:  # held against the effects as another law would be
             sigma = float(np.sqrt(2.0 * (surest.gain + policy.alone)))
             place = (replace(place[0], significance_sigma=sigma),)
