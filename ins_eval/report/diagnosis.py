@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ins_eval.effects import VOCABULARY
+from ins_eval.policy import Policy
 from ins_eval.report.content import Section
 from ins_eval.report.diagnosis_glance import diagnosis_glance, worth
 from ins_eval.report.diagnosis_sections import sections_of
@@ -112,6 +113,7 @@ def _else(tree: Mapping) -> list[str]:
         lines.append(sentence(f"Nor can {effect_words(rest[0])} be excluded; it is listed below"))
     elif rest:
         lines.append(sentence(f"{len(rest)} further ones cannot be excluded; they are listed below"))
+    lines += _unnamed_near(tree)
     families = tree["evidence"]["families"]
     if not lines and families[0]["named"]:  # else what is wrong was mended before these were tried
         near = next((one for one in families if not one["named"]), None)
@@ -121,6 +123,19 @@ def _else(tree: Mapping) -> list[str]:
             nearest = f"; the next, {effect_words(near)}, lies {nats(first - near['log_bayes_factor'])} nats below"
         lines.append(sentence(f"Nothing else that was tried comes near{nearest}"))
     return lines
+
+
+def _unnamed_near(tree: Mapping) -> list[str]:
+    """Where a disturbance that follows nothing known is as probable as a rival."""
+    below = tree["statistics"].get("unnamed_below_names")
+    if below is None or below >= Policy.near or tree["diagnosis"]["verdict"] == "partly explained":
+        return []
+    of, size = channel(tree["statistics"]["unnamed_channel"]), nats(abs(below))
+    than = "less" if below >= 0.0 else "more"
+    return [
+        f"A slow disturbance of {of} that follows nothing known is {size} nats {than} probable than all that is named "
+        "here together. In another recording an effect would come back, such a disturbance need not."
+    ]
 
 
 def _together(rivals: Sequence[Mapping]) -> str:

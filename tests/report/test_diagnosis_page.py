@@ -227,6 +227,17 @@ def test_a_rival_comes_with_the_experiment_that_would_tell() -> None:
     assert rivals.rows[0][4:] == ("yes", "–", "–")
 
 
+@pytest.mark.parametrize(
+    ("below", "words"), [(0.5, "0.5 nats less probable"), (-0.4, "0.4 nats more probable"), (3.1, "")]
+)
+def test_a_disturbance_without_a_name_that_is_near_is_said(below: float, words: str) -> None:
+    told = tree("not identifiable")
+    told["statistics"] |= {"unnamed_channel": "gyro.z", "unnamed_below_names": below}
+    said, _ = diagnosis_content(told)
+    assert ("A slow disturbance of gyro z that follows nothing known" in said) == bool(words)
+    assert words in said
+
+
 def test_what_is_left_is_named_as_the_next_place_to_look() -> None:
     said, sections = diagnosis_content(tree("partly explained"))
     assert "Still unexplained: gyro x, 100 to 900 s, 6.2 σ; look there next." in said

@@ -54,9 +54,9 @@ class Findings:
             "largest_effect": self.linearisation.name(),
             "cost_of_an_effect": self.linearisation.space.cost,
         }
-        if self.beside is not None:
-            posterior = self.linearisation.best.log_posterior
-            found |= {"instead": self.instead.gain, "beside": self.beside.gain, "posterior": posterior}
+        if self.instead is not None and self.instead.mismatch is not None:
+            found["unnamed_channel"] = self.instead.mismatch.channel
+            found["unnamed_below_names"] = self.linearisation.log_posterior_of_names - self.instead.gain
         if self.suspects is not None:
             found["smallest_probability"] = min((one.probability for one in self.suspects), default=1.0)
         return found
