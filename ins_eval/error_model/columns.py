@@ -160,8 +160,6 @@ def assemble(
             else:
                 shown.append((c, _response(term.response), place[term.slow]))
                 shown_weights.append(by * term.weight)
-    triples = [of.reshape(epochs, -1, 3) for of in (model.integrals, model.missing, model.known, model.elapsed)]
-    sources = np.concatenate(triples, axis=1)
     observed = np.zeros((nodes, _CHANNEL + CHANNELS, CHANNELS))
     observed[:, _RESIDUAL] = np.nan_to_num(seen.residual)
     observed[:, _DELAY] = seen.of_delay
@@ -185,9 +183,9 @@ def assemble(
         transition=model.transition,
         half=model.half,
         walks=model.walks,
-        coupling=coupling(model),
+        coupling=model.coupling,
         interval_s=model.interval_s,
-        sources=np.ascontiguousarray(sources),
+        sources=model.sources,
         slow_epochs=slow_epochs,
         drive_terms=drive_terms,
         drive_weights=np.array(driven_weights, dtype=float),
@@ -205,17 +203,6 @@ def _other_than_0(values: np.ndarray) -> np.ndarray:
     there, k = values != 0.0, values.shape[1]
     first, last = there.argmax(axis=1), k - there[:, ::-1].argmax(axis=1)
     return np.where(there.any(axis=1)[:, None], np.column_stack([first, last]), (k, 0))
-
-
-def coupling(model: ErrorModel) -> np.ndarray:
-    """What a constant error of each accelerometer and gyro adds to the state in each epoch, (epochs, 9, 6)."""
-    out = np.empty((model.interval_s.size, STATES, 6))
-    for axis in range(3):
-        force = model.integrals[:, drives.source("accelerometer", axis, "1")]
-        rate = model.integrals[:, drives.source("gyro", axis, "1")]
-        out[:, :, axis] = np.einsum("kij,kj->ki", model.half[:, :, 3:6], force)
-        out[:, :, 3 + axis] = -np.einsum("kij,kj->ki", model.half[:, :, 6:9], rate)
-    return out
 
 
 def _response(name: str) -> int:

@@ -77,6 +77,22 @@ class ErrorModel:
         """As `walks` says of its epochs."""
         return walks(self.transition, self.half)
 
+    @cached_property
+    def coupling(self) -> np.ndarray:
+        """What a constant error of each accelerometer and gyro adds to the state in each epoch, (k, 9, 6)."""
+        out = np.empty((self.half.shape[0], STATES, 6))
+        for axis in range(3):
+            force, rate = (self.integrals[:, drives.source(sensor, axis, "1")] for sensor in ("accelerometer", "gyro"))
+            out[:, :, axis] = np.einsum("kij,kj->ki", self.half[:, :, VELOCITY], force)
+            out[:, :, 3 + axis] = -np.einsum("kij,kj->ki", self.half[:, :, ATTITUDE], rate)
+        return out
+
+    @cached_property
+    def sources(self) -> np.ndarray:
+        """All that can drive a column, (k, n, 3): `integrals`, `missing`, `known` and `elapsed`, one after another."""
+        each = (self.integrals, self.missing, self.known, self.elapsed)
+        return np.concatenate([of.reshape(self.half.shape[0], -1, 3) for of in each], axis=1)
+
 
 def walks(transition: np.ndarray, half: np.ndarray) -> np.ndarray:
     """Covariance (k, 2, 9, 9) that a random walk of velocity, and one of phi, of unit variance each adds in an epoch.

@@ -20,24 +20,31 @@ WORTH = 24  # columns fewer, from which it is worth it: the responses to the 24 
 class Split(NamedTuple):
     """Columns over some nodes: `own` (n,) are whitened as they are, `alike` (m,) what others are driven as well.
 
+    Of the first `given` of those of their own the whitened rows are known.
+
     A jump that is over drives its column as every other of its kind does, and an interval that is over drives nothing.
     With xi the state of such a column at the first of the nodes, Phi the responses to each of the states and d that to
     the drive, begun with nothing, its whitened rows are Phi xi + d. Phi and one d for each of `drives` (k,), columns
     that stand for all `of` (m,) the same, are whitened behind those of `own`.
     """
 
+    given: int
     own: np.ndarray
     alike: np.ndarray
     of: np.ndarray
     drives: np.ndarray
 
     @classmethod
-    def of_nodes(cls, columns: Assembled, keep: int, first: int, last: int) -> Split:
-        """The columns that have begun before node `last`, from node `first` on; the first `keep` are their own."""
+    def of_nodes(cls, columns: Assembled, keep: int, first: int, last: int, given: int = 0) -> Split:
+        """The columns that have begun before node `last`, from node `first` on; the first `keep` are their own.
+
+        Rows of the first `given` are known.
+        """
         begin, end = columns.acting.T
-        begun, none = np.flatnonzero(begin < last), np.zeros(0, dtype=int)
+        begun, none = np.flatnonzero((begin < last) | (np.arange(columns.count) < given)), np.zeros(0, dtype=int)
+        keep = max(keep, given)
         if begun.size - keep <= WORTH:
-            return cls(begun, none, none, none)
+            return cls(given, begun, none, none, none)
         acting: dict[int, list[tuple]] = {int(c): [] for c in begun}
         alive = (begin < last) & (end > first)
         for terms, weights, slow in (
@@ -57,20 +64,20 @@ class Split(NamedTuple):
                 kinds.setdefault(tuple(acts), []).append(c)
         shared = [ones for ones in kinds.values() if len(ones) > 1]
         if sum(map(len, shared)) - len(shared) <= WORTH:
-            return cls(begun, none, none, none)
+            return cls(given, begun, none, none, none)
         alike = np.array([c for ones in shared for c in ones], dtype=int)
         of = np.repeat(np.arange(len(shared)), [len(ones) for ones in shared])
-        return cls(np.setdiff1d(begun, alike), alike, of, np.array([ones[0] for ones in shared], dtype=int))
+        return cls(given, np.setdiff1d(begun, alike), alike, of, np.array([ones[0] for ones in shared], dtype=int))
 
     @property
     def which(self) -> np.ndarray:
         """The columns whose drives count, in the order in which they are whitened."""
-        return np.append(self.own, self.drives)
+        return np.append(self.own[self.given :], self.drives)
 
     def states(self, xi: np.ndarray) -> np.ndarray:
         """The states in which what is whitened begins, of those of all columns `xi`."""
         states, k = len(xi), self.drives.size
-        return np.hstack([xi[:, self.own], np.zeros((states, k)), np.eye(states, states * bool(k))])
+        return np.hstack([xi[:, self.own[self.given :]], np.zeros((states, k)), np.eye(states, states * bool(k))])
 
     def add(self, total: np.ndarray, xi: np.ndarray, product: np.ndarray) -> None:
         """Add to the sums of all columns those of what was whitened, `product`."""
@@ -86,7 +93,8 @@ class Split(NamedTuple):
 
     def move(self, xi: np.ndarray, end: np.ndarray) -> None:
         """Bring the states of all columns to where those of what was whitened `end`."""
-        n, k = self.own.size, self.drives.size
-        xi[:, self.own] = end[:, :n]
+        moved = self.own[self.given :]
+        n, k = moved.size, self.drives.size
+        xi[:, moved] = end[:, :n]
         if k:
             xi[:, self.alike] = end[:, n + k :] @ xi[:, self.alike] + end[:, n + self.of]

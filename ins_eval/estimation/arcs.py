@@ -27,7 +27,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.error_model import null, observations, propagation
-from ins_eval.error_model.columns import coupling
 from ins_eval.error_model.geometry import along, apart, moved, turned
 from ins_eval.estimation.noise import white, without_outliers
 from ins_eval.initialization import (
@@ -256,7 +255,7 @@ def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.
     navigated, nodes = here.navigated, model.nodes_s.size
     states = STATES_OF_STANDS if _stands(navigated) else STATES
     f = np.tile(np.eye(states), (nodes - 1, 1, 1))
-    f[:, STATE, STATE], f[:, STATE, BIAS] = model.transition, coupling(model)
+    f[:, STATE, STATE], f[:, STATE, BIAS] = model.transition, model.coupling
     walk = np.zeros(states)
     walk[3:6], walk[6:9], walk[BIAS] = here.walks[1], here.walks[0], here.bias_walk / np.sqrt(60.0)
     noise = walk**2 * model.interval_s[:, None, None] * np.eye(states)

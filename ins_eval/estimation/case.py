@@ -22,7 +22,7 @@ from ins_eval.estimation import arcs, noise
 from ins_eval.estimation.blocks import EACH, Blocks, few_blocks, short_blocks
 from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.noise_fit import Ready, fit
-from ins_eval.estimation.whitening import Gains, Whitened, gains, whiten
+from ins_eval.estimation.whitening import Known, Whitened, known_at, whiten
 from ins_eval.navigation import PARKED
 from ins_eval.units import DEG_PER_H, UG
 
@@ -61,7 +61,7 @@ class Case:
     epochs_s: np.ndarray  # between nodes, for what forgets
     member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
     again: Callable[[Sequence[EffectBelief]], Case]  # the same recording with these effects believed as well
-    _gains: dict[tuple[Blocks, bytes], Gains] = field(default_factory=dict, init=False, repr=False)  # of the last noise
+    _known: dict[tuple[Blocks, bytes], Known] = field(default_factory=dict, init=False, repr=False)  # of the last noise
     _anyway: dict[Blocks, Assembled] = field(default_factory=dict, init=False, repr=False)  # nuisances on blocks
 
     def assembled(self, columns: Sequence[Column] = ()) -> Assembled:
@@ -76,6 +76,8 @@ class Case:
             return self.assembled(columns)
         if blocks not in self._anyway:
             self._anyway[blocks] = coarse(self.assembled(), blocks)
+        if not columns:
+            return self._anyway[blocks]
         return coarse(self.assembled(columns), blocks, self._anyway[blocks])
 
     def whitened(
@@ -85,12 +87,10 @@ class Case:
         assembled = self.on_blocks(columns, blocks)
         levels = coarse_noise(self.noise, blocks, self.seen.residual).levels(noise_point)
         at = blocks, noise_point.tobytes()
-        known = self._gains.get(at)
-        if known is None:
-            known = gains(assembled, levels)
-            self._gains.clear()
-            self._gains[at] = known
-        return whiten(assembled, levels, keep, known)
+        if at not in self._known:
+            self._known.clear()
+            self._known[at] = known_at(self.on_blocks((), blocks), levels)
+        return whiten(assembled, levels, keep, self._known[at])
 
     def fitted(
         self,

@@ -32,6 +32,7 @@ FASTMATH = {"contract", "reassoc", "nsz"}
 _CHUNK = 512  # nodes whose whitened rows are kept at a time
 _TOGETHER = 256  # columns at most whose states move together: as many as a core keeps at hand
 _THREADS = 2
+_MOST_KNOWN = 8_000_000  # whitened rows times columns that are held for what is asked next at the same noise: 64 MB
 
 
 class Motion(NamedTuple):
@@ -206,16 +207,41 @@ def gains(columns: Assembled, noise: NoiseLevels, adjoint_of: int = 0) -> Gains:
     return Gains(recorded, _filter(still, Measured(columns.residual, columns.design), noise, recorded))
 
 
-def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1, known: Gains | None = None) -> Whitened:
+class Known(NamedTuple):
+    """What is the same for all that is asked at one noise: gains, and `rows` (rows, n) of the first n columns."""
+
+    gains: Gains
+    rows: np.ndarray
+
+
+def known_at(columns: Assembled, noise: NoiseLevels) -> Known:
+    """The gains at this noise, and the whitened rows of the residual and all `columns`, or of none if they are many."""
+    found = gains(columns, noise)
+    shape = found.tape.variance.size, columns.count
+    if shape[0] * shape[1] > _MOST_KNOWN:
+        return Known(found, np.empty((shape[0], 0)))
+    rows = np.empty(shape)
+    _together(columns, noise, np.arange(columns.count), _begin(columns), (0, len(columns.residual)), found.tape, rows)
+    return Known(found, rows)
+
+
+def _begin(columns: Assembled) -> np.ndarray:
+    """The states (24, count) in which the columns begin."""
+    xi = np.zeros((ALL_STATES, columns.count))
+    xi[:9] = columns.start.T
+    return xi
+
+
+def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1, known: Known | None = None) -> Whitened:
     """Whiten the residual and all columns; the residual is the first of `columns`, and `keep` of them are kept.
 
-    What is yet to begin costs nothing, and what is driven alike is whitened together (`Split`). `known` are the gains
-    at this noise, if they are.
+    What is yet to begin costs nothing, and what is driven alike is whitened together (`Split`). `known` is what is
+    known at this noise, if anything is.
     """
     count, nodes = columns.count, columns.residual.shape[0]
-    recorded, log_determinant = gains(columns, noise) if known is None else known
-    xi = np.zeros((ALL_STATES, count))
-    xi[:9] = columns.start.T
+    recorded, log_determinant = gains(columns, noise) if known is None else known.gains
+    given = 0 if known is None else known.rows.shape[1]
+    xi = _begin(columns)
     total = np.zeros((count, count))
     kept = np.full((nodes, 9, keep), np.nan)
     space = np.empty(9 * min(nodes, _CHUNK) * (count + ALL_STATES))
@@ -226,10 +252,13 @@ def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1, known: Gains |
         here = slice(rows, rows + int(measured.sum()))
         rows = here.stop
         part = recorded._replace(gain=recorded.gain[here], variance=recorded.variance[here])
-        split = Split.of_nodes(columns, keep, first, last)
+        split = Split.of_nodes(columns, keep, first, last, given)
         begin = split.states(xi)
-        out = space[: part.variance.size * begin.shape[1]].reshape(-1, begin.shape[1])
-        end = _together(columns, noise, split.which, begin, (first, last), part, out)
+        width = given + begin.shape[1]
+        out = space[: part.variance.size * width].reshape(-1, width)
+        if known is not None:
+            out[:, :given] = known.rows[here]
+        end = _together(columns, noise, split.which, begin, (first, last), part, out, given)
         split.add(total, xi, out.T @ out)
         split.move(xi, end)
         begun = split.own[split.own < keep]
@@ -239,13 +268,15 @@ def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1, known: Gains |
     return Whitened(total[1:, 1:], total[1:, 0], float(total[0, 0]), log_determinant, rows, kept)
 
 
-def _together(columns, noise, which, xi, nodes: tuple[int, int], recorded, out) -> np.ndarray:
+def _together(columns, noise, which, xi, nodes: tuple[int, int], recorded, out, place: int = 0) -> np.ndarray:
     """`respond`, of many columns in parts that a core keeps at hand."""
     count = xi.shape[1]
+    if not count:
+        return xi
     bounds = np.linspace(0, count, -(-count // _TOGETHER) + 1).astype(int)
 
     def part(lo: int, hi: int) -> np.ndarray:
-        return respond(columns, noise, which[lo:hi], xi[:, lo:hi], nodes, recorded, out, lo)
+        return respond(columns, noise, which[lo:hi], xi[:, lo:hi], nodes, recorded, out, place + lo)
 
     if bounds.size == 2:
         return part(0, count)

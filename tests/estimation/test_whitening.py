@@ -15,7 +15,7 @@ from ins_eval.estimation.blocks import Blocks
 from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.evidence import Gained, log_evidence, mixture, sensitivity
 from ins_eval.estimation.slope import Slopes, slopes
-from ins_eval.estimation.whitening import NoiseLevels, _filter, _respond, gains, whiten
+from ins_eval.estimation.whitening import NoiseLevels, _filter, _respond, gains, known_at, whiten
 from ins_eval.units import STANDARD_GRAVITY
 
 NODES, EPOCHS = 16, 15
@@ -28,6 +28,7 @@ SIMPSONS = 0.05  # of a fifth power
 LATE = 9  # node at which a column begins
 MANY = 300  # columns that two threads share
 JUMPS = 5 * EPOCHS
+GIVEN = 7  # of them with whitened rows that are known, of two nodes
 
 
 @pytest.fixture
@@ -277,9 +278,26 @@ def test_jumps_and_intervals_that_are_over_are_whitened_together(problem, monkey
         observation_weights=np.array([1.0, 0.7]),
     )
     monkeypatch.setattr(whitening, "_CHUNK", 3)
+    few_are_worth = alike.WORTH
     together = whiten(many, levels, keep=2)
     assert any(alike.Split.of_nodes(many, 2, k, k + 3).drives.size for k in range(0, NODES, 3))
     monkeypatch.setattr(alike, "WORTH", JUMPS)
     apart = whiten(many, levels, keep=2)
-    for one, other in zip(together.__dict__.values(), apart.__dict__.values(), strict=True):
-        np.testing.assert_allclose(one, other, rtol=ROUNDING, atol=1e-12 * apart.square)
+    few = replace(
+        many,
+        count=GIVEN,
+        acting=many.acting[:GIVEN],
+        start=many.start[:GIVEN],
+        drive_terms=terms[:GIVEN],
+        drive_weights=np.ones(GIVEN),
+        observation_terms=np.array([(0, 0, 0)]),
+        observation_weights=np.array([1.0]),
+    )
+    monkeypatch.setattr(alike, "WORTH", few_are_worth)
+    given = whiten(many, levels, keep=2, known=known_at(few, levels))
+    monkeypatch.setattr(whitening, "_MOST_KNOWN", 0)
+    assert known_at(few, levels).rows.size == 0
+    bare = whiten(many, levels, keep=2, known=known_at(few, levels))
+    for found in (together, given, bare):
+        for one, other in zip(found.__dict__.values(), apart.__dict__.values(), strict=True):
+            np.testing.assert_allclose(one, other, rtol=ROUNDING, atol=1e-12 * apart.square)
