@@ -26,6 +26,7 @@ from ins_eval.recording.consistency.track import check_baro, check_stamps, check
 from ins_eval.recording.consistency.windows import HANDED, RELATIVE
 from tests.recording import corpus
 
+NOISY_M = 5.0
 RADIUS_M, LATITUDE, LONGITUDE = 6.37e6, 0.7, 0.3
 SIZE_TOLERANCE = 1e-9
 AT_SPEED_MPS = 600.0  # of fixes five times a second
@@ -169,6 +170,31 @@ def test_a_car_that_drives_off_while_nothing_is_received_has_one_clock(first_mps
         valid=~lost,
     )
     assert check_stamps(driven, "gps") is None
+
+
+def climbing_out(rng: np.random.Generator, lost: float) -> Fixes:
+    """Fixes of an aeroplane that rolls at 8 m/s and then flies at 200, as noisy in either; a share of them is `lost`."""
+    t = np.arange(0.0, 1200.0, 1.0)
+    speed = 8.0 + 192.0 * np.clip((t - 300.0) / 60.0, 0.0, 1.0)
+    north_m = np.cumsum(np.diff(t, prepend=0.0) * speed) + NOISY_M * rng.standard_normal(t.size)
+    return Fixes(
+        t,
+        LATITUDE + north_m / RADIUS_M,
+        np.full_like(t, 0.2),
+        np.full_like(t, 100.0),
+        np.outer(speed, [1.0, 0.0, 0.0]),
+        rng.random(t.size) > lost,
+    )
+
+
+def test_noisy_positions_tell_no_time_in_slow_motion() -> None:
+    """5 m are 0.6 s at 8 m/s and 0.03 s in flight: a single lost fix was a jump of the stamps."""
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        assert check_stamps(climbing_out(rng, lost=0.05), "gps") is None
+    fixes = climbing_out(rng, lost=0.0)
+    found = check_stamps(replace(fixes, time_s=fixes.time_s + (fixes.time_s > 800.0)), "gps")
+    assert "jump by +1.000 s after 800 s" in found.seen and found.log_odds > BEYOND_DOUBT
 
 
 def test_a_barometer_in_feet_and_one_far_away():

@@ -212,7 +212,8 @@ def check_baro(imu: Imu, fixes: Fixes, start_height_m: float, table: str) -> Fin
 def check_stamps(fixes: Fixes, table: str) -> Finding | None:
     """A jump of the stamps: the time that the way from one fix to the next takes at its velocity is another.
 
-    tau = v . dp / v . v;  a fix that is missing, or a step of the position aside, stamps differ by tau.
+    tau = v . dp / v . v;  a fix that is missing, or a step of the position aside, stamps differ by tau. How well it tells
+    them is how they scatter, and how ways do in the time that they take there: positions are as noisy in slow motion.
     """
     use = fixes.valid & np.isfinite(fixes.velocity_n[:, :2]).all(axis=1)
     use &= np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad)
@@ -232,7 +233,8 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
     rows = np.flatnonzero(fast)
     excess_s = dt[fast] - (mean[fast] * dp[fast]).sum(axis=1) / speed2[fast]
     away_m = np.abs(dp[fast] - mean[fast] * (dt[fast] - excess_s)[:, None]).max(axis=1)  # across the way
-    spread_s = max(1.4826 * float(np.median(np.abs(excess_s - np.median(excess_s)))), 1e-3)
+    speed = np.sqrt(speed2[fast])
+    spread_s = np.maximum(_scatter(excess_s), _scatter(excess_s * speed) / speed).clip(min=1e-3)
     odd = np.abs(dt[fast] - usual_s - excess_s) < 0.3 * np.abs(excess_s)  # the stamps themselves step by as much
     odd &= (np.abs(excess_s) > SMALLEST_JUMP_S) & (away_m < JUDGED_MPS * np.abs(excess_s))
     found = rows[odd & (np.abs(excess_s) > JUMP_SPREADS * spread_s)]
@@ -243,7 +245,7 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
         return _uneven(time_s, ~told, table)
     k = int(found[0])
     size_s = float(dt[k] - usual_s)
-    z = size_s / spread_s
+    z = size_s / spread_s[np.searchsorted(rows, k)]
     log_odds = 0.5 * (NU + 1.0) * float(np.log1p(z * z / NU)) * LIKELIER_THAN_T - float(np.log(len(rows)))
     more = f" (and {found.size - 1} more)" if found.size > 1 else ""
     seen = (
@@ -253,6 +255,11 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
     mend = f"take {size_s:.3f} s off every stamp after {time_s[k]:.6g} s, or cut the recording there"
     jump = (float(time_s[k] + 0.5 * usual_s), size_s)
     return Finding(f"{table}.clock", seen, mend, log_odds, jump=jump)
+
+
+def _scatter(values: np.ndarray) -> float:
+    """One sigma of values by their median absolute deviation."""
+    return 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
 def _uneven(time_s: np.ndarray, untold: np.ndarray, table: str) -> Finding | None:
