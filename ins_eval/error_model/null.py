@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ins_eval.recording import Recording
     from ins_eval.recording.stillness import Stretch
 
+LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
 UNSTATED_LEVEL_SIGMA_RAD = 0.5 * DEG
 UNSTATED_HEADING_SIGMA_RAD = 2.0 * DEG
 LEAST_LEVEL_SIGMA_RAD = 5.0 * ARCSEC  # of a vehicle that settles after it was levelled
@@ -152,16 +153,33 @@ def _judged(recording: Recording) -> Recording:
 
 
 def _wide(recording: Recording, start: Start, increments, folder: str | Path) -> Believed:
-    if begins_as_stated(recording):
-        return _begun(recording, recording.start, increments, _given_sigma(recording.start), folder)
+    if begins_as_stated(recording, start):
+        turned = turned_start(recording.start, recording.belief)
+        return _begun(recording, turned, increments, _given_sigma(turned), folder)
     start = replace(start, position_sigma_m=WIDE_POSITION_M, velocity_sigma_mps=WIDE_VELOCITY_MPS)
     sigma_n = np.array([TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD])
     return _begun(recording, start, increments, sigma_n, folder)
 
 
-def begins_as_stated(recording: Recording) -> bool:
-    """Whether a recording in arcs begins in what is believed of its start, and not in a first guess."""
-    return recording.kind in PARKED and recording.start.attitude_sigma_rad is not None
+def begins_as_stated(recording: Recording, found: Start) -> bool:
+    """Whether a recording in arcs begins in what is believed of its start, and not in a first guess.
+
+    What is stated counts for a parked unit. Of another it does where errors would stay small if it were right, and the
+    attitude that was `found` is not so far from it that a linear error model could not follow.
+    """
+    start = recording.start
+    if start.attitude_sigma_rad is None or recording.kind in PARKED:
+        return start.attitude_sigma_rad is not None
+    stated, seen = (Rotation.from_euler("ZYX", np.array(one.attitude_rad)[::-1]) for one in (start, found))
+    duration_s = float(recording.imu.time_s[-1]) - start.time_s
+    small = stays_small(recording, max(start.attitude_sigma_rad), duration_s)
+    return small and float((seen * stated.inv()).magnitude()) < LARGEST_ATTITUDE_RAD
+
+
+def stays_small(recording: Recording, attitude_sigma_rad: float, duration_s: float) -> bool:
+    """Whether stated sigmas keep the attitude within what a linear error model can follow."""
+    gyro = recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
+    return bool(np.hypot(attitude_sigma_rad, gyro * duration_s) <= LARGEST_ATTITUDE_RAD)
 
 
 def start_at(path: Solution, time_s: float) -> Start:

@@ -58,7 +58,6 @@ PLACED = [0, 1, 2, 6, 7, 8]  # channels that measure them
 PLACE_SIGMA_M = 3.0  # of a unit that is carried from one stand to the next: by reasoning
 PLACE_SIGMAS = np.array([*[PLACE_SIGMA_M] * 3, TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD])
 DELAY_SIGMA_S, ARM_SIGMA_M = 0.3, 1.0  # of stamps and of an antenna that nobody measured
-LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
 LARGEST_VELOCITY_MPS = 17.0  # what that tilt makes in ten seconds
 FASTEST_MPS = limits_of("velocity_mps")[1]
 SMALL_RAD = 0.5 * DEG  # to which a bias may turn an arc
@@ -94,13 +93,6 @@ class Settled:
     bias_walk: np.ndarray
 
 
-def needed(believed: Believed) -> bool:
-    """Whether stated sigmas let the attitude go farther off than a linear error model can follow."""
-    gyro = believed.recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
-    duration_s = float(believed.time_s[-1]) - believed.start.time_s
-    return bool(np.hypot(np.max(believed.attitude_sigma_n), gyro * duration_s) > LARGEST_ATTITUDE_RAD)
-
-
 def lost(seen: Observations) -> bool:
     """Whether a solution in one arc went so far off that small errors do not describe it, whatever was stated."""
     velocity = np.abs(seen.residual[:, 3:6])
@@ -124,9 +116,12 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
     else:
         known = before.navigated
         believed = null.begun_at(recording, known.start, folder)
-        states = [known.start, *_on_steps(known.arcs, believed.time_s)]
+        stated, start = before.stated, known.start
+        if null.begins_as_stated(recording, known.start):  # effects that turn it are among what is believed now
+            stated = start = believed.start
+        states = [start, *_on_steps(known.arcs, believed.time_s)]
         believed = replace(believed, force_bias=known.force_bias, gyro_bias=known.gyro_bias, stands=known.stands)
-        here = replace(before, navigated=believed)
+        here = replace(before, navigated=believed, stated=stated)
     here = _begun(here, states)
     for _ in range(ROUNDS if before is None else ROUNDS_AGAIN):
         begins, mean, sigma = _errors(here)
@@ -141,8 +136,9 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
             here = replace(here, bias_sigma=np.append(here.bias_sigma[:3], _of_gyros(here.navigated)))
         if (np.abs(begins) < STEADY * sigma).all():
             break
-    first_guess = before is None and not null.begins_as_stated(recording)
-    return replace(here, stated=here.navigated.start) if first_guess else here  # how far a guess was off costs nothing
+    if before is None and not null.begins_as_stated(recording, null.start_at(path, recording.start.time_s)):
+        return replace(here, stated=here.navigated.start)  # how far a first guess was off costs nothing
+    return here
 
 
 def planned(recording: Recording, folder: str | Path = ".") -> Settled:

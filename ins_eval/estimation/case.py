@@ -127,10 +127,15 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
     if recording.kind in PARKED:
         return _in_arcs(recording, folder, (arcs.planned if planned else _settled)(recording, folder))
     believed = null.believe(recording, folder)
-    if not planned and (not believed.time_s.size or arcs.needed(believed)):  # arcs need no stretch to align on
+    if not planned and not (believed.time_s.size and _stays_small(believed)):  # arcs need no stretch to align on
         return _in_arcs(recording, folder, _settled(recording, folder))
     case = _around(recording, believed, nuisances(believed), folder)
     return _in_arcs(recording, folder, _settled(recording, folder)) if arcs.lost(case.seen) else case
+
+
+def _stays_small(believed: Believed) -> bool:
+    duration_s = float(believed.time_s[-1]) - believed.start.time_s
+    return null.stays_small(believed.recording, float(np.max(believed.attitude_sigma_n)), duration_s)
 
 
 def _settled(recording: Recording, folder: str | Path) -> arcs.Settled:
@@ -165,7 +170,8 @@ def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) ->
         believing = replace(recording, belief=with_effects(recording.belief, effects))
         return _in_arcs(believing, folder, arcs.settle(believing, folder, light))
 
-    return replace(case, inertial=arcs.inertial(navigated, case.model.nodes_s), taken=taken, again=again)
+    begun = replace(navigated, start=settled.stated)
+    return replace(case, inertial=arcs.inertial(begun, case.model.nodes_s), taken=taken, again=again)
 
 
 def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:

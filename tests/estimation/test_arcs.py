@@ -24,7 +24,7 @@ from ins_eval.estimation.study import fit_noise
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.recording.validation import validate
-from ins_eval.units import DEG, DEG_PER_H, UG
+from ins_eval.units import ARCSEC, DEG, DEG_PER_H, UG
 from tests.diagnosis.real_recordings import RECORDINGS
 from tests.ideal import RATE_HZ
 
@@ -34,6 +34,7 @@ MEANS_S = 20.0
 FROM_S, TO_S = 400.0, 520.0  # of a climb
 DRIFT_PPM = 0.05  # of a clock: 6 microseconds in all
 SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wander
+TURNED_ARCSEC, ROUNDING_ARCSEC = 1000.0, 1e-3
 OFF_M, NEAR, NO_PRIOR = 500.0, 0.2, 1.0  # of a guess, share of it that is left; sigmas of a prior, of 17 for a guess
 STAMPS_S, FIX_M, FIX_MPS = 0.05, 0.5, 0.05  # one sigma of stamps and of fixes
 AGREES, SLOPE_STEP = 0.35, 1e-3  # at one speed stamps and white noise look alike, and a part is counted twice
@@ -133,9 +134,21 @@ def test_stamps_that_jitter_and_motion_between_samples_are_noise_of_their_own(id
         assert slope_of[case.noise.free.index(name)] == pytest.approx(difference, rel=1e-3, abs=1e-3)
 
 
+def test_a_start_that_is_stated_is_held_against_what_is_found_also_where_arcs_are_needed(ideal_recording) -> None:
+    """A heading stated to minutes of arc and 1.6 degrees off was taken for a first guess, and nothing was said."""
+    recording = climb(ideal_recording)
+    before = arcs.settle(recording)
+    turned = cases.with_effects(recording.belief, [EffectBelief(name="alignment.heading", value=TURNED_ARCSEC)])
+    after = arcs.settle(replace(recording, belief=turned), before=before)
+    assert before.navigated.arcs and after.navigated.arcs
+    headings = [one.stated.attitude_rad[2] / ARCSEC for one in (before, after)]
+    assert headings == pytest.approx([recording.start.attitude_rad[2] / ARCSEC, TURNED_ARCSEC], abs=ROUNDING_ARCSEC)
+
+
 def test_how_far_a_first_guess_was_off_is_held_against_no_start(ideal_recording, monkeypatch) -> None:
     """A guess that is half a kilometre off is corrected, and the start that it had is no prior of any effect."""
-    recording = climb(ideal_recording)
+    stated = climb(ideal_recording)
+    recording = replace(stated, start=replace(stated.start, attitude_sigma_rad=None))
     find = null.begin_afresh
 
     def guessed_far_off(recording: Recording, folder: Path) -> tuple:

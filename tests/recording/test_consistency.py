@@ -173,7 +173,7 @@ def test_a_car_that_drives_off_while_nothing_is_received_has_one_clock(first_mps
 
 
 def climbing_out(rng: np.random.Generator, lost: float) -> Fixes:
-    """Fixes of an aeroplane that rolls at 8 m/s and then flies at 200, as noisy in either; a share of them is `lost`."""
+    """Fixes of an aeroplane that rolls at 8 m/s and then flies at 200, as noisy in either; a share is `lost`."""
     t = np.arange(0.0, 1200.0, 1.0)
     speed = 8.0 + 192.0 * np.clip((t - 300.0) / 60.0, 0.0, 1.0)
     north_m = np.cumsum(np.diff(t, prepend=0.0) * speed) + NOISY_M * rng.standard_normal(t.size)

@@ -212,8 +212,8 @@ def check_baro(imu: Imu, fixes: Fixes, start_height_m: float, table: str) -> Fin
 def check_stamps(fixes: Fixes, table: str) -> Finding | None:
     """A jump of the stamps: the time that the way from one fix to the next takes at its velocity is another.
 
-    tau = v . dp / v . v;  a fix that is missing, or a step of the position aside, stamps differ by tau. How well it tells
-    them is how they scatter, and how ways do in the time that they take there: positions are as noisy in slow motion.
+    tau = v . dp / v . v;  a fix that is missing, or a step of the position aside, stamps differ by tau. How well it
+    tells them is how they scatter, and how ways do in the time that they take: positions are as noisy in slow motion.
     """
     use = fixes.valid & np.isfinite(fixes.velocity_n[:, :2]).all(axis=1)
     use &= np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad)
