@@ -178,6 +178,12 @@ def turned(attitude_rad, rotation_n: np.ndarray) -> tuple[float, float, float]:
     return tuple(float(a) for a in angles)
 
 
+def turn(before_rad, after_rad) -> np.ndarray:
+    """Rotation vector in n by which the body turns from roll, pitch, heading `before_rad` to `after_rad`."""
+    before, after = (Rotation.from_euler("ZYX", np.asarray(one, dtype=float)[::-1]) for one in (before_rad, after_rad))
+    return (after * before.inv()).as_rotvec()
+
+
 def cross_matrices(vectors: np.ndarray) -> np.ndarray:
     """(m, 3, 3) matrices that take u to v x u, of `vectors` v (m, 3)."""
     out = np.zeros((vectors.shape[0], 3, 3))

@@ -14,6 +14,7 @@ from ins_eval.compensation.file import believed_model
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.effects.reading import thermometers
+from ins_eval.error_model.geometry import turn
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import (
     ATTITUDE,
@@ -170,10 +171,10 @@ def begins_as_stated(recording: Recording, found: Start) -> bool:
     start = recording.start
     if start.attitude_sigma_rad is None or recording.kind in PARKED:
         return start.attitude_sigma_rad is not None
-    stated, seen = (Rotation.from_euler("ZYX", np.array(one.attitude_rad)[::-1]) for one in (start, found))
+    off_rad = float(np.linalg.norm(turn(start.attitude_rad, found.attitude_rad)))
     duration_s = float(recording.imu.time_s[-1]) - start.time_s
     small = stays_small(recording, max(start.attitude_sigma_rad), duration_s)
-    return small and float((seen * stated.inv()).magnitude()) < LARGEST_ATTITUDE_RAD
+    return small and off_rad < LARGEST_ATTITUDE_RAD
 
 
 def stays_small(recording: Recording, attitude_sigma_rad: float, duration_s: float) -> bool:

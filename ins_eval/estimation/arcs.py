@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.error_model import null, observations, propagation
-from ins_eval.error_model.geometry import along, apart, moved, turned
+from ins_eval.error_model.geometry import along, apart, moved, turn, turned
 from ins_eval.estimation.noise import white, without_outliers
 from ins_eval.initialization import (
     GYRO_BIAS,
@@ -118,7 +118,9 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
         believed = null.begun_at(recording, known.start, folder)
         stated, start = before.stated, known.start
         if null.begins_as_stated(recording, known.start):  # effects that turn it are among what is believed now
-            stated = start = believed.start
+            stated = believed.start
+            by = turn(before.stated.attitude_rad, stated.attitude_rad)
+            start = replace(start, attitude_rad=turned(start.attitude_rad, by))
         states = [start, *_on_steps(known.arcs, believed.time_s)]
         believed = replace(believed, force_bias=known.force_bias, gyro_bias=known.gyro_bias, stands=known.stands)
         here = replace(before, navigated=believed, stated=stated)
