@@ -139,7 +139,7 @@ def begin_afresh(recording: Recording, folder: str | Path = ".") -> tuple[Believ
 def begun_at(recording: Recording, start: Start, folder: str | Path = ".") -> Believed:
     """The same from a state that is known as far as a first guess is: the rest is left to the fixes.
 
-    Of a parked unit the start that is stated with sigmas is what is known.
+    Where a start counts that is stated with sigmas (`begins_as_stated`), it is what is known.
     """
     recording, compensated = _compensated(_judged(recording), folder)
     return _wide(recording, start, without_bias(recording, compensated), folder)

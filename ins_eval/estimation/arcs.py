@@ -79,7 +79,7 @@ class Settled:
     """A recording in arcs as it is `navigated`, without the biases that were found.
 
     `stated` is the start around which the priors of its errors lie: what is believed of it, or, where that was a first
-    guess, what the measurements made of it; it stays with whatever effects the recording is navigated again. `walks` is
+    guess, what the measurements made of it; only effects of alignment move it when it is navigated again. `walks` is
     the white noise that the increments show, rad/sqrt(s) and m/s/sqrt(s), `fix_scale` by how much positions and
     velocities scatter beyond their sigmas, `bias_sigma` (6,) how large biases of accelerometers and gyros may be, and
     `bias_walk` (6,) by what they may wander in a minute, m/s^2 and rad/s.
