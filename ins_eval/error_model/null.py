@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from ins_eval.recording import Recording
     from ins_eval.recording.stillness import Stretch
 
-LARGEST_ATTITUDE_RAD = 10.0 * DEG  # error whose square does not yet matter more than noise
+LARGEST_ATTITUDE_RAD = 10.0 * DEG  # 1 - cos of it is 1.5 %, which does not matter more than noise: by reasoning
 UNSTATED_LEVEL_SIGMA_RAD = 0.5 * DEG
 UNSTATED_HEADING_SIGMA_RAD = 2.0 * DEG
 LEAST_LEVEL_SIGMA_RAD = 5.0 * ARCSEC  # of a vehicle that settles after it was levelled
@@ -169,8 +169,10 @@ def begins_as_stated(recording: Recording, found: Start) -> bool:
     attitude that was `found` is not so far from it that a linear error model could not follow.
     """
     start = recording.start
-    if start.attitude_sigma_rad is None or recording.kind in PARKED:
-        return start.attitude_sigma_rad is not None
+    if start.attitude_rad is None or start.attitude_sigma_rad is None:
+        return False
+    if recording.kind in PARKED:
+        return True
     off_rad = float(np.linalg.norm(turn(start.attitude_rad, found.attitude_rad)))
     duration_s = float(recording.imu.time_s[-1]) - start.time_s
     small = stays_small(recording, max(start.attitude_sigma_rad), duration_s)

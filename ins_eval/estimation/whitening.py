@@ -32,9 +32,7 @@ FASTMATH = {"contract", "reassoc", "nsz"}
 _CHUNK = 512  # nodes whose whitened rows are kept at a time
 _TOGETHER = 256  # columns at most whose states move together: as many as a core keeps at hand
 _THREADS = 2
-_MOST_KNOWN = (
-    8_000_000  # whitened rows times columns held for what is asked next at the same noise: 64 MB, by reasoning
-)
+_MOST_KNOWN = 8_000_000  # whitened rows times columns that are held at one noise: 64 MB, by reasoning
 
 
 class Motion(NamedTuple):

@@ -145,6 +145,12 @@ def test_a_start_that_is_stated_is_held_against_what_is_found_also_where_arcs_ar
     assert headings == pytest.approx([recording.start.attitude_rad[2] / ARCSEC, TURNED_ARCSEC], abs=ROUNDING_ARCSEC)
 
 
+def test_sigmas_of_an_attitude_that_is_not_stated_count_for_nothing(ideal_recording) -> None:
+    start = climb(ideal_recording).start
+    recording = replace(climb(ideal_recording), start=replace(start, attitude_rad=None))
+    assert not null.begins_as_stated(recording, start)
+
+
 def test_how_far_a_first_guess_was_off_is_held_against_no_start(ideal_recording, monkeypatch) -> None:
     """A guess that is half a kilometre off is corrected, and the start that it had is no prior of any effect."""
     stated = climb(ideal_recording)
