@@ -137,6 +137,7 @@ def test_clocks_are_named_before_all_else_and_what_is_left_is_small(vehicle, par
     found = judge([cases.prepare(some)])
     assert found.effects[0].hypothesis.key[0] == "reference.time_offset"
     assert found.effects[0].value == pytest.approx(STAMPS_LATE_S, abs=STAMPS_AGREE_S)
+    assert not any(one.hypothesis.key[0].startswith("accelerometer.") for one in found.effects)  # the road is no law
     case = with_columns(found.after[0], *BOXES)
     _, best = solved(case)
     sigma = some.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ins_eval.estimation.whitening import Whitened
     from ins_eval.policy import Policy
 
-LOUD, QUIET = -1.0, -2.0  # prior sigmas of a level that something else may feign, and of one that it does not
+QUIET = -2.0  # prior sigmas of a level that nothing else feigns
 OF_SENSORS = ("accelerometer_wander", "gyro_wander")
 OF_RECEIVERS = ("slow_position", "slow_velocity", "slow_attitude", "slow_heading")
 OF_STAND = ("slow_attitude", "slow_heading")  # how what a parked unit stands on leans
@@ -222,6 +222,6 @@ def _quieter(case: Case, noise_point: np.ndarray) -> list[np.ndarray]:
 
 
 def _with_quiet(case: Case, noise_point: np.ndarray, levels: Sequence[str]) -> np.ndarray:
-    """`noise_point` with every one of `levels` that is above `LOUD` set to `QUIET`."""
-    loud = np.isin(case.noise.free, levels) & (noise_point > LOUD)
+    """`noise_point` with every one of `levels` that is above `QUIET` set to it."""
+    loud = np.isin(case.noise.free, levels) & (noise_point > QUIET)
     return np.where(loud, QUIET, noise_point)
