@@ -94,22 +94,23 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
     """What is wrong with a column of sensors that the parts of a recording do not tell, and its navigation does.
 
     `case` is the recording as it was read. What a column of wrong sign or place indicates is off by about as much as it
-    is, a scale factor error beyond any sensor's. Put right, the recording must be more probable beyond doubt; also than
-    with clocks brought together as the motion tells, for at a wrong instant any column may seem to be wrong.
+    is, a scale factor error beyond any sensor's. At a wrong instant any column may seem to be wrong, so it must be also
+    where clocks are brought together as the motion tells, if that is more probable. Put right, the recording must be
+    more probable beyond doubt.
     """
-    tried = _beyond_sensors(case)
-    if not tried:
+    if not _beyond_sensors(case):
         return []
-    with np.errstate(all="ignore"):
-        before = _height(case)
-    clocks = {one: _evidence_with(recording, one) for one in clock_beliefs(case)}
-    clocks = {(): before, **clocks}
-    clock = max(clocks, key=clocks.__getitem__)
+    clocks = {(): case} | {one: _navigated(_believing(recording, one)) for one in clock_beliefs(case)}
+    heights = {one: _height(navigated) for one, navigated in clocks.items()}
+    clock = max(heights, key=heights.__getitem__)
+    tried = _beyond_sensors(clocks[clock] or case)
     options = list(_what_else(tried))
-    heights = [max(_evidence_with(recording, (*known, one)) for known in {(), clock}) for one in options]
-    leads = [height - clocks[clock] for height in heights]
-    best = int(np.argmax(leads))
-    if not leads[best] > BEYOND_DOUBT:
+    leads = [
+        max(_evidence(_believing(recording, (*known, one))) for known in {(), clock}) - heights[clock]
+        for one in options
+    ]
+    best = max(range(len(leads)), key=leads.__getitem__, default=None)
+    if best is None or not leads[best] > BEYOND_DOUBT:
         return []
     chosen = options[best]
     sensor, axis, scale = next(one for one in tried if one[:2] == (chosen.sensor, chosen.axis))
@@ -121,10 +122,8 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
     return [WrongDescription(chosen, leads[best], seen)]
 
 
-def _evidence_with(recording: Recording, effects: Sequence[EffectBelief]) -> float:
-    """The same as `_evidence` with further effects, -inf where it cannot be navigated."""
-    height = _evidence(replace(recording, belief=with_effects(recording.belief, effects)))
-    return -np.inf if height is None else height
+def _believing(recording: Recording, effects: Sequence[EffectBelief]) -> Recording:
+    return replace(recording, belief=with_effects(recording.belief, effects))
 
 
 def _what_else(tried: Sequence[tuple[str, str, float]]) -> Iterator[EffectBelief]:
@@ -174,31 +173,40 @@ def _best(recording: Recording, read: _Changes, found: Finding, options: Sequenc
     if len(options) == 1 and found.log_odds > BEYOND_DOUBT:
         return options[0]
     heights = [_posterior(one, recording) for one in options]
-    if all(height is None for height in heights):  # its odds alone decide
+    if max(heights) == -np.inf:  # none can be navigated: its odds alone decide
         return options[0] if found.log_odds > BEYOND_DOUBT else None
-    known = [-np.inf if height is None else height for height in heights]
-    before = _posterior(read, recording)
-    return options[int(np.argmax(known))] if before is None or max(known) > before else None
+    return options[int(np.argmax(heights))] if max(heights) > _posterior(read, recording) else None
 
 
-def _posterior(changes: _Changes, recording: Recording) -> float | None:
+def _posterior(changes: _Changes, recording: Recording) -> float:
     """log evidence of a recording so mended, and the log prior of so many mistakes."""
-    height = _evidence(changes.on(recording))
-    return None if height is None else height + AXIS_PRIOR * len(changes.described)
+    return _evidence(changes.on(recording)) + AXIS_PRIOR * len(changes.described)
 
 
-def _evidence(recording: Recording) -> float | None:
-    """log evidence of a recording under its belief, at the expected noise; None where it cannot be navigated."""
+def _evidence(recording: Recording) -> float:
+    """log evidence of a recording under its belief, -inf where it cannot be navigated."""
+    return _height(_navigated(recording))
+
+
+def _navigated(recording: Recording) -> Case | None:
+    """The recording under its belief, None where it cannot be navigated: a wrong sign makes any solution absurd."""
     try:
         with np.errstate(all="ignore"):
-            height = _height(prepare(believed(recording), recording.folder))
-    except (InsEvalError, ArithmeticError, np.linalg.LinAlgError, ValueError):  # a wrong sign makes any solution absurd
+            return prepare(believed(recording), recording.folder)
+    except (InsEvalError, ArithmeticError, np.linalg.LinAlgError, ValueError):
         return None
-    return height if np.isfinite(height) else None
 
 
-def _height(case: Case) -> float:
-    return log_evidence(case.whitened([], np.zeros(len(case.noise.free)), case.blocks))
+def _height(case: Case | None) -> float:
+    """log evidence at the expected noise, -inf of what cannot be navigated or comes to no number."""
+    if case is None:
+        return -np.inf
+    with np.errstate(all="ignore"):
+        try:
+            height = log_evidence(case.whitened([], np.zeros(len(case.noise.free)), case.blocks))
+        except (ArithmeticError, np.linalg.LinAlgError, ValueError):
+            return -np.inf
+    return height if np.isfinite(height) else -np.inf
 
 
 def _options(found: Finding, changes: _Changes) -> Iterator[_Changes]:
