@@ -24,6 +24,8 @@ WAVE_UG, WAVE_C, COOLED_C = 60.0, 25.0, 20.0
 STICKING_UG, STICKING_G = 400.0, 0.03
 STOOD_S, WALK_AGREES = 1800.0, 0.2
 AWRY_S, AWRY_UG = (4100.0, 4800.0), 1000.0
+ROUGH_S, SHAKE_MPS2, SHARE, SHARE_AGREES = 200.0, 2.0, 0.5, 0.3
+COARSE = {"bias_sigma_deg_per_h": 20.0}
 
 
 @pytest.fixture(scope="module")
@@ -153,3 +155,19 @@ def test_a_standstill_shows_the_random_walks_of_its_sensors(recording_at_rest) -
     found = case.noise.values(case.fitted().noise_point)
     assert found["velocity_random_walk"] == pytest.approx(UG * VELOCITY_RANDOM_WALK_UG, rel=WALK_AGREES)
     assert found["angle_random_walk"] == pytest.approx(DEG_PER_SQRT_H * ANGLE_RANDOM_WALK, rel=WALK_AGREES)
+
+
+def test_what_a_rough_road_shakes_is_noise_of_a_coarse_unit_in_one_arc_too(flight) -> None:
+    """Velocity errs by a share of what it changes to and fro from sample to sample, while it shakes."""
+    rng = np.random.default_rng(11)
+    inside = flight.imu.time_s <= flight.start.time_s + ROUGH_S
+    time_s, force = flight.imu.time_s[inside], flight.imu.accelerometer[inside].copy()
+    shaken = np.abs(time_s - time_s.mean()) < 0.25 * ROUGH_S
+    shake = SHAKE_MPS2 * np.median(np.diff(time_s)) * (-1.0) ** np.arange(shaken.sum())[:, None]
+    force[shaken] += shake + SHARE * np.abs(shake) * rng.standard_normal((shaken.sum(), 3))
+    imu = replace(flight.imu, time_s=time_s, gyro=flight.imu.gyro[inside], accelerometer=force, temperature_c=None)
+    belief = flight.belief.model_copy(update={"gyro": flight.belief.gyro.model_copy(update=COARSE)})
+    case = cases.prepare(replace(flight, imu=imu, belief=belief))
+    assert not case.believed.arcs
+    found = case.noise.values(case.fitted().noise_point)
+    assert found["accelerometer_sampling"] == pytest.approx(SHARE, rel=SHARE_AGREES)
