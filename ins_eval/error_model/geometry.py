@@ -171,11 +171,11 @@ def moved(start: Start, position_n: np.ndarray, velocity_n: np.ndarray) -> Start
     )
 
 
-def turned(attitude_rad, rotation_n: np.ndarray) -> tuple[float, float, float]:
-    """Roll, pitch, heading after a turn of the body by the rotation vector `rotation_n` in n."""
-    before = Rotation.from_euler("ZYX", np.asarray(attitude_rad, dtype=float)[::-1])
-    angles = (Rotation.from_rotvec(rotation_n) * before).as_euler("ZYX", suppress_warnings=True)[::-1]
-    return tuple(float(a) for a in angles)
+def turned(attitudes_rad: Sequence, rotations_n: np.ndarray) -> list[tuple[float, float, float]]:
+    """Roll, pitch, heading (n, 3) after turns of the body by the rotation vectors (n, 3) in n."""
+    before = Rotation.from_euler("ZYX", np.asarray(attitudes_rad, dtype=float)[:, ::-1])
+    angles = (Rotation.from_rotvec(rotations_n) * before).as_euler("ZYX", suppress_warnings=True)[:, ::-1]
+    return [(roll, pitch, heading) for roll, pitch, heading in angles.tolist()]
 
 
 def turn(before_rad, after_rad) -> np.ndarray:

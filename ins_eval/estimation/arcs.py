@@ -120,16 +120,18 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
         if null.begins_as_stated(recording, known.start):  # effects that turn it are among what is believed now
             stated = believed.start
             by = turn(before.stated.attitude_rad, stated.attitude_rad)
-            start = replace(start, attitude_rad=turned(start.attitude_rad, by))
+            start = replace(start, attitude_rad=turned([start.attitude_rad], [by])[0])
         states = [start, *_on_steps(known.arcs, believed.time_s)]
         believed = replace(believed, force_bias=known.force_bias, gyro_bias=known.gyro_bias, stands=known.stands)
         here = replace(before, navigated=believed, stated=stated)
     here = _begun(here, states)
     for _ in range(ROUNDS if before is None else ROUNDS_AGAIN):
         begins, mean, sigma = _errors(here)
+        before = [here.navigated.start, *here.navigated.arcs]
+        attitudes = turned([one.attitude_rad for one in before], begins[:, 6:])
         states = [
-            replace(moved(one, -error[:3], -error[3:6]), attitude_rad=turned(one.attitude_rad, error[6:]))
-            for one, error in zip([here.navigated.start, *here.navigated.arcs], begins, strict=True)
+            replace(moved(one, -error[:3], -error[3:6]), attitude_rad=attitude)
+            for one, error, attitude in zip(before, begins, attitudes, strict=True)
         ]
         known = here.navigated
         biases = {"force_bias": known.force_bias + mean[:3], "gyro_bias": known.gyro_bias + mean[3:]}

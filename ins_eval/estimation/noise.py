@@ -330,6 +330,12 @@ def _apart(windows: np.ndarray, rows: slice) -> np.ndarray:
     """(m,) whether `rows` of each window (m, k, 5) stand apart from the other four."""
     at = np.arange(windows.shape[1])
     others = np.delete(at, np.r_[rows])
+    first = np.sort(windows[:, others, 0], axis=1)
+    near = np.abs(windows[:, rows, 0] - 0.5 * (first[:, 1] + first[:, 2])[:, None]).min(axis=1)
+    out = near > OUTLIER * np.sqrt(1.0 + NEIGHBOUR_VARIANCE)  # what motion could do only lessens it
+    if not out.any():
+        return out
+    windows = windows[out]
     beside = np.sort(windows[:, others], axis=1)
     level = 0.5 * (beside[:, 1] + beside[:, 2])
     expected = np.broadcast_to(level[:, None], windows[:, rows].shape)
@@ -338,7 +344,8 @@ def _apart(windows: np.ndarray, rows: slice) -> np.ndarray:
         slope, constant = np.polyfit(others, windows[0][others], 1)
         sizes.append(_beyond(windows[:, rows] - (np.outer(at[rows], slope) + constant)))
     size = np.min(sizes, axis=0) / np.sqrt(1.0 + NEIGHBOUR_VARIANCE)
-    return (size > OUTLIER) & (beside[:, 2, 0] - beside[:, 1, 0] < ONE_LEVEL * size)
+    out[out] = (size > OUTLIER) & (beside[:, 2, 0] - beside[:, 1, 0] < ONE_LEVEL * size)
+    return out
 
 
 def _beyond(apart: np.ndarray) -> np.ndarray:

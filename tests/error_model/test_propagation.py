@@ -120,7 +120,7 @@ def test_an_error_of_the_start(believed, state: int, value: float) -> None:
     error = np.zeros(9)
     error[state] = value
     start = geometry.moved(believed.start, error[:3], error[3:6])
-    start = replace(start, attitude_rad=geometry.turned(start.attitude_rad, -error[6:]))
+    start = replace(start, attitude_rad=geometry.turned([start.attitude_rad], -error[None, 6:])[0])
     check(replace(believed, start=start), Column("", start=tuple(error / value)), value)
 
 
