@@ -127,13 +127,13 @@ def settle(recording: Recording, folder: str | Path = ".", before: Settled | Non
     here = _begun(here, states)
     for _ in range(ROUNDS if before is None else ROUNDS_AGAIN):
         begins, mean, sigma = _errors(here)
-        before = [here.navigated.start, *here.navigated.arcs]
-        attitudes = turned([one.attitude_rad for one in before], begins[:, 6:])
+        known = here.navigated
+        starts = [known.start, *known.arcs]
+        attitudes = turned([one.attitude_rad for one in starts], begins[:, 6:])
         states = [
             replace(moved(one, -error[:3], -error[3:6]), attitude_rad=attitude)
-            for one, error, attitude in zip(before, begins, attitudes, strict=True)
+            for one, error, attitude in zip(starts, begins, attitudes, strict=True)
         ]
-        known = here.navigated
         biases = {"force_bias": known.force_bias + mean[:3], "gyro_bias": known.gyro_bias + mean[3:]}
         here = _begun(replace(here, navigated=replace(known, **biases)), states)
         if _stands(known):
