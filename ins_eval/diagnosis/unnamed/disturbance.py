@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ins_eval.estimation.whitening import Whitened
     from ins_eval.policy import Policy
 
-QUIET = -2.0  # prior sigmas of a level that nothing else feigns
+QUIET = -2.0  # prior sigmas of a level that nothing else feigns: by reasoning
 OF_SENSORS = ("accelerometer_wander", "gyro_wander")
 OF_RECEIVERS = ("slow_position", "slow_velocity", "slow_attitude", "slow_heading")
 OF_STAND = ("slow_attitude", "slow_heading")  # how what a parked unit stands on leans
