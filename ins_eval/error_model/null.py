@@ -34,6 +34,7 @@ from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
 if TYPE_CHECKING:
     from ins_eval.compensation import CompensationModel
     from ins_eval.recording import Recording
+    from ins_eval.recording.belief import Belief
     from ins_eval.recording.stillness import Stretch
 
 LARGEST_ATTITUDE_RAD = 10.0 * DEG  # 1 - cos of it is 1.5 %, which does not matter more than noise: by reasoning
@@ -175,13 +176,13 @@ def begins_as_stated(recording: Recording, found: Start) -> bool:
         return True
     off_rad = float(np.linalg.norm(turn(start.attitude_rad, found.attitude_rad)))
     duration_s = float(recording.imu.time_s[-1]) - start.time_s
-    small = stays_small(recording, max(start.attitude_sigma_rad), duration_s)
+    small = stays_small(recording.belief, max(start.attitude_sigma_rad), duration_s)
     return small and off_rad < LARGEST_ATTITUDE_RAD
 
 
-def stays_small(recording: Recording, attitude_sigma_rad: float, duration_s: float) -> bool:
+def stays_small(belief: Belief, attitude_sigma_rad: float, duration_s: float) -> bool:
     """Whether stated sigmas keep the attitude within what a linear error model can follow."""
-    gyro = recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
+    gyro = belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
     return bool(np.hypot(attitude_sigma_rad, gyro * duration_s) <= LARGEST_ATTITUDE_RAD)
 
 

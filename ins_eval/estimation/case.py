@@ -135,7 +135,7 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
 
 def _stays_small(believed: Believed) -> bool:
     duration_s = float(believed.time_s[-1]) - believed.start.time_s
-    return null.stays_small(believed.recording, float(np.max(believed.attitude_sigma_n)), duration_s)
+    return null.stays_small(believed.recording.belief, float(np.max(believed.attitude_sigma_n)), duration_s)
 
 
 def _settled(recording: Recording, folder: str | Path) -> arcs.Settled:
