@@ -29,7 +29,7 @@ def content(result: dict, log: Sequence[dict]) -> tuple[str, list[Section]]:
         Section("Detection", _detection(result)),
         Section("Naming", _naming(result)),
         Section("What one recording cannot separate", _alike(result)),
-        Section("Two effects at once", _rates("Pairs", result["pairs"])),
+        Section("Several effects at once", [*targets.table(result, "sets"), *_rates("Sets", result["sets"])]),
         Section("Stated probabilities", _probability(result)),
         Section("Intervals", _intervals(result)),
         Section("Where", _where(result)),
@@ -157,8 +157,8 @@ def _bands(title: str, group: dict, first: str, keys: Sequence[str], label: str 
 
 
 def _detection(result: dict) -> list[Block]:
-    kinds = ("single", "limited", "pair", "multi", "unidentifiable", "outside", "inside the vocabulary",
-             "outside the vocabulary")  # fmt: skip
+    kinds = ("single", "limited", "pair", "triple", "four", "multi", "unidentifiable", "outside",
+             "inside the vocabulary", "outside the vocabulary")  # fmt: skip
     effects = sorted({name.split(":")[0] for name in result["by effect"] if not name.startswith("outside")})
     clear = [one for one in result["records"] if one["inside"] and one["band"] == BANDS[-1][2] and not one["heard"]]
     return [

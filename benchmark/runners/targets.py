@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from benchmark.scores.score import CLEAR
+from benchmark.scores.score import CLEAR, SETS_ALL, SETS_EACH, SETS_EXTRA, SETS_MISSING
 from ins_eval.report.content import Table
 from ins_eval.tables import pick
 from ins_eval.wording import MISSING, fixed
@@ -61,6 +61,13 @@ TARGETS = (
     Target("6d", "better than the placebo on unused data", ("held out", "better than the placebo"), 0.95),
     Target("6d", "velocity RMS: share of what the truth gains, median",
            ("navigation", "velocity_rms_mps", "quantiles", "0.5"), 0.50),
+    Target("7a", "of several effects each of at least 12 sigma beside the others, named or listed",
+           ("sets", SETS_EACH), 0.90),
+    Target("7b", "all of these, two effects", ("sets", f"pair: {SETS_ALL}"), 0.80),
+    Target("7b", "all of these, three effects", ("sets", f"triple: {SETS_ALL}"), 0.70),
+    Target("7b", "all of these, four effects", ("sets", f"four: {SETS_ALL}"), 0.70),
+    Target("7c", "something named that is not there, several effects", ("sets", SETS_EXTRA), most=0.05),
+    Target("7d", "'explained' with one of these missing", ("sets", SETS_MISSING), most=0.03),
 )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from benchmark.worlds.record import Made
 DEG = math.pi / 180.0
 SCALES = (0.1, 0.3, 1.0, 3.0, 10.0)  # of the nominal size
 STEP_EVERY_S = 600.0
+NEAR = 5.0  # nats by which a rival may be worse that is listed
 
 
 def library(seconds: float, with_steps: bool = True) -> list[Effect]:
@@ -376,6 +377,40 @@ def evidence_pairs(a, b):
     return logsumexp(out, axis=0) - math.log(len(SCALES))
 
 
+def evidence_sets(a, b, sets):
+    """Log Bayes factor (n,) of each set of columns, the rows of `sets` (n, k); one scale for all of a set."""
+    inner, fit = a[sets[:, :, None], sets[:, None, :]], b[sets]
+    out = []
+    for s in SCALES:
+        precise = inner + s**-2.0 * np.eye(sets.shape[1])
+        gain = np.einsum("nk,nk->n", fit, np.linalg.solve(precise, fit[..., None])[..., 0])
+        out.append(0.5 * gain - 0.5 * np.linalg.slogdet(s**2 * precise)[1])
+    return logsumexp(out, axis=0) - math.log(len(SCALES))
+
+
+def beside(a, b, hidden, keys) -> list[dict]:
+    """Of each of several hidden effects, the first columns: how clear it is where the others may have any size.
+
+    `sigma` is its size over what is left uncertain of it, `rivals` what may stand in its place, the others kept, with
+    the nats by which that is worse. `keys` are the families of the other columns.
+    """
+    m, gain = len(hidden), float(evidence_sets(a, b, np.arange(len(hidden))[None])[0])
+    free = np.sqrt(np.diag(np.linalg.inv(a[:m, :m] + 1e-9 * np.eye(m))))
+    taken = {family(one) for one in hidden}
+    found = []
+    for k, one in enumerate(hidden):
+        sets = np.array([[j if i == k else i for i in range(m)] for j in range(m, len(b))])
+        margins: dict[tuple, float] = {}
+        for key, height in zip(keys, evidence_sets(a, b, sets), strict=True):
+            margins[key] = min(margins.get(key, np.inf), gain - float(height))
+        near = sorted((margin, key) for key, margin in margins.items() if margin < NEAR and key not in taken)
+        found.append({
+            "effect": _words(family(one)), "sigma": abs(one.value / VOCABULARY[one.name].nominal) / free[k],
+            "rivals": [{"rival": _words(key), "margin": margin} for margin, key in near],
+        })  # fmt: skip
+    return found
+
+
 def judge(case) -> dict:
     """The oracle's numbers of a case, for its truth file."""
     hidden = case.hidden
@@ -396,7 +431,7 @@ def judge(case) -> dict:
             whitened = Moving(made, sheet, true).whitened(exact + candidates)
         one = reduced(*whitened)
         a, b = a + one[0], b + one[1]
-    every = exact + candidates
+    every, keys = exact + candidates, [family(one) for one in candidates]
     sharp = np.array([one.name.startswith("earth.") if hasattr(one, "name") else False for one in every])
     single = evidence(a, b, sharp)
     groups: dict[tuple, list[int]] = {}
@@ -415,11 +450,10 @@ def judge(case) -> dict:
         rivals = {key: value for key, value in by_family.items() if key not in truth}
     else:
         pairs = evidence_pairs(a, b)
-        gain = float(pairs[0, 1])
+        gain = float(evidence_sets(a, b, np.arange(m)[None])[0])
         share = np.array([_share(*two) for two in zip(hidden, exact, strict=True)])
         ratio = float(b[:m] @ share - 0.5 * share @ a[:m, :m] @ share)
         rivals = dict(by_family)
-        keys = [family(one) for one in candidates]
         inside = pairs[m:, m:]
         order = np.argsort(inside, axis=None)[::-1][:4000]
         for one in order:
@@ -429,10 +463,11 @@ def judge(case) -> dict:
                 rivals.setdefault(tuple(sorted(two, key=str)), float(inside[i, j]))
     ranked = sorted(rivals, key=rivals.get, reverse=True)
     best = ranked[0]
-    return {
+    several = {"beside": beside(a, b, hidden, keys)} if m > 1 else {}
+    return several | {
         "log_bayes_factor": gain, "log_likelihood_ratio": ratio, "rival": _words(best), "margin": gain - rivals[best],
         "rivals": [{"rival": _words(one), "margin": gain - rivals[one]} for one in ranked[:8]
-                   if gain - rivals[one] < 5.0],
+                   if gain - rivals[one] < NEAR],
     }  # fmt: skip
 
 

@@ -22,6 +22,11 @@ SEEN = 8.0  # D from which an effect can be expected to show
 NULLS = ("zero", "null", "adversarial")
 SEPARABLE = 5.0  # margin of the oracle above which one recording can tell
 ALIKE = 3.0  # and below which it cannot
+PLAIN = 12.0  # sigma beside the others from which one of several effects can be expected to be named
+SETS_EACH = f"each of at least {PLAIN:g} sigma named or listed"
+SETS_ALL = f"all of at least {PLAIN:g} sigma named or listed"
+SETS_EXTRA = "something named that is not there"
+SETS_MISSING = f"explained, with one of at least {PLAIN:g} sigma missing"
 SILENT = "no mismatch"
 MEMORY = ("time_constant_s", "branch_width_c", "at_s")
 PROBABILITY_EDGES = (0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.9, 0.97, 1.0)
@@ -99,13 +104,13 @@ def band(d: float | None) -> str:
 
 def rivals_of(truth: dict) -> set:
     """Single rivals that the oracle cannot separate, as (name, axis)."""
-    out = set()
-    for one in (truth.get("oracle") or {}).get("rivals", ()):
-        said = one["rival"].split()
-        if one["margin"] < ALIKE and "+" not in said:
-            axis = said[1] if len(said) > 1 else None
-            out.add((said[0], axis))
-    return out - {key(one) for one in truth["effects"]}
+    return alike((truth.get("oracle") or {}).get("rivals", ())) - {key(one) for one in truth["effects"]}
+
+
+def alike(rivals) -> set:
+    """Of the oracle's rivals those that it cannot separate, as (name, axis); sets of several are left out."""
+    near = [one["rival"].split() for one in rivals if one["margin"] < ALIKE and "+" not in one["rival"]]
+    return {(said[0], said[1] if len(said) > 1 else None) for said in near}
 
 
 def judged(truth: dict, answer: dict | None, seconds: float | None = None) -> dict:
@@ -137,6 +142,12 @@ def judged(truth: dict, answer: dict | None, seconds: float | None = None) -> di
         record["all named"] = targets <= {key(one) for one in effects}
         record["nothing else"] = {key(one) for one in effects} <= targets
         record["intervals"] = [row for one in truth["effects"] for row in _intervals(answer, one)]
+    if record["inside"] and len(targets) > 1:
+        said = {key(one) for one in effects}
+        each = [(key(one), beside["sigma"], alike(beside["rivals"]))
+                for one, beside in zip(truth["effects"], oracle.get("beside") or (), strict=False)]  # fmt: skip
+        record["each"] = [(words(one), sigma, one in names or bool(near & said)) for one, sigma, near in each]
+        record["not there"] = sorted(words(one) for one in said.difference(targets, *(near for *_, near in each)))
     if record["inside"] and len(targets) == 1:
         (target,) = targets
         record["first"] = bool(effects) and key(effects[0]) == target
@@ -215,7 +226,7 @@ def score(truths: list[dict], answers: dict[str, dict], seconds: dict[str, float
 
 def summary(records: list[dict]) -> dict:
     """The rates of records."""
-    groups = ("outside", "false alarms", "detection", "naming", "confidently wrong", "pairs", "not identifiable",
+    groups = ("outside", "false alarms", "detection", "naming", "confidently wrong", "sets", "not identifiable",
               "location", "coverage", "held out", "by effect", "by recording")  # fmt: skip
     counts = {name: Count() for name in groups}
     for one in records:
@@ -275,8 +286,7 @@ def _hidden(counts: dict, one: dict) -> None:
         counts["held out"].add("80 % of the excess removed", share is not None and share >= 0.8)
         counts["held out"].add("better than the placebo", beats_placebo(one))
     if "first" not in one:
-        counts["pairs"].add(f"both named, {band_}", one["all named"])
-        counts["pairs"].add(f"nothing else named, {band_}", one["nothing else"])
+        _sets(counts["sets"], one)
         return
     (target,) = one["truth"]
     name = target.split()[0]
@@ -298,6 +308,21 @@ def _hidden(counts: dict, one: dict) -> None:
         counts["naming"].add(f"named or listed, of the detected, {band_}", one["found"])
         for _, there in one["rivals"]:
             counts["naming"].add("inseparable rival listed", there)
+
+
+def _sets(count: Count, one: dict) -> None:
+    """Count a case that conceals several effects; one counts as named where it is listed, or a rival of it is named."""
+    kind, plain = one["kind"], [named for _, sigma, named in one["each"] if sigma >= PLAIN]
+    count.add(f"{kind}: all named, {one['band']}", one["all named"])
+    count.add(f"{kind}: nothing else named, {one['band']}", one["nothing else"])
+    for named in plain:
+        count.add(SETS_EACH, named)
+        count.add(f"{kind}: {SETS_EACH}", named)
+    if len(plain) > 1:
+        count.add(f"{kind}: {SETS_ALL}", all(plain))
+    count.add(SETS_EXTRA, bool(one["not there"]))
+    if one["verdict"] == "explained":
+        count.add(SETS_MISSING, not all(plain))
 
 
 def _outside(counts: dict, one: dict) -> None:

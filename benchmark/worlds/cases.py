@@ -178,10 +178,23 @@ def known(effects, made: Made | None = None) -> dict:
 
 def pair(rng, index, options):
     """Two effects of the vocabulary with different names, large enough that both should show."""
+    return _together(rng, options, 2)
+
+
+def triple(rng, index, options):
+    """Three of them."""
+    return _together(rng, options, 3)
+
+
+def four(rng, index, options):
+    """Four of them."""
+    return _together(rng, options, 4)
+
+
+def _together(rng, options, count: int):
     other = ("reference.", "recording.")
     names = [name for name in DRAWN if "flight" in VOCABULARY[name].kinds and not name.startswith(other)]
-    first, second = rng.choice(len(names), 2, replace=False)
-    chosen = [names[first], names[second]]
+    chosen = [names[k] for k in rng.choice(len(names), count, replace=False)]
     low, high = options.spread
     effects = [an_effect(rng, name, (2.5 * low, high)) for name in chosen]
     trajectory = "climb, cruise, landing" if rng.random() < options.long_pairs else "box"
@@ -290,7 +303,7 @@ def multi(rng, index, options):
 
 KINDS = {
     "zero": zero, "null": null, "adversarial": adversarial, "single": single, "limited": limited, "pair": pair,
-    "outside": outside, "unidentifiable": unidentifiable, "multi": multi,
+    "triple": triple, "four": four, "outside": outside, "unidentifiable": unidentifiable, "multi": multi,
 }  # fmt: skip
 
 
@@ -316,7 +329,7 @@ class Options:
 
     @property
     def long_pairs(self) -> float:
-        """Share of the long flight among pairs."""
+        """Share of the long flight where several effects act."""
         return 0.2 if self.which == "quick" else 0.8
 
     @property

@@ -268,6 +268,27 @@ def test_the_oracle_sees_nothing_in_a_null_and_the_truth_in_a_clear_case(drive):
 
 
 @pytest.mark.slow
+def test_each_of_several_effects_is_as_clear_as_a_regression_with_the_others_says():
+    """sigma is |size| over its standard error of least squares; a rival is weighed by the evidence of its set."""
+    rng = np.random.default_rng(4)
+    names = (("gyro.scale", "x", {}), ("gyro.bias", "y", {}), ("gyro.asymmetry", "x", {}), ("gyro.bias", "z", {}))
+    every = [Effect(name, axis, 2.0 * VOCABULARY[name].nominal, parameters) for name, axis, parameters in names]
+    x = 3.0 * rng.standard_normal((40, 4)) @ (np.eye(4) + 0.3 * rng.standard_normal((4, 4)))
+    a, b = x.T @ x, x.T @ (x[:, :2] @ [2.0, 2.0] + rng.standard_normal(40))
+    found = oracle.beside(a, b, every[:2], [oracle.family(one) for one in every[2:]])
+    for k, one in enumerate(found):
+        other = x[:, [1 - k]]
+        own = x[:, k] - (other @ np.linalg.lstsq(other, x[:, [k]])[0])[:, 0]
+        assert one["sigma"] == pytest.approx(2.0 * np.linalg.norm(own))
+    pairs = oracle.evidence_pairs(a, b)
+    np.testing.assert_allclose(oracle.evidence_sets(a, b, np.array([[0, 1], [2, 1]])), [pairs[0, 1], pairs[2, 1]])
+    single = oracle.evidence(a, b, np.zeros(4, dtype=bool))
+    np.testing.assert_allclose(oracle.evidence_sets(a, b, np.arange(4)[:, None]), single)
+    alike = np.r_[np.c_[a, a[:, 0]], [np.r_[a[0], a[0, 0]]]]
+    twin = oracle.beside(alike, np.append(b, b[0]), every[:2], [oracle.family(one) for one in (*every[2:], every[2])])
+    assert [one["rivals"] for one in twin] == [[{"rival": "gyro.asymmetry x", "margin": pytest.approx(0.0)}], []]
+
+
 def test_the_oracle_knows_its_noise():
     """Whitened data of plain flights have unit variance, and what was drawn at the start is estimated as sure as said.
 

@@ -175,14 +175,38 @@ def test_a_case_becomes_one_record_of_plain_values():
     json.dumps(judged(truth("b", "null"), None), allow_nan=False)
 
 
-def test_pairs_need_both_and_nothing_else():
+def test_sets_need_all_and_nothing_else():
     two = [CREEP, {"name": "gyro.scale", "axis": "y", "value": 50.0}]
     truths = [truth(case, "pair", two) for case in "ab"]
     right = [named(), named("gyro.scale", "y")]
     answers = {"a": answer("explained", right), "b": answer("explained", [*right, named("gyro.bias", "x")])}
-    pairs = score(truths, answers)["pairs"]
-    assert pairs["both named, D >= 16"]["hits"] == 2
-    assert pairs["nothing else named, D >= 16"]["hits"] == 1
+    sets = score(truths, answers)["sets"]
+    assert sets["pair: all named, D >= 16"]["hits"] == 2
+    assert sets["pair: nothing else named, D >= 16"]["hits"] == 1
+    assert sets["something named that is not there"]["hits"] == 1
+
+
+def test_each_of_several_counts_by_how_clear_it_is_beside_the_others():
+    """One of 11.9 sigma is not asked for; a rival that the oracle cannot separate is as good as the truth."""
+    three = [CREEP, {"name": "gyro.scale", "axis": "y", "value": 50.0},
+             {"name": "gyro.bias", "axis": "x", "value": 0.1}]  # fmt: skip
+    creep = {"sigma": 30.0, "rivals": [{"rival": "accelerometer.bias_drift x", "margin": 2.9}]}
+    beside = [creep, {"sigma": 12.1, "rivals": [{"rival": "gyro.asymmetry y", "margin": 3.1}]},
+              {"sigma": 11.9, "rivals": []}]  # fmt: skip
+    cases = {
+        "a": ("explained", [named("accelerometer.bias_drift"), named("gyro.scale", "y")]),
+        "b": ("explained", [named(), named("gyro.asymmetry", "y")]),
+        "c": ("partly explained", [named("gyro.bias", "x")]),
+    }
+    truths = [truth(case, "triple", three) for case in cases]
+    for one in truths:
+        one["oracle"]["beside"] = beside
+    sets = score(truths, {case: answer(*said) for case, said in cases.items()})["sets"]
+    found = {name: (one["hits"], one["count"]) for name, one in sets.items()}
+    assert found["each of at least 12 sigma named or listed"] == (3, 6)
+    assert found["triple: all of at least 12 sigma named or listed"] == (1, 3)
+    assert found["explained, with one of at least 12 sigma missing"] == (1, 2)
+    assert found["something named that is not there"] == (1, 3)
 
 
 def test_bands_and_rivals():

@@ -16,7 +16,9 @@ def rows_of(entry: dict) -> list[str]:
     """The lines of the table, from an entry of the log: proportions with their intervals, other numbers without."""
     rows = []
     for one in sorted(TARGETS, key=lambda one: (one.line, one.words)):
-        kept = entry["found"][f"{one.line} {one.words}"]
+        kept = entry["found"].get(f"{one.line} {one.words}")
+        if kept is None:  # a target that came after this set
+            continue
         count, interval = f"{kept['found']:.3g}" if isinstance(kept["found"], float) else "", ""
         if not count:
             count, _, interval = spoken(rate(*kept["found"]))
