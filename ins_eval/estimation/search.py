@@ -261,8 +261,8 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
     ranked = _ranked(found.values(), alone, least, space)
     while ranked[0].members:
         found = _exchanged(a, b, ranked[0], space, policy) | found
-        before, ranked = ranked[0], _ranked(found.values(), alone, least, space)
-        if ranked[0].judged <= before.judged + policy.stay:
+        start, ranked = ranked[0], _ranked(found.values(), alone, least, space)
+        if ranked[0].judged <= start.judged + policy.stay:
             break
     return ranked
 
