@@ -29,7 +29,7 @@ from ins_eval.navigation import PARKED, beginning, compensate, height_aid, sampl
 from ins_eval.recording import Start
 from ins_eval.recording.mending import mended
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
-from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY, UG
+from ins_eval.units import ARCSEC, DEG, DEG_PER_H, HOUR, STANDARD_GRAVITY, UG
 
 if TYPE_CHECKING:
     from ins_eval.compensation import CompensationModel
@@ -54,7 +54,7 @@ class Believed:
     `arcs` are the states at which it begins afresh (`arcs`), at the ends of steps; none where errors stay small.
     `stands` are the stretches of a parked recording between which somebody moves the unit.
     `gyro_bias` in rad/s and `force_bias` in m/s^2 (3,) are taken off as it is navigated: a day at 200 Hz has no room
-    for the same increments twice.
+    for the same increments twice. `found` is what rest, motion and fixes showed of the start, if that was asked.
     """
 
     recording: Recording
@@ -69,6 +69,7 @@ class Believed:
     stands: tuple[Stretch, ...] = ()
     gyro_bias: np.ndarray = field(default_factory=lambda: np.zeros(3))
     force_bias: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    found: Initialization | None = None
 
     def increments(self, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
         """Angles, rad, and velocities, m/s, of the samples from `first` to `last`, the biases taken off."""
@@ -83,7 +84,7 @@ class Believed:
         """The same for those who ask what was believed; its recording holds the gyros of the one that was `read`."""
         none = np.zeros((0, 3))
         recording = replace(self.recording, imu=replace(self.recording.imu, gyro=read.imu.gyro))
-        return replace(self, recording=recording, gyro=none, velocity=none, aid_m=none[:, 0])
+        return replace(self, recording=recording, gyro=none, velocity=none, aid_m=none[:, 0], found=None)
 
 
 def believe(recording: Recording, folder: str | Path = ".") -> Believed:
@@ -100,10 +101,10 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     recording, compensated = _compensated(recording, folder)
     gyro, velocity = without_bias(recording, compensated)
     imu, belief = recording.imu, recording.belief
-    start, sigma_n = recording.start, None
+    start, sigma_n, shown = recording.start, None, None
     stand = beginning(recording, compensated) if finds_north else standstill_to_align_on(recording)
     if isinstance(stand, Initialization):  # what it found of the biases stays in: it is what a diagnosis looks for
-        start, sigma_n, stand = stand.start, stand.sigmas[ATTITUDE], None
+        start, sigma_n, shown, stand = stand.start, stand.sigmas[ATTITUDE], stand, None
     elif stand is not None:
         rows = slice(*np.searchsorted(imu.time_s, [stand.start_s + 1e-6, stand.end_s + 1e-6]))
         at = replace(start, time_s=float(imu.time_s[rows.start - 1]) if rows.start else start.time_s)
@@ -121,17 +122,21 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
         start = replace(start, velocity_sigma_mps=max(start.velocity_sigma_mps, SWAY_MPS))
     start = turned_start(start, belief)
     sigma_n = _given_sigma(start) if sigma_n is None else sigma_n
-    return _begun(recording, start, (gyro, velocity), sigma_n, folder)
+    return replace(_begun(recording, start, (gyro, velocity), sigma_n, folder), found=shown)
 
 
-def begin_afresh(recording: Recording, folder: str | Path = ".") -> tuple[Believed, Initialization, Solution]:
+def begin_afresh(
+    recording: Recording, folder: str | Path = ".", shown: Initialization | None = None
+) -> tuple[Believed, Initialization, Solution]:
     """The same from its first sample on, how its state was found, and the path that rest, motion and fixes show.
 
-    For what is navigated in arcs (`begun_at`).
+    For what is navigated in arcs (`begun_at`). `shown` is what these showed already.
     """
-    recording, compensated = _compensated(_judged(recording), folder)
+    judged = _judged(recording)
+    known = shown if judged is recording else None
+    recording, compensated = _compensated(judged, folder)
     gyro, velocity = without_bias(recording, compensated)
-    found = find(recording, gyro, velocity)
+    found = find(recording, gyro, velocity) if known is None else known
     turned = recording.kind not in PARKED or len(standstills(recording)) > 1
     path = track(recording, found, gyro, velocity) if turned else found.path
     return _wide(recording, start_at(path, recording.start.time_s), (gyro, velocity), folder), found, path
@@ -184,6 +189,11 @@ def stays_small(belief: Belief, attitude_sigma_rad: float, duration_s: float) ->
     """Whether stated sigmas keep the attitude within what a linear error model can follow."""
     gyro = belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
     return bool(np.hypot(attitude_sigma_rad, gyro * duration_s) <= LARGEST_ATTITUDE_RAD)
+
+
+def is_coarse(belief: Belief) -> bool:
+    """Whether gyros are believed to turn a unit within an hour by more than a linear error model can follow."""
+    return not stays_small(belief, 0.0, HOUR)
 
 
 def start_at(path: Solution, time_s: float) -> Start:

@@ -99,10 +99,18 @@ def lost(seen: Observations) -> bool:
     return bool((velocity[np.isfinite(velocity)] > LARGEST_VELOCITY_MPS).any())
 
 
-def settle(recording: Recording, folder: str | Path = ".", before: Settled | None = None) -> Settled:
-    """The recording in arcs along a path that the measurements allow; `before`: that of the same with other effects."""
+def settle(
+    recording: Recording,
+    folder: str | Path = ".",
+    before: Settled | None = None,
+    shown: Initialization | None = None,
+) -> Settled:
+    """The recording in arcs along a path that the measurements allow; `before`: that of the same with other effects.
+
+    `shown` is what rest, motion and fixes are known to show of its start.
+    """
     if before is None:
-        believed, found, path = null.begin_afresh(recording, folder)
+        believed, found, path = null.begin_afresh(recording, folder, shown)
         begins = _begins(believed, _largest_gyro_bias(believed, found))
         states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
         navigated = replace(

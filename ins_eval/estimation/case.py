@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from ins_eval.estimation.evidence import Gain
     from ins_eval.estimation.noise import NoiseModel
     from ins_eval.estimation.noise_fit import Fitted
+    from ins_eval.initialization import Initialization
     from ins_eval.recording import Recording
     from ins_eval.recording.belief import Belief, EffectBelief
 
@@ -126,11 +127,14 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
     """
     if recording.kind in PARKED:
         return _in_arcs(recording, folder, (arcs.planned if planned else _settled)(recording, folder))
+    duration_s = float(recording.imu.time_s[-1]) - recording.start.time_s
+    if not planned and not null.stays_small(recording.belief, 0.0, duration_s):  # however well its attitude is known
+        return _in_arcs(recording, folder, _settled(recording, folder))
     believed = null.believe(recording, folder)
     if not planned and not (believed.time_s.size and _stays_small(believed)):  # arcs need no stretch to align on
-        return _in_arcs(recording, folder, _settled(recording, folder))
+        return _in_arcs(recording, folder, _settled(recording, folder, believed.found))
     case = _around(recording, believed, nuisances(believed), folder)
-    return _in_arcs(recording, folder, _settled(recording, folder)) if arcs.lost(case.seen) else case
+    return _in_arcs(recording, folder, _settled(recording, folder, believed.found)) if arcs.lost(case.seen) else case
 
 
 def _stays_small(believed: Believed) -> bool:
@@ -138,9 +142,9 @@ def _stays_small(believed: Believed) -> bool:
     return null.stays_small(believed.recording.belief, float(np.max(believed.attitude_sigma_n)), duration_s)
 
 
-def _settled(recording: Recording, folder: str | Path) -> arcs.Settled:
+def _settled(recording: Recording, folder: str | Path, shown: Initialization | None = None) -> arcs.Settled:
     try:
-        return arcs.settle(recording, folder)
+        return arcs.settle(recording, folder, shown=shown)
     except arcs.Diverged as error:
         raise DataRefused(
             f"{error}, expected a path that comes near what was measured; look at units, axes and times, and at what "

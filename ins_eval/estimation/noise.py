@@ -21,11 +21,11 @@ from scipy.ndimage import uniform_filter1d
 
 from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model import drives
-from ins_eval.error_model.null import stays_small
+from ins_eval.error_model.null import is_coarse
 from ins_eval.error_model.observations import CHANNELS, Observations
 from ins_eval.estimation.whitening import NoiseLevels
 from ins_eval.recording.belief import UNSTATED_DENSITY_UG
-from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, HOUR, UG
+from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
 if TYPE_CHECKING:
     from ins_eval.error_model.null import Believed
@@ -183,7 +183,7 @@ def noise_model(
     )  # (epochs, axis, n): unit vectors of the accelerometers, shortened where the body turned
     steps = np.einsum("ka,kai,kaj->kij", step_density * model.interval_s[:, None], axes, axes)
     parked = seen.measured_by[HEADING] == "standstill"  # who enters a vehicle tilts it far more than he turns it
-    jerky = (bool(model.arc.any()) or not stays_small(belief, 0.0, HOUR)) and not parked
+    jerky = (bool(model.arc.any()) or is_coarse(belief)) and not parked
     return NoiseModel(
         priors={
             "slow_position": Prior(slow.position * typical[0], slow.spread),

@@ -17,11 +17,13 @@ from ins_eval.estimation.linearisation import Linearisation
 from ins_eval.estimation.noise_fit import Fitted
 from ins_eval.estimation.own_noise import NEAR
 from ins_eval.policy import Policy
+from ins_eval.recording.belief import Belief, GyroBelief
 from tests.diagnosis.linearisations import linearisation
 
 LARGE, SMALL = 6.0, 3.0  # coefficients that are both sure: 24 and 12 sigma
 HALF = 1.0  # of two that are alike: together as one of 1.9, and either alone fits nearly as well
 NEGLIGIBLE_NATS = 0.05  # of effects that are not there
+GOOD_DEG_PER_H, COARSE_DEG_PER_H = 0.01, 500.0  # turn-on biases of gyros
 CONSTANT = ("accelerometer.scale", "z", {})
 OF_Z = (
     ("accelerometer.bias_temperature", "z", {}),
@@ -108,13 +110,20 @@ def test_a_form_without_a_name_that_comes_near_is_weighed_at_its_own_noise(behin
     assert _unnamed_near(replace(found, instead=instead)) is near
 
 
+@pytest.mark.parametrize("coarse", [True, False])
 @pytest.mark.parametrize("sure_alone", [True, False])
-def test_the_search_goes_on_from_sensors_that_are_quiet_whatever_is_sure_alone(sure_alone: bool) -> None:
-    """What is sure without a name may let the others wander, and an effect of theirs with them."""
+def test_the_search_goes_on_from_sensors_that_are_quiet_whatever_is_sure_alone(sure_alone: bool, coarse: bool) -> None:
+    """What is sure without a name may let the others wander, and an effect of theirs with them; coarse ones do wander.
+
+    However it is navigated: a good unit that is started in a wrong heading is navigated in arcs.
+    """
+    belief = Belief(gyro=GyroBelief(bias_sigma_deg_per_h=COARSE_DEG_PER_H if coarse else GOOD_DEG_PER_H))
     case = SimpleNamespace(
-        believed=SimpleNamespace(arcs=()), kind="flight", noise=SimpleNamespace(free=("accelerometer_wander", "slow"))
+        believed=SimpleNamespace(recording=SimpleNamespace(belief=belief), arcs=(None,)),
+        kind="flight",
+        noise=SimpleNamespace(free=("accelerometer_wander", "slow")),
     )
     fitted, alone = (Fitted(np.array(at), 0.0, None, np.ones(2)) for at in ([1.0, 0.5], [0.8, 0.1]))
     suspects = [SimpleNamespace(recording=0, fitted=alone)] if sure_alone else []
     found = [one[0].noise_point.tolist() for one in other_noise([case], SimpleNamespace(fitted=[fitted]), suspects)]
-    assert found == [[QUIET, 0.5], [0.8, 0.1]][: 2 if sure_alone else 1]
+    assert found == [[QUIET, 0.5]] * (not coarse) + [[0.8, 0.1]] * sure_alone

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -157,8 +158,8 @@ def test_how_far_a_first_guess_was_off_is_held_against_no_start(ideal_recording,
     recording = replace(stated, start=replace(stated.start, attitude_sigma_rad=None))
     find = null.begin_afresh
 
-    def guessed_far_off(recording: Recording, folder: Path) -> tuple:
-        believed, found, path = find(recording, folder)
+    def guessed_far_off(*of: Any) -> tuple:
+        believed, found, path = find(*of)
         path = replace(path, longitude_rad=path.longitude_rad + OFF_M / 6.37e6)
         start = null.start_at(path, believed.start.time_s)
         off = {"position_sigma_m": believed.start.position_sigma_m, "velocity_sigma_mps": 3.0}
@@ -172,6 +173,16 @@ def test_how_far_a_first_guess_was_off_is_held_against_no_start(ideal_recording,
         starts = [taken for column, taken in zip(one.nuisances, one.taken, strict=True) if column.start]
         assert len(starts) == 9
         np.testing.assert_allclose(starts, 0.0, atol=NO_PRIOR)
+
+
+def test_what_a_start_was_found_to_be_is_not_sought_again(ideal_recording) -> None:
+    """Where arcs begin in it too; without a reference that only knows attitudes it may be another."""
+    recording = climb(ideal_recording)
+    recording = replace(recording, start=replace(recording.start, attitude_rad=None, attitude_sigma_rad=None))
+    _, shown, path = null.begin_afresh(recording)
+    _, again, same = null.begin_afresh(recording, shown=shown)
+    assert again is shown
+    np.testing.assert_array_equal(same.quaternion_nb, path.quaternion_nb)
 
 
 def test_what_an_alignment_uses_up_is_navigated_in_arcs(ideal_recording, monkeypatch) -> None:

@@ -35,6 +35,7 @@ from ins_eval.diagnosis.unnamed.mismatch import Mismatch, located
 from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
 from ins_eval.diagnosis.unnamed.where import where
 from ins_eval.effects.parts import SENSORS
+from ins_eval.error_model.null import is_coarse
 from ins_eval.estimation.clock_starts import clock_starts
 from ins_eval.estimation.instants import innovations
 from ins_eval.estimation.linearisation import linearise, more_probable, on_common
@@ -116,12 +117,12 @@ def other_noise(
 ) -> Iterator[list[Fitted]]:
     """The noise of sensors that wander little, and that of sure disturbances without a name.
 
-    What is wrong has made the sensors look noisy, and a slow error of a bench stands in for an effect. But sensors that
-    need arcs in motion do wander: jumps and laws enough would describe any path of them.
+    What is wrong has made the sensors look noisy, and a slow error of a bench stands in for an effect. But coarse
+    sensors in motion do wander: jumps and laws enough would describe any path of them.
     """
     quiet = [
         one
-        if case.believed is not None and case.believed.arcs and case.kind not in PARKED
+        if case.believed is not None and is_coarse(case.believed.recording.belief) and case.kind not in PARKED
         else replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
         for case, one in zip(cases, linearisation.fitted, strict=True)
     ]
