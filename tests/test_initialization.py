@@ -17,9 +17,10 @@ from benchmark.worlds.mems import a_journey
 from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, GYRO_BIAS, Initialization, find
+from ins_eval.initialization import windows as of_windows
 from ins_eval.initialization.rest import Felt, seconds_at_rest, velocity_sigma
 from ins_eval.initialization.search import track
-from ins_eval.initialization.windows import first_window, standstills
+from ins_eval.initialization.windows import first_window, standstills, window_of
 from ins_eval.navigation import beginning, evaluate
 from ins_eval.readers import apm_mat, apm_text
 from ins_eval.recording import Fixes, Imu, Recording, Start, form
@@ -42,6 +43,8 @@ JUMPS_AFTER_S = 10.0
 KEPT_MPS = 0.3  # whatever the instant within a piece of half a minute at which it jumps
 DRIVES_OFF_UNSEEN = (53, 12)  # seed and number of a journey of a consumer unit that begins as its car comes to rest
 STANDS_S = (120.0, 180.0, 240.0)  # stands until the first of these, and between the others
+CREEPS_S, OF_CREEPING_S = (100.0, 200.0), 10.0
+OF_LONGER_SIGMAS = 0.2
 GROWN_M = 5.0  # after ten seconds of an industrial unit, beside the noise of two fixes
 
 
@@ -186,6 +189,22 @@ def test_a_standstill_ends_where_fixes_move_though_the_imu_does_not_see_it() -> 
     assert standstills(smooth_road("drive", sigma_mps=0.3)) == standstills(smooth_road("flight")) == []
 
 
+@pytest.mark.parametrize("turns", [0.0, 0.07])
+def test_who_creeps_does_not_stand(turns: float) -> None:
+    """0.3 m/s on a course that stays or turns, by fixes of 0.05 m/s of which none by itself says that it moves."""
+    stands = smooth_road("drive")
+    at_s = stands.gps.time_s
+    moves = (at_s > CREEPS_S[0]) & (at_s <= CREEPS_S[1])
+    course = turns * at_s
+    way = 0.3 * np.where(moves, [np.cos(course), np.sin(course), 0.0 * course], 0.0).T
+    noise = 0.05 * np.random.default_rng(3).standard_normal((at_s.size, 3))
+    quiet = replace(stands.imu, accelerometer=stands.imu.accelerometer * [0.0, 0.0, 1.0])
+    fixes = [replace(stands.gps, velocity_n=one + noise) for one in (way, 0.0 * way)]
+    creeping, standing = (standstills(replace(stands, imu=quiet, gps=one)) for one in fixes)
+    assert len(standing) == 1 and len(creeping) == 2
+    assert abs(creeping[0].end_s - CREEPS_S[0]) < OF_CREEPING_S > abs(creeping[1].start_s - CREEPS_S[1])
+
+
 @pytest.fixture(scope="module")
 def unseen(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     folder = tmp_path_factory.mktemp("unseen") / "r"
@@ -201,6 +220,26 @@ def test_a_noisy_unit_in_a_car_that_stood_begins(unseen: Recording) -> None:
     true = Rotation.from_euler("ZYX", [seen[name][k] for name in ("heading_deg", "pitch_deg", "roll_deg")], True)
     away = (true * Rotation.from_euler("ZYX", found.start.attitude_rad[::-1]).inv()).as_rotvec()
     assert (np.abs(away) < ENOUGH * found.sigmas[ATTITUDE]).all()
+
+
+def test_samples_that_are_longer_at_rest_show_the_same_start(unseen: Recording, monkeypatch) -> None:
+    """Nothing is lost of what a window gains; what follows moves by far less than it is uncertain."""
+    increments, (begin_s, _, end_s, _) = (unseen.imu.gyro, unseen.imu.accelerometer), first_window(unseen)
+    windows, found = [], []
+    for longer in (True, False):
+        if not longer:
+            monkeypatch.setattr(of_windows, "_longer_at_rest", lambda felt, _: (felt.time_s, felt.dtheta_b, felt.dv_b))
+        windows.append(window_of(unseen, *increments, begin_s, end_s))
+        found.append(beginning(unseen, unseen.imu.accelerometer))
+    few, many = windows
+    assert len(few.time_s) < 0.7 * len(many.time_s) and set(few.time_s) <= set(many.time_s)
+    assert np.diff(few.time_s).max() < 0.3
+    for one, all_of in ((few.dtheta_b, many.dtheta_b), (few.dv_b, many.dv_b)):
+        rows = np.searchsorted(many.time_s, few.time_s)
+        np.testing.assert_allclose(np.cumsum(one, axis=0), np.cumsum(all_of, axis=0)[rows], atol=1e-12)
+    first, second = (Rotation.from_euler("ZYX", one.start.attitude_rad[::-1]) for one in found)
+    assert (np.abs((first * second.inv()).as_rotvec()) < OF_LONGER_SIGMAS * found[1].sigmas[ATTITUDE]).all()
+    np.testing.assert_allclose(found[0].sigmas, found[1].sigmas, rtol=OF_LONGER_SIGMAS)
 
 
 def test_an_imu_that_disagrees_with_its_fixes_finds_no_attitude(unseen: Recording) -> None:

@@ -24,8 +24,11 @@ WIDE_GYRO_BIAS_RADPS = 2000.0 * DEG_PER_H  # where no sigma of it is known
 WIDE_ACCELEROMETER_BIAS_MPS2 = 5e4 * UG
 FAST = 0.3  # of the highest speeds: motion that tells a heading
 STANDS_MPS = 0.5  # that a receiver shows of a vehicle that stands, or `GATE` sigmas of it
+CREEP_S, CREEP_MPS = 10.0, 0.2  # over which slow motion stays and noise of fixes goes, and what is left of that
+CREEP_SHARE = 0.4  # sigma of such a mean over that of one velocity: of ten, or of positions that were differentiated
 HALF_SPAN_S = 2.0  # over which positions are differentiated, to both sides: 0.7 m/s where they are good to 2 m
 STILL_S = 5.0  # shortest standstill that is used
+QUARTER_S = 0.25  # that a sample lasts at rest
 EDGE_S = 3.0  # of a standstill that is not used: the vehicle comes to rest and leaves it
 DRIVE_SIDEWAYS_RAD = 5.0 * DEG  # of a wheeled vehicle, mounting included
 
@@ -127,10 +130,26 @@ def _differentiated(fixes: Fixes, sigma_m: float) -> Fixes:
 
 
 def _moves(fixes: Fixes, offset_s: float, stretch: Stretch) -> np.ndarray:
-    """Which fixes move within the stretch."""
+    """Which fixes move within the stretch, by themselves or on average, as one who hovers or creeps."""
     at_s = fixes.time_s - offset_s
     inside = (at_s > stretch.start_s) & (at_s <= stretch.end_s) & fixes.valid
-    return inside & (np.linalg.norm(fixes.velocity_n, axis=1) > max(STANDS_MPS, GATE * _velocity_sigma(fixes)))
+    sigma = GATE * _velocity_sigma(fixes)
+    fast = np.linalg.norm(fixes.velocity_n, axis=1) > max(STANDS_MPS, sigma)
+    rows = np.flatnonzero(inside & ~fast & np.isfinite(fixes.velocity_n).all(axis=1))
+    fast[rows] = _creep(at_s[rows], fixes.velocity_n[rows], max(CREEP_MPS, CREEP_SHARE * sigma))
+    return inside & fast
+
+
+def _creep(at_s: np.ndarray, velocity_n: np.ndarray, least_mps: float) -> np.ndarray:
+    """Which velocities (k, 3) lie in some `CREEP_S` over which they are at least so fast on average."""
+    sums = np.concatenate([np.zeros((1, 3)), np.cumsum(velocity_n, axis=0)])
+    begin, end = np.searchsorted(at_s, at_s - CREEP_S), np.arange(1, at_s.size + 1)
+    mean = np.linalg.norm(sums[end] - sums[begin], axis=1) / (end - begin)
+    of_windows = (mean > least_mps) & (at_s - at_s[begin] > 0.5 * CREEP_S)
+    marks = np.zeros(at_s.size + 1)
+    np.add.at(marks, begin[of_windows], 1.0)
+    np.add.at(marks, end[of_windows], -1.0)
+    return np.cumsum(marks[:-1]) > 0.0
 
 
 def _velocity_sigma(fixes: Fixes) -> float:
@@ -187,9 +206,7 @@ def window_of(
         felt.dtheta_b, step_s, DEG_PER_SQRT_H * _stated(belief.gyro, "angle_random_walk_deg_per_sqrt_h")
     )
     return Window(
-        felt.time_s,
-        felt.dtheta_b,
-        felt.dv_b,
+        *_longer_at_rest(felt, still_s),
         fixes,
         still_s,
         np.maximum(rate_sigma(felt, still_s), angle_walk),
@@ -205,6 +222,20 @@ def window_of(
         DRIVE_SIDEWAYS_RAD if recording.kind == "drive" else None,
         begin_s,
     )
+
+
+def _longer_at_rest(felt: Felt, second_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (k,) and increments (k, 3) of samples of which those of a second at rest are taken together by quarters.
+
+    Nothing turns there that would need more, and a standstill of minutes is most of a window.
+    """
+    second = np.searchsorted(second_s[:, 0], felt.time_s - 1e-6) - 1
+    at_rest = (second >= 0) & (felt.time_s <= second_s[second, 1] + 1e-6) if len(second_s) else second >= 0
+    quarter = np.floor((felt.time_s - second_s[second, 0] - 1e-6) / QUARTER_S) if len(second_s) else second
+    of = np.where(at_rest, 4 * second + np.clip(quarter, 0, 3), -1 - np.arange(felt.time_s.size))
+    first = np.flatnonzero(np.diff(of, prepend=np.nan) != 0.0)
+    last = np.append(first[1:], felt.time_s.size) - 1
+    return felt.time_s[last], *(np.add.reduceat(one, first) for one in (felt.dtheta_b, felt.dv_b))
 
 
 def _rows_of(fixes: Fixes, use: np.ndarray) -> Fixes:
