@@ -58,7 +58,7 @@ check-cep: env ## the gate: is hysteresis compensation still better than simple?
 
 # Cases of each kind in the sealed set of concealed effects; half of those that hide something have adversarial noise.
 SEALED_SEED ?= 3
-SEALED := single:205 pair:40 triple:40 four:40 outside:60 unidentifiable:39 null:150 adversarial:150 limited:100 multi:60
+SEALED := single:205 pair:40 triple:40 four:40 outside:60 unidentifiable:39 null:150 adversarial:150 limited:100 multi:60 elsewhere:40
 CONCEALED = .cache/concealed/$(SEALED_SEED)
 
 # Effects in the real recordings of ../shared/recordings; a case is ended after so many seconds of the processor.

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from benchmark.worlds import cases, world
+from benchmark.worlds.elsewhere import ELSEWHERE
 from benchmark.worlds.record import Made
 from benchmark.worlds.room import a_chamber
 from benchmark.worlds.trajectories import DEG, TRAJECTORIES, Plan, _finish, _place, build
@@ -111,7 +112,7 @@ def experiment(truth: dict, manifest: dict, words: str) -> Made | None:
     path = next((path for said, path in EXPERIMENTS if said in words), None)
     if words.startswith(("the same again", "all of it again")) and "another" not in words and len(case.made) == 1:
         path = case.made[0].trajectory
-    if path is None or path not in {**TRAJECTORIES, **PATHS}:
+    if path is None or path not in {**TRAJECTORIES, **ELSEWHERE, **PATHS}:
         return None
     with patch.dict(TRAJECTORIES, PATHS):
         rate_hz = truth["recordings"][0]["rate_hz"]

@@ -109,7 +109,7 @@ def by_effect(records: Sequence[dict]) -> Figure:
 @styled
 def by_band(records: Sequence[dict]) -> Figure:
     """Detected against the size of the effect, each kind of case by itself."""
-    drawn = ("single", "limited", "pair", "triple", "four", "multi", "unidentifiable", "outside")
+    drawn = ("single", "limited", "pair", "triple", "four", "multi", "elsewhere", "unidentifiable", "outside")
     kinds = [kind for kind in drawn if any(one["kind"] == kind for one in records)]
     note = (
         "D: the realised log Bayes factor that the oracle finds for the concealed effect. Bars: exact 95 % "
@@ -117,13 +117,13 @@ def by_band(records: Sequence[dict]) -> Figure:
     )
     figure, ax = sheet(3.6, "Detected, by size of the effect", note)
     names = [name for _, _, name in BANDS]
-    colours = (INK, NAMED, "#4a9bd4", GOOD, ODD, BAD, "#7b3fa0", "#8c8c8c")
+    colours = (INK, NAMED, "#4a9bd4", GOOD, ODD, BAD, "#7b3fa0", "#8c8c8c", "#d95f9a")
     for k, kind in enumerate(kinds):
         for x, name in enumerate(names):
             here = [one for one in records if one["kind"] == kind and one["band"] == name]
             if not here:
                 continue
-            found, at = rate(sum(one["heard"] for one in here), len(here)), x + 0.11 * (k - 0.5 * (len(kinds) - 1))
+            found, at = rate(sum(one["heard"] for one in here), len(here)), x + 0.1 * (k - 0.5 * (len(kinds) - 1))
             ax.plot([at] * 2, found["interval95"], color=colours[k], linewidth=0.9, alpha=0.6)
             ax.plot(at, found["rate"], "o", color=colours[k], markersize=4, label=kind)
             ax.text(at, -0.045, len(here), ha="center", va="top", fontsize=6.5, color=colours[k])
@@ -135,7 +135,7 @@ def by_band(records: Sequence[dict]) -> Figure:
     ax.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
     ax.set_ylabel("detected")
     ax.grid(axis="x", visible=False)
-    legend_below(figure, ax, columns=4)
+    legend_below(figure, ax, columns=5)
     return figure
 
 

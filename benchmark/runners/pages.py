@@ -157,7 +157,7 @@ def _bands(title: str, group: dict, first: str, keys: Sequence[str], label: str 
 
 
 def _detection(result: dict) -> list[Block]:
-    kinds = ("single", "limited", "pair", "triple", "four", "multi", "unidentifiable", "outside",
+    kinds = ("single", "limited", "pair", "triple", "four", "multi", "elsewhere", "unidentifiable", "outside",
              "inside the vocabulary", "outside the vocabulary")  # fmt: skip
     effects = sorted({name.split(":")[0] for name in result["by effect"] if not name.startswith("outside")})
     clear = [one for one in result["records"] if one["inside"] and one["band"] == BANDS[-1][2] and not one["heard"]]

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmark.worlds import grades
+from benchmark.worlds.elsewhere import ELSEWHERE
 from benchmark.worlds.record import Made
 from benchmark.worlds.trajectories import TRAJECTORIES
 from ins_eval.parallel import results
@@ -58,7 +59,7 @@ WRONG: tuple[Callable[[np.random.Generator, dict], str], ...] = (reversed_axis, 
 def a_short_recording(seed: int, index: int) -> tuple[Made, str]:
     """Recording number `index`, and what it is in words."""
     rng = np.random.default_rng([seed, index])
-    grade, trajectory = str(rng.choice(list(grades.RANGES))), str(rng.choice(list(TRAJECTORIES)))
+    grade, trajectory = str(rng.choice(list(grades.RANGES))), str(rng.choice([*TRAJECTORIES, *ELSEWHERE]))
     made = grades.a_recording(rng, grade, trajectory, RATE_HZ)
     length_s = float(rng.uniform(*LENGTHS_S))
     begin_s = round(float(rng.uniform(0.0, made.felt.time_s[-1] - length_s)))

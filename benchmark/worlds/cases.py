@@ -11,6 +11,7 @@ import numpy as np
 from benchmark.worlds import noise
 from benchmark.worlds.description import misdescribe
 from benchmark.worlds.effects import DESCRIPTION, VOCABULARY, Effect, an_effect
+from benchmark.worlds.elsewhere import ELSEWHERE
 from benchmark.worlds.instruments import Departures, believe
 from benchmark.worlds.outside import FORMS, a_window, an_outside
 from benchmark.worlds.record import Made, Unit, feel, measure
@@ -166,6 +167,17 @@ def single(rng, index, options, chamber=True):
     return [made], known([effect], made)
 
 
+def elsewhere(rng, index, options):
+    """One effect on a way that none of the other kinds goes, each way in its turn."""
+    trajectory = list(ELSEWHERE)[index % len(ELSEWHERE)]
+    kind, apart = ELSEWHERE[trajectory][0], ("reference.", "recording.")
+    name = str(rng.choice([one for one in DRAWN if kind in VOCABULARY[one].kinds and not one.startswith(apart)]))
+    unit = a_unit(rng, options.form, pulses=name == "temperature.lag")
+    effect = an_effect(rng, name, options.spread)
+    made = a_recording(rng, unit, trajectory, a_rate(rng, options), (effect,), False, columns_for(rng, [name]))
+    return [made], known([effect], made)
+
+
 def known(effects, made: Made | None = None) -> dict:
     """The truth of effects of the vocabulary."""
     truth = {"effects": [one.record() for one in effects], "hidden": effects}
@@ -304,6 +316,7 @@ def multi(rng, index, options):
 KINDS = {
     "zero": zero, "null": null, "adversarial": adversarial, "single": single, "limited": limited, "pair": pair,
     "triple": triple, "four": four, "outside": outside, "unidentifiable": unidentifiable, "multi": multi,
+    "elsewhere": elsewhere,
 }  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from benchmark.worlds import heat, instruments, noise, receivers, world
 from benchmark.worlds.earth import from_euler, to_euler
+from benchmark.worlds.elsewhere import ELSEWHERE
 from benchmark.worlds.instruments import Departures, Felt
 from benchmark.worlds.trajectories import TRAJECTORIES
 from benchmark.worlds.write import write
@@ -84,7 +85,7 @@ def extras(rng, truth, time_s) -> dict[str, np.ndarray]:
 
 def feel(rng, trajectory: str, rate_hz: float, apart: bool, tau: float = 180.0, sway_mps: float = 0.0) -> Felt:
     """The truth of a recording and what acts on the unit in it; a vehicle that stands sways with `sway_mps`."""
-    kind, make = TRAJECTORIES[trajectory]
+    kind, make = {**TRAJECTORIES, **ELSEWHERE}[trajectory]
     truth = make(rng, **({"seconds": float(rng.integers(20, 48) * 180)} if make.__name__ == "parked" else {}))
     if sway_mps > 0.0:
         truth = world.swaying(truth, rng.spawn(1)[0], sway_mps)  # draws of its own: no other changes

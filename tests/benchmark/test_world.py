@@ -9,10 +9,12 @@ import pytest
 
 from benchmark.worlds import check, earth, world
 from benchmark.worlds.cases import draw
+from benchmark.worlds.elsewhere import ELSEWHERE
 from benchmark.worlds.instruments import compensated
 from benchmark.worlds.trajectories import TRAJECTORIES
 
 AXES = "xyz"
+WAYS = TRAJECTORIES | ELSEWHERE
 
 
 def short(path: world.Path, seconds: float) -> world.Path:
@@ -54,18 +56,21 @@ def test_geodetic_undoes_ecef():
     )
 
 
-@pytest.mark.parametrize(("name", "rate_hz"), [("climb, cruise, landing", 20.0), ("wing rock", 50.0), ("drive", 25.0)])
+@pytest.mark.parametrize(
+    ("name", "rate_hz"),
+    [("climb, cruise, landing", 20.0), ("wing rock", 50.0), ("drive", 25.0), ("rolls", 100.0), ("ship", 20.0)],
+)
 def test_increments_integrate_back_to_the_truth(name, rate_hz):
     """The first 1200 s (climb, wing rock, stop and go), by other equations in another frame."""
-    path = short(TRAJECTORIES[name][1](np.random.default_rng(5)), 1200.0)
+    path = short(WAYS[name][1](np.random.default_rng(5)), 1200.0)
     angle, velocity = world.increments(path, rate_hz)
     assert error_m(path, angle, velocity, rate_hz, 2) < 1e-3
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", TRAJECTORIES)
+@pytest.mark.parametrize("name", WAYS)
 def test_increments_of_the_whole_integrate_back_to_the_truth(name):
-    path = TRAJECTORIES[name][1](np.random.default_rng(3))
+    path = WAYS[name][1](np.random.default_rng(3))
     angle, velocity = world.increments(path, 50.0)
     assert error_m(path, angle, velocity, 50.0, 4) < 1e-3
 
