@@ -63,11 +63,11 @@ TARGETS = (
            ("navigation", "velocity_rms_mps", "quantiles", "0.5"), 0.50),
     Target("7a", "of several effects each of at least 12 sigma beside the others, named or listed",
            ("sets", SETS_EACH), 0.90),
-    Target("7b", "all of these, two effects", ("sets", f"pair: {SETS_ALL}"), 0.80),
-    Target("7b", "all of these, three effects", ("sets", f"triple: {SETS_ALL}"), 0.70),
-    Target("7b", "all of these, four effects", ("sets", f"four: {SETS_ALL}"), 0.70),
+    Target("7b", "all of at least 12 sigma, two effects", ("sets", f"pair: {SETS_ALL}"), 0.80),
+    Target("7b", "all of at least 12 sigma, three effects", ("sets", f"triple: {SETS_ALL}"), 0.70),
+    Target("7b", "all of at least 12 sigma, four effects", ("sets", f"four: {SETS_ALL}"), 0.70),
     Target("7c", "something named that is not there, several effects", ("sets", SETS_EXTRA), most=0.05),
-    Target("7d", "'explained' with one of these missing", ("sets", SETS_MISSING), most=0.03),
+    Target("7d", "'explained' with one of at least 12 sigma missing", ("sets", SETS_MISSING), most=0.03),
 )  # fmt: skip
 
 
