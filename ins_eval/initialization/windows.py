@@ -130,7 +130,7 @@ def _differentiated(fixes: Fixes, sigma_m: float) -> Fixes:
 
 
 def _moves(fixes: Fixes, offset_s: float, stretch: Stretch) -> np.ndarray:
-    """Which fixes move within the stretch, by themselves or on average, as one who hovers or creeps."""
+    """Which fixes move within the stretch, each one or on average, as of one who hovers or creeps."""
     at_s = fixes.time_s - offset_s
     inside = (at_s > stretch.start_s) & (at_s <= stretch.end_s) & fixes.valid
     sigma = GATE * _velocity_sigma(fixes)
