@@ -229,10 +229,12 @@ def _longer_at_rest(felt: Felt, second_s: np.ndarray) -> tuple[np.ndarray, np.nd
 
     Nothing turns there that would need more, and a standstill of minutes is most of a window.
     """
+    if not len(second_s):
+        return felt.time_s, felt.dtheta_b, felt.dv_b
     second = np.searchsorted(second_s[:, 0], felt.time_s - 1e-6) - 1
-    at_rest = (second >= 0) & (felt.time_s <= second_s[second, 1] + 1e-6) if len(second_s) else second >= 0
-    quarter = np.floor((felt.time_s - second_s[second, 0] - 1e-6) / QUARTER_S) if len(second_s) else second
-    of = np.where(at_rest, 4 * second + np.clip(quarter, 0, 3), -1 - np.arange(felt.time_s.size))
+    at_rest = (second >= 0) & (felt.time_s <= second_s[second, 1] + 1e-6)
+    quarter = np.minimum((felt.time_s - second_s[second, 0] - 1e-6) // QUARTER_S, 3)
+    of = np.where(at_rest, 4 * second + quarter, -1 - np.arange(felt.time_s.size))
     first = np.flatnonzero(np.diff(of, prepend=np.nan) != 0.0)
     last = np.append(first[1:], felt.time_s.size) - 1
     return felt.time_s[last], *(np.add.reduceat(one, first) for one in (felt.dtheta_b, felt.dv_b))
