@@ -17,7 +17,7 @@ Sources: Kass and Raftery 1995; George and McCulloch, J. Am. Stat. Assoc. 88 (19
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import islice, product
@@ -238,9 +238,6 @@ def _not_taken_over(a: np.ndarray, ca: np.ndarray, cb: np.ndarray) -> tuple[np.n
 def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Policy) -> list[Explanation]:
     """All sets that were looked at, most probable first, the null among them.
 
-    Beside those of the beam these are, until none is better by `Policy.stay`, the best set without one of its effects,
-    with another in its place and with two others: one effect may stand for two of a pair that the beam never held.
-
     No effect is exactly as in a textbook: one that could be what the first leaves over must gain `share` of its nats.
     That is one of the same sensor, or of none; each sensor has errors of its own.
     """
@@ -248,7 +245,17 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
     found: dict[frozenset[int], Explanation] = {frozenset(): NULL}
     level = [NULL]
     for depth in range(policy.most_effects):
-        grown = _grown(a, b, level, space, policy)
+        grown: dict[frozenset[int], Explanation] = {}
+        for state in level:
+            of_family, best = one_more(a, b, state.members, space)
+            likeliest = (family for family in np.argsort(of_family)[::-1] if np.isfinite(of_family[family]))
+            sets = ((family, (*state.members, int(best[family]))) for family in likeliest)
+            for family, members in islice((one for one in sets if possible(a, b, one[1], space).all()), policy.beam):
+                gain = state.log_bayes_factor + float(of_family[family])
+                one = explanation(members, gain, cost)
+                key = frozenset(members)
+                if key not in grown or grown[key].log_posterior < one.log_posterior:
+                    grown[key] = one
         level = sorted(grown.values(), key=lambda one: -one.log_posterior)[: policy.beam]
         found.update({key: one for key, one in grown.items() if key not in found})
         if not level or (depth == 0 and level[0].log_bayes_factor < policy.worth_sets):
@@ -258,57 +265,8 @@ def search(a: np.ndarray, b: np.ndarray, space: Space, share: float, policy: Pol
             break  # two more effects at the cost of one is as far as it may go down before it goes up
     alone = log_bayes_factors(np.maximum(np.diag(a), 0.0), b)
     least = share * max((alone[one.members[0]] for one in found.values() if len(one.members) == 1), default=0.0)
-    ranked = _ranked(found.values(), alone, least, space)
-    while ranked[0].members:
-        found = _exchanged(a, b, ranked[0], space, policy) | found
-        start, ranked = ranked[0], _ranked(found.values(), alone, least, space)
-        if ranked[0].judged <= start.judged + policy.stay:
-            break
-    return ranked
-
-
-def _ranked(found: Iterable[Explanation], alone: np.ndarray, least: float, space: Space) -> list[Explanation]:
-    judged = [replace(one, judged=_judged(one, alone, least, space)) for one in found]
+    judged = [replace(one, judged=_judged(one, alone, least, space)) for one in found.values()]
     return sorted(judged, key=lambda one: -one.judged)
-
-
-def _grown(
-    a: np.ndarray, b: np.ndarray, level: Sequence[Explanation], space: Space, policy: Policy
-) -> dict[frozenset[int], Explanation]:
-    """Every set of `level` with one effect more, each of the `Policy.beam` families that then gain most."""
-    grown: dict[frozenset[int], Explanation] = {}
-    for state in level:
-        of_family, best = one_more(a, b, state.members, space)
-        likeliest = (family for family in np.argsort(of_family)[::-1] if np.isfinite(of_family[family]))
-        sets = ((family, (*state.members, int(best[family]))) for family in likeliest)
-        for family, members in islice((one for one in sets if possible(a, b, one[1], space).all()), policy.beam):
-            one = explanation(members, state.log_bayes_factor + float(of_family[family]), space.cost)
-            key = frozenset(members)
-            if key not in grown or grown[key].log_posterior < one.log_posterior:
-                grown[key] = one
-    return grown
-
-
-def _exchanged(
-    a: np.ndarray, b: np.ndarray, state: Explanation, space: Space, policy: Policy
-) -> dict[frozenset[int], Explanation]:
-    """The set without one of its effects, with another in its place, and with two others."""
-    found: dict[frozenset[int], Explanation] = {}
-    for k in state.members:
-        rest = tuple(j for j in state.members if j != k)
-        own = one_more(a, b, rest, space)[0][space.families[k]]
-        if not np.isfinite(own):  # another instant of the same jump is in the rest
-            own = _gain(a, b, state.members, space) - _gain(a, b, rest, space)
-        without = explanation(rest, state.log_bayes_factor - float(own), space.cost)
-        another = _grown(a, b, [without], space, policy)
-        two = _grown(a, b, list(another.values()), space, policy)
-        found = {frozenset(rest): without} | another | two | found
-    return found
-
-
-def _gain(a: np.ndarray, b: np.ndarray, members: Sequence[int], space: Space) -> float:
-    m = list(members)
-    return log_bayes_factor(a[np.ix_(m, m)], b[m], space.centre[m])[0]
 
 
 def possible(a: np.ndarray, b: np.ndarray, members: Sequence[int], space: Space) -> np.ndarray:

@@ -178,20 +178,6 @@ def test_the_beam_finds_a_pair_that_forward_selection_misses() -> None:
     assert explicit(y, x[:, [0, 1]], np.zeros(2))[0] > with_decoy + 10.0
 
 
-def test_a_pair_that_the_beam_never_held_takes_the_place_of_what_stood_for_it() -> None:
-    """More columns than a beam holds, all alike, are close to the sum of two, and each gains more than one of these."""
-    rng, decoys = np.random.default_rng(5), int(Policy.beam) + 3
-    q = np.linalg.qr(rng.standard_normal((60, 3 + decoys)))[0]
-    other = 0.99 * q[:, [2]] + np.sqrt(1.0 - 0.99**2) * q[:, 3:]
-    alike = 0.9 * (q[:, :2].sum(axis=1) / np.sqrt(2.0))[:, None] + np.sqrt(1.0 - 0.9**2) * other
-    x = 20.0 * np.column_stack([q[:, :2], alike])
-    y = 20.0 * (q[:, 0] + q[:, 1]) + rng.standard_normal(60)
-    a, b, space = x.T @ x, x.T @ y, of(range(2 + decoys))
-    of_family, _ = one_more(a, b, [], space)
-    assert of_family[2:].min() > of_family[:2].max()
-    assert set(search(a, b, space, Policy.share, Policy())[0].members) == {0, 1}
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_what_has_its_sign_from_physics_is_in_no_set_against_it(sign: float) -> None:
     """Two columns that are nearly one, of which the first is expected: alone it fits, with the other it would turn."""
