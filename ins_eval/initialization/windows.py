@@ -24,11 +24,11 @@ WIDE_GYRO_BIAS_RADPS = 2000.0 * DEG_PER_H  # where no sigma of it is known
 WIDE_ACCELEROMETER_BIAS_MPS2 = 5e4 * UG
 FAST = 0.3  # of the highest speeds: motion that tells a heading
 STANDS_MPS = 0.5  # that a receiver shows of a vehicle that stands, or `GATE` sigmas of it
-CREEP_S, CREEP_MPS = 10.0, 0.2  # over which slow motion stays and noise of fixes goes, and what is left of that
+CREEP_S, CREEP_MPS = 10.0, 0.2  # over which slow motion stays and noise of fixes goes, what is left of it: by reasoning
 CREEP_SHARE = 0.4  # sigma of such a mean over that of one velocity: of ten, or of positions that were differentiated
 HALF_SPAN_S = 2.0  # over which positions are differentiated, to both sides: 0.7 m/s where they are good to 2 m
 STILL_S = 5.0  # shortest standstill that is used
-QUARTER_S = 0.25  # that a sample lasts at rest
+QUARTER_S = 0.25  # that a sample lasts at rest: by reasoning, four of them are a step
 EDGE_S = 3.0  # of a standstill that is not used: the vehicle comes to rest and leaves it
 DRIVE_SIDEWAYS_RAD = 5.0 * DEG  # of a wheeled vehicle, mounting included
 
