@@ -6,7 +6,7 @@
     evidence, search, study  how probable a set of effects is, and the most probable sets
     clock_starts             clocks far apart, brought together before a search
     refine, placing          the best of them navigated with
-    linearisation            a search around a refined set
+    linearisation, best_set  a search around a refined set, and searches in turn until the set stays
     held_out, scatter, instants, forecast   how it does on data not used, over stretches, at instants, in other flights
     description              what is wrong in how a recording is described
 

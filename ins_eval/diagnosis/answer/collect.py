@@ -12,7 +12,6 @@ Sources: Kass and Raftery 1995; Willsky and Jones 1976.
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -36,12 +35,11 @@ from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
 from ins_eval.diagnosis.unnamed.where import where
 from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model.null import is_coarse
-from ins_eval.estimation.clock_starts import clock_starts
+from ins_eval.estimation.best_set import ROUNDS, at_noise, begun, joined, navigated_with, searched
 from ins_eval.estimation.instants import innovations
 from ins_eval.estimation.linearisation import linearise, more_probable, on_common
 from ins_eval.estimation.own_noise import NEAR, with_own_noise
-from ins_eval.estimation.refine import Impossible, RefinedFit, refine
-from ins_eval.estimation.search import one_more
+from ins_eval.estimation.refine import Impossible
 from ins_eval.estimation.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.navigation import PARKED
 from ins_eval.streams import Streams
@@ -55,7 +53,6 @@ if TYPE_CHECKING:
     from ins_eval.estimation.noise_fit import Fitted
     from ins_eval.policy import Policy
 
-ROUNDS = 3  # of a search whose set goes on changing: by reasoning
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
 
 
@@ -71,12 +68,13 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     ]
     progress("effects")
     around_belief = linearise(cases, (), np.zeros(0), known, policy)
-    begin = _begun(around_belief, known, policy)
+    begin = begun(around_belief, known, policy)
     alone = () if _of_earth(begin) else _alone(cases, null, policy)
-    linearisation = _searched(cases, begin, policy)
+    linearisation = searched(cases, begin, policy)
     for noise in other_noise(cases, linearisation, alone):
-        other = _searched(cases, _at_noise(begin, noise, policy), policy)
-        linearisation = other if more_probable(linearisation, other) > 0.0 else linearisation
+        other = searched(cases, at_noise(begin, noise, policy), policy)
+        better, worse = (other, linearisation) if more_probable(linearisation, other) > 0.0 else (linearisation, other)
+        linearisation = joined(cases, better, worse, policy)
     findings = Findings(
         cases=cases,
         null=null,
@@ -187,11 +185,9 @@ def _stepped(findings: Findings, r: int, off: locate.Interval, noise: Fitted, po
     fitted = list(before.fitted if heard else findings.null)
     fitted[r] = noise
     try:
-        refined = refine(cases, model, fitted, point)
+        linearisation = navigated_with(cases, model, fitted, point, policy)
     except Impossible:
         return findings
-    linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
-    linearisation = replace(linearisation, refined=refined).own_first(len(refined.model))
     if more_probable(before, linearisation) <= 0.0:
         return findings
     return replace(findings, linearisation=linearisation, gain=_gain(cases, findings.null, linearisation, policy))
@@ -216,97 +212,8 @@ def _place(findings: Findings, suspect: Suspect) -> Mismatch:
     return located(case, suspect.recording, exact, suspect.sigma, follows)
 
 
-def _begun(around_belief: Linearisation, null: Sequence[Fitted], policy: Policy) -> Linearisation:
-    """The linearisation from which the search begins: around the belief, or around one effect alone.
-
-    Clocks so far apart that no response to them is linear are brought together first, each way that the motion itself
-    tells (`clock_starts`).
-
-    An error that alone does most of what a whole set does may be so large that nothing linear around a solution with it
-    can be trusted, and the others of the set mend what the first left. So does a term of the Earth that the belief
-    leaves out. Each such effect is tried by navigating with it alone, and the most probable is where the search begins.
-    """
-    best, cases = around_belief, around_belief.cases
-    for model, point in clock_starts(cases, around_belief.hypotheses):
-        with suppress(Impossible):
-            around = _around(cases, model, null, policy, point)
-            best = around if more_probable(best, around) > 0.0 else best
-    if best is not around_belief:
-        return best  # what single effects gained, terms of the Earth among them, they gained at a wrong clock
-    gain = around_belief.best.log_bayes_factor
-    if gain < policy.earth:
-        return around_belief
-    of_family, members = one_more(around_belief.here.normal, around_belief.here.projection, (), around_belief.space)
-    alone = [
-        k
-        for family, k in enumerate(members)
-        if around_belief.hypotheses[k].candidate.name.startswith("earth.")
-        or (len(around_belief.best.members) > 1 and of_family[family] > policy.most_of_set * gain)
-    ]
-    for k in alone:
-        with suppress(Impossible):
-            around = _around(cases, [around_belief.hypotheses[k]], null, policy)
-            best = around if more_probable(best, around) > 0.0 else best
-    return best
-
-
-def _around(
-    cases: tuple[Case, ...],
-    model: Sequence[Hypothesis],
-    null: Sequence[Fitted],
-    policy: Policy,
-    point: np.ndarray | None = None,
-) -> Linearisation:
-    """The linearisation around the recordings navigated with a few effects, from a `point` on; raises Impossible."""
-    refined = refine(cases, model, null, point)
-    return linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
-
-
 def _of_earth(begin: Linearisation) -> bool:
     return any(one.candidate.name.startswith("earth.") for one in begin.hypotheses[: np.count_nonzero(begin.point)])
-
-
-def _at_noise(linearisation: Linearisation, fitted: Sequence[Fitted], policy: Policy) -> Linearisation:
-    """The linearisation around the same point, its sums and its search at another noise."""
-    m = int(np.count_nonzero(linearisation.point))
-    return linearise(linearisation.cases, linearisation.hypotheses[:m], linearisation.point[:m], fitted, policy)
-
-
-def _searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Policy) -> Linearisation:
-    """Search, fit the noise under the set found, navigate with that set, and search again until the set stays."""
-    for turn in range(ROUNDS):
-        best = linearisation.best
-        if best.log_bayes_factor < policy.worth_refitting:
-            return linearisation
-        if turn == 0:
-            fitted = fit_noise(linearisation.cases, linearisation.chosen(), linearisation.fitted, hills=True)
-            linearisation = _at_noise(linearisation, fitted, policy)
-            if linearisation.best.log_posterior < 0.0:
-                return linearisation
-        linearisation, refined = _refined(cases, linearisation)
-        keys = linearisation.keys
-        linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
-        linearisation = replace(linearisation, refined=refined)
-        own = linearisation.own_first(len(refined.model))
-        placed = set(linearisation.best.members) == set(range(len(refined.model)))
-        last = turn == ROUNDS - 1
-        if linearisation.keys == keys and not placed and not last:
-            continue  # at the noise of the answer another time, width or lag is better
-        if last or linearisation.best.judged <= own.best.judged + policy.stay:
-            linearisation = own
-        if linearisation.keys == keys:
-            break
-    return linearisation
-
-
-def _refined(cases: tuple[Case, ...], linearisation: Linearisation) -> tuple[Linearisation, RefinedFit]:
-    """The best set with which the recordings can be navigated, and the fit there."""
-    while True:
-        try:
-            model, point = linearisation.chosen(scaled=False), linearisation.where_it_was
-            return linearisation, refine(cases, model, linearisation.fitted, point)
-        except Impossible as error:
-            linearisation = linearisation.excluding(error.key)
 
 
 def _gain(cases: Sequence[Case], null: Sequence[Fitted], linearisation: Linearisation, policy: Policy) -> float:

@@ -1,0 +1,153 @@
+"""The most probable set of effects: where its search begins, search and noise and navigation in turn, and two searches
+put together.
+
+A search looks at linear sums around recordings as they were navigated, at one noise. So it is repeated where the set
+that was found is taken off and the noise is fitted beside it, until the set stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.estimation.clock_starts import clock_starts
+from ins_eval.estimation.linearisation import linearise, more_probable
+from ins_eval.estimation.refine import Impossible, RefinedFit, refine
+from ins_eval.estimation.search import one_more, possible
+from ins_eval.estimation.study import Hypothesis, fit_noise
+
+if TYPE_CHECKING:
+    from ins_eval.estimation.case import Case
+    from ins_eval.estimation.linearisation import Linearisation
+    from ins_eval.estimation.noise_fit import Fitted
+    from ins_eval.policy import Policy
+
+ROUNDS = 3  # of a search whose set goes on changing: by reasoning
+
+
+def begun(around_belief: Linearisation, null: Sequence[Fitted], policy: Policy) -> Linearisation:
+    """The linearisation from which the search begins: around the belief, or around one effect alone.
+
+    Clocks so far apart that no response to them is linear are brought together first, each way that the motion itself
+    tells (`clock_starts`).
+
+    An error that alone does most of what a whole set does may be so large that nothing linear around a solution with it
+    can be trusted, and the others of the set mend what the first left. So does a term of the Earth that the belief
+    leaves out. Each such effect is tried by navigating with it alone, and the most probable is where the search begins.
+    """
+    best, cases = around_belief, around_belief.cases
+    for model, point in clock_starts(cases, around_belief.hypotheses):
+        with suppress(Impossible):
+            around = _around(cases, model, null, policy, point)
+            best = around if more_probable(best, around) > 0.0 else best
+    if best is not around_belief:
+        return best  # what single effects gained, terms of the Earth among them, they gained at a wrong clock
+    gain = around_belief.best.log_bayes_factor
+    if gain < policy.earth:
+        return around_belief
+    of_family, members = one_more(around_belief.here.normal, around_belief.here.projection, (), around_belief.space)
+    alone = [
+        k
+        for family, k in enumerate(members)
+        if around_belief.hypotheses[k].candidate.name.startswith("earth.")
+        or (len(around_belief.best.members) > 1 and of_family[family] > policy.most_of_set * gain)
+    ]
+    for k in alone:
+        with suppress(Impossible):
+            around = _around(cases, [around_belief.hypotheses[k]], null, policy)
+            best = around if more_probable(best, around) > 0.0 else best
+    return best
+
+
+def _around(
+    cases: tuple[Case, ...],
+    model: Sequence[Hypothesis],
+    null: Sequence[Fitted],
+    policy: Policy,
+    point: np.ndarray | None = None,
+) -> Linearisation:
+    """The linearisation around the recordings navigated with a few effects, from a `point` on; raises Impossible."""
+    refined = refine(cases, model, null, point)
+    return linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
+
+
+def at_noise(linearisation: Linearisation, fitted: Sequence[Fitted], policy: Policy) -> Linearisation:
+    """The linearisation around the same point, its sums and its search at another noise."""
+    m = int(np.count_nonzero(linearisation.point))
+    return linearise(linearisation.cases, linearisation.hypotheses[:m], linearisation.point[:m], fitted, policy)
+
+
+def searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Policy) -> Linearisation:
+    """Search, fit the noise under the set found, navigate with that set, and search again until the set stays."""
+    for turn in range(ROUNDS):
+        best = linearisation.best
+        if best.log_bayes_factor < policy.worth_refitting:
+            return linearisation
+        if turn == 0:
+            fitted = fit_noise(linearisation.cases, linearisation.chosen(), linearisation.fitted, hills=True)
+            linearisation = at_noise(linearisation, fitted, policy)
+            if linearisation.best.log_posterior < 0.0:
+                return linearisation
+        linearisation, refined = _refined(cases, linearisation)
+        keys = linearisation.keys
+        linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
+        linearisation = replace(linearisation, refined=refined)
+        own = linearisation.own_first(len(refined.model))
+        placed = set(linearisation.best.members) == set(range(len(refined.model)))
+        last = turn == ROUNDS - 1
+        if linearisation.keys == keys and not placed and not last:
+            continue  # at the noise of the answer another time, width or lag is better
+        if last or linearisation.best.judged <= own.best.judged + policy.stay:
+            linearisation = own
+        if linearisation.keys == keys:
+            break
+    return linearisation
+
+
+def navigated_with(
+    cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted], point: np.ndarray, policy: Policy
+) -> Linearisation:
+    """The linearisation around the recordings navigated with `model`, whose best set that is; raises Impossible."""
+    refined = refine(cases, model, fitted, point)
+    linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
+    return replace(linearisation, refined=refined).own_first(len(refined.model))
+
+
+def joined(cases: tuple[Case, ...], better: Linearisation, worse: Linearisation, policy: Policy) -> Linearisation:
+    """The better of two searches with what only the other found, if that is more probable.
+
+    What may be left over of the first effect has to bring a share of its nats, and a noise at which that effect gains
+    more passes over what another noise shows.
+    """
+    space, here = better.space, better.here
+    family_of = {one.key: int(f) for one, f in zip(better.hypotheses, space.families, strict=True)}
+    only_there = {family_of[key] for key in worse.keys - better.keys if key in family_of}
+    members = list(better.best.members)
+    while only_there:
+        gains, best = one_more(here.normal, here.projection, members, space)
+        family = max(only_there, key=lambda f: gains[f])
+        only_there.remove(family)
+        if gains[family] > space.cost and possible(here.normal, here.projection, [*members, best[family]], space).all():
+            members.append(int(best[family]))
+    if len(members) == len(better.best.members):
+        return better
+    try:
+        model = [better.hypotheses[k] for k in members]
+        both = navigated_with(cases, model, better.fitted, better.point[members], policy)
+    except Impossible:
+        return better
+    return both if more_probable(better, both) > 0.0 else better
+
+
+def _refined(cases: tuple[Case, ...], linearisation: Linearisation) -> tuple[Linearisation, RefinedFit]:
+    """The best set with which the recordings can be navigated, and the fit there."""
+    while True:
+        try:
+            model, point = linearisation.chosen(scaled=False), linearisation.where_it_was
+            return linearisation, refine(cases, model, linearisation.fitted, point)
+        except Impossible as error:
+            linearisation = linearisation.excluding(error.key)

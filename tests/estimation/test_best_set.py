@@ -1,0 +1,57 @@
+"""Two searches put together: what only one of them found is taken where the data have it, else not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ins_eval.estimation.best_set import joined, navigated_with
+from ins_eval.estimation.case import Case, prepare
+from ins_eval.estimation.linearisation import Linearisation
+from ins_eval.estimation.study import Hypothesis, fit_noise
+from ins_eval.policy import Policy
+from ins_eval.units import UG
+
+LARGE_UG, SMALL_UG, AT_S = 200.0, 60.0, {"x": 1440.0, "y": 2160.0, "z": 960.0}
+SIGMAS = 4.0
+
+
+@pytest.fixture(scope="module")
+def stepped(recording_at_rest) -> Case:
+    """At rest for an hour; the accelerometer on z has a large step, that on x a small one."""
+    recording = recording_at_rest(3600.0, 2, lambda t: LARGE_UG * (t > AT_S["z"]))
+    imu = recording.imu
+    force = imu.accelerometer.copy()
+    force[imu.time_s > AT_S["x"], 0] += SMALL_UG * UG * float(np.median(np.diff(imu.time_s)))
+    return prepare(replace(recording, imu=replace(imu, accelerometer=force)))
+
+
+def step(case: Case, axis: str) -> Hypothesis:
+    member = case.member("accelerometer.bias_step", axis, {"at_s": AT_S[axis]})
+    return Hypothesis(member, (member.column,))
+
+
+def with_steps(case: Case, axes: str) -> Linearisation:
+    model = [step(case, axis) for axis in axes]
+    noise = fit_noise([case], [one.scaled(4.0) for one in model], [None])
+    return navigated_with((case,), model, noise, np.zeros(len(model)), Policy())
+
+
+def axes_of(found: Linearisation) -> list[str]:
+    return [one.candidate.axis for one in found.chosen()]
+
+
+def test_what_only_the_other_search_found_is_taken_with_its_size(stepped) -> None:
+    both = joined((stepped,), with_steps(stepped, "z"), with_steps(stepped, "x"), Policy())
+    assert axes_of(both) == ["z", "x"]
+    mean, covariance = both.coefficients
+    for k, size_ug in enumerate((LARGE_UG, SMALL_UG)):
+        nominal = both.chosen()[k].candidate.nominal
+        assert abs(mean[k] * nominal - size_ug) < SIGMAS * nominal * np.sqrt(covariance[k, k])
+
+
+def test_what_the_data_do_not_have_is_not_taken_from_the_other_search(stepped) -> None:
+    better = with_steps(stepped, "zx")
+    assert joined((stepped,), better, with_steps(stepped, "y"), Policy()) is better
