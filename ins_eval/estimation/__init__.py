@@ -2,7 +2,7 @@
 
     case, arcs, chamber      a recording made ready: navigated as believed, its residual and columns
     whitening, coarse, blocks, slope   the filter through which both go, on blocks, and its derivatives by the noise
-    noise, noise_fit         the noise of the sensors and the receiver
+    noise, noise_fit, receiver_jumps   the noise of the sensors and the receiver
     evidence, search, study  how probable a set of effects is, and the most probable sets
     clock_starts             clocks far apart, brought together before a search
     refine, placing          the best of them navigated with

@@ -103,12 +103,14 @@ def coarse_noise(noise: NoiseModel, of: Blocks, residual: np.ndarray) -> NoiseMo
     white, later = (np.sqrt(((share * one[rows]) ** 2).sum(axis=1)) for one in (noise.white, noise.later))
     first, last = np.append(0, rows[:-1, block // 2]), rows[:, block // 2]  # epochs between the middle nodes
     steps = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(noise.steps, axis=0)])
+    jumps = np.concatenate([np.zeros((1, 3)), np.cumsum(noise.jumps, axis=0)])
     agitation = np.concatenate([np.zeros((1, 2)), np.cumsum(noise.agitation, axis=0)])
     time_s = np.append(0.0, np.cumsum(noise.interval_s))
     return replace(
         noise,
         white=np.concatenate([noise.white[:1], white]),
         steps=steps[last] - steps[first],
+        jumps=jumps[last] - jumps[first],
         agitation=agitation[last] - agitation[first],
         later=np.concatenate([noise.later[:1], later]),
         interval_s=time_s[last] - time_s[first],

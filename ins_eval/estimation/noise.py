@@ -23,6 +23,7 @@ from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model import drives
 from ins_eval.error_model.null import is_coarse
 from ins_eval.error_model.observations import CHANNELS, Observations
+from ins_eval.estimation.receiver_jumps import jumps
 from ins_eval.estimation.whitening import NoiseLevels
 from ins_eval.recording.belief import UNSTATED_DENSITY_UG
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
@@ -87,7 +88,8 @@ class NoiseModel:
     """What is known of the noise before the evidence is looked at.
 
     `white` (nodes, 9) one sigma of each measurement, `down` (9,) the slow error of what measures relative to north,
-    `steps` (epochs, 3, 3) what the thermometer adds to velocity, and `agitation` (epochs, 2) the squares of what the
+    `steps` (epochs, 3, 3) what the thermometer adds to velocity, `jumps` (epochs, 3) what jumps of a receiver add to
+    its slow position error (`receiver_jumps`), and `agitation` (epochs, 2) the squares of what the
     increments of velocity and angle change within a second, summed over an epoch: where motion changes fast, what was
     sampled is not what was integrated, and sensors err in proportion to it. `later` (nodes, 9) is what a stamp that is
     a second late changes.
@@ -97,6 +99,7 @@ class NoiseModel:
     white: np.ndarray
     down: np.ndarray
     steps: np.ndarray
+    jumps: np.ndarray
     agitation: np.ndarray
     later: np.ndarray
     interval_s: np.ndarray
@@ -126,6 +129,7 @@ class NoiseModel:
             steps=self.steps,
             slow_sigma=sigma,
             slow_time_s=np.repeat([v[f"slow_{of}_time"] for of in ("position", "velocity", "attitude")], 3),
+            jumps=self.jumps,
             wander_sigma=np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3),
             wander_time_s=np.repeat([wander_time_s, v.get("gyro_wander_time", wander_time_s)], 3),
         )
@@ -205,6 +209,7 @@ def noise_model(
         white=level,
         down=np.array([1.0, 1.0, ratio[0], 1.0, 1.0, ratio[1], 1.0, 1.0, 1.0]),
         steps=steps,
+        jumps=jumps(seen, model.nodes_s),
         agitation=agitation,
         later=np.where(np.isfinite(seen.residual), seen.of_delay, 0.0),
         interval_s=model.interval_s,

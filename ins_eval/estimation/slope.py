@@ -152,7 +152,8 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
             kept = np.exp(-dt / time)
             decay[i] = kept
             own = spread[9 + i, 9 + i]
-            by_log_decay = -2.0 * sigma**2 * own  # the covariance on the tape has what is fresh already
+            fresh = sigma**2 + noise.jumps[e, i] if i < 3 else sigma**2
+            by_log_decay = -2.0 * fresh * own  # the covariance on the tape has what is fresh already
             for j in range(24):
                 by_log_decay += 2.0 * spread[9 + i, j] * tape.covariance[k, 9 + i, j]
                 left[9 + i, j] = kept * spread[9 + i, j]

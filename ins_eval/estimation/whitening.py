@@ -156,9 +156,9 @@ class NoiseLevels(NamedTuple):
 
     `white` (nodes, 9) one sigma of each measurement; `force` and `rate` (epochs,) variance that random walks of
     an epoch add to each velocity, (m/s)^2, and phi, rad^2, and `steps` (epochs, 3, 3) what else adds to velocity;
-    `slow_sigma` (9,) and `slow_time_s` (9,) of the
-    Gauss-Markov errors of what measures; `wander_sigma` (6,) and `wander_time_s` (6,) those of accelerometers
-    (m/s^2) and gyros (rad/s).
+    `slow_sigma` (9,) and `slow_time_s` (9,) of the Gauss-Markov errors of what measures, and `jumps` (epochs, 3) what
+    else adds to that of position, m^2; `wander_sigma` (6,) and `wander_time_s` (6,) those of accelerometers (m/s^2) and
+    gyros (rad/s).
     """
 
     white: np.ndarray
@@ -167,6 +167,7 @@ class NoiseLevels(NamedTuple):
     steps: np.ndarray
     slow_sigma: np.ndarray
     slow_time_s: np.ndarray
+    jumps: np.ndarray
     wander_sigma: np.ndarray
     wander_time_s: np.ndarray
 
@@ -379,6 +380,7 @@ def _filter(motion, measured, noise, tape):
             for i in range(3):
                 for j in range(3):
                     p[3 + i, 3 + j] += noise.steps[e, i, j]
+                p[9 + i, 9 + i] += noise.jumps[e, i]
         if taping:
             tape.covariance[k] = p
         for channel in range(9):

@@ -97,6 +97,7 @@ def _facts(
         "end_s": float(case.model.nodes_s[-1]),
         "measurements": int(measured.sum()),
         "outliers": case.outliers,
+        "jumps_s": case.model.nodes_s[1:][case.noise.jumps.any(axis=1)].tolist(),
         "noise": _levels(case, diagnosis.null[r].noise_point),
         "noise_of_answer": _levels(case, diagnosis.fitted[r].noise_point) if explained else None,
         "turned_on": [asdict(one) for one in turned_on(diagnosis, r)],

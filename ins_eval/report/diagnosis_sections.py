@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import floor, log10
 
 from ins_eval.effects import VOCABULARY
@@ -272,13 +272,22 @@ def _residuals(tree: Mapping) -> list[Block]:
         more = "." if one["whiteness_after"] is None else "; in the last column with the effects."
         note = (
             f"White noise has 1, 0 and 1 here. {one['measurements']} measurements by {measured}, {one['outliers']} "
-            "more left out as outliers, up to five in a row. The noise was fitted with the belief, where it may hide a "
-            f"part of what is wrong{more}"
+            f"more left out as outliers, up to five in a row. {_jumps(one['jumps_s'])}The noise was fitted with the "
+            f"belief, where it may hide a part of what is wrong{more}"
         )
         blocks += table(f"Whitened residual of {one['name']}", header, rows, note)
         name = numbered("whitened_residuals", k, several)
         blocks.append(Picture(name, "Whitened residual of each channel; the band holds 95 % of a white one."))
     return blocks
+
+
+def _jumps(at_s: Sequence[float]) -> str:
+    """Where the receiver jumps, as a sentence with a blank behind it, or nothing."""
+    if not at_s:
+        return ""
+    return (
+        f"The position of the receiver jumps at {joined([f'{t:.0f}' for t in at_s])} s, which is taken as its noise. "
+    )
 
 
 def _noise(tree: Mapping) -> list[Block]:

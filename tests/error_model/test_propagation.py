@@ -38,6 +38,7 @@ def fitted(believed: null.Believed, column: Column, slow=None) -> tuple[float, f
         steps=np.zeros((dt.size, 3, 3)),
         slow_sigma=np.repeat([1.0, 0.02, 0.0], 3),
         slow_time_s=np.repeat([100.0, 20.0, 1.0], 3),
+        jumps=np.zeros((dt.size, 3)),
         wander_sigma=np.zeros(6),
         wander_time_s=np.full(6, 1800.0),
     )

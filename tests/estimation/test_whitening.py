@@ -72,6 +72,7 @@ def problem() -> tuple[Assembled, NoiseLevels]:
         steps=np.einsum("kij,klj->kil", *[0.3 * rng.standard_normal((EPOCHS, 3, 3))] * 2),
         slow_sigma=rng.uniform(0.5, 1.0, 9),
         slow_time_s=rng.uniform(2.0, 20.0, 9),
+        jumps=rng.uniform(0.0, 0.4, (EPOCHS, 3)) * (rng.random((EPOCHS, 1)) < 0.3),
         wander_sigma=rng.uniform(0.1, 0.5, 6),
         wander_time_s=np.repeat([15.0, 4.0], 3),
     )
@@ -119,6 +120,9 @@ def dense(c: Assembled, n: NoiseLevels) -> tuple[np.ndarray, np.ndarray]:
                     cov += to[k, e] @ c.coupling[e - 1] @ w @ c.coupling[f - 1].T @ to[j, f].T
             block = c.design[k] @ cov @ c.design[j].T
             block += np.diag(n.slow_sigma**2 * np.exp(-lag[k, j] / n.slow_time_s))
+            since = time_s[[k, j]].sum() - 2.0 * time_s[1 : min(k, j) + 1]  # a jump decays as the error does
+            for i in range(3):
+                block[i, i] += n.jumps[: min(k, j), i] @ np.exp(-since / n.slow_time_s[i])
             if k == j:
                 block += np.diag(n.white[k] ** 2)
             noise[k, :, j, :] = block
@@ -198,7 +202,7 @@ def test_slopes_stay_exact_where_errors_grow_for_long(problem) -> None:
         slow_nodes=np.ascontiguousarray(assembled.slow_nodes[:, nodes]),
     )
     levels = levels._replace(white=levels.white[nodes], force=levels.force[epochs], rate=levels.rate[epochs])
-    levels = levels._replace(steps=levels.steps[epochs])
+    levels = levels._replace(steps=levels.steps[epochs], jumps=levels.jumps[epochs])
     _, found = slopes(assembled, levels, sensitivity)
     for part in ("slow_sigma", "slow_time_s", "wander_sigma"):
         direction = np.random.default_rng(3).standard_normal(getattr(found, part).shape)

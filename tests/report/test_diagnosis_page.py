@@ -63,6 +63,7 @@ def recording(name: str = "climb, cruise, landing", after: bool = True) -> dict:
         "measured_by": ["gps"],
         "measurements": 46500,
         "outliers": 24,
+        "jumps_s": [],
         "turned_on": [
             {
                 "name": "heading",
