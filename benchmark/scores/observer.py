@@ -12,7 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmark.scores.oracle import Moving, chamber_whitened, reduced
+from benchmark.scores.oracle import reduced
+from benchmark.scores.whitened import Moving, chamber_whitened
 from benchmark.worlds.effects import AXES, Effect
 from benchmark.worlds.record import Made
 from benchmark.worlds.whole import POPULATIONS, Instrument, others

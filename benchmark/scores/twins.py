@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmark.scores import oracle
+from benchmark.scores import oracle, whitened
 
 MORE = 9.0  # of chi-square: 3 sigma
 
@@ -29,9 +29,9 @@ def of_case(case) -> set[tuple]:
     for made in case.made:
         sheet, true = case.unit.sheet, case.unit.noise
         if made.kind == "chamber":
-            whitened = oracle.chamber_whitened(made, sheet, true, every)
+            columns = whitened.chamber_whitened(made, sheet, true, every)
         else:
-            whitened = oracle.Moving(made, sheet, true).whitened(every)
-        one = oracle.reduced(*whitened)
+            columns = whitened.Moving(made, sheet, true).whitened(every)
+        one = oracle.reduced(*columns)
         a, b = a + one[0], b + one[1]
     return twins(a, b, [oracle.family(one) for one in every])

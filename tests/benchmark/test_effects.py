@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmark.scores import oracle
+from benchmark.scores import oracle, whitened
 from benchmark.worlds import check, earth
 from benchmark.worlds.cases import Case, a_unit, draw
 from benchmark.worlds.effects import ARCSEC, DESCRIPTION, VOCABULARY, Effect, an_effect, creep, hysteresis
@@ -145,7 +145,7 @@ def parked(unit):
     felt = feel(np.random.default_rng(7), "static", RATE, False)
     made = measure(np.random.default_rng(8), felt, unit, Departures(), "static", "static")
     true = unit.noise | {"thermometer": {"step_c": 0.0, "noise_c": 0.0, "lag_s": 0.0, "period_s": 1.0}, "arw": 1e-6}
-    return oracle.Moving(made, unit.sheet, true | {"vrw": 1e-6})
+    return whitened.Moving(made, unit.sheet, true | {"vrw": 1e-6})
 
 
 def response(system, effect) -> tuple[np.ndarray, np.ndarray]:
@@ -212,7 +212,7 @@ def test_linear_dynamics_agree_with_navigation_with_and_without_the_effect(drive
     departures = Departures()
     effect(drive, departures)
     made = measure(np.random.default_rng(8), drive, unit, Departures(), "drive", "drive")
-    system = oracle.Moving(made, unit.sheet, unit.noise)
+    system = whitened.Moving(made, unit.sheet, unit.noise)
     _, position = response(system, effect)
     gyro = drive.angle + np.broadcast_to(departures.gyro_deg_per_h, drive.angle.shape) * ARCSEC * drive.dt
     accel = drive.velocity + np.broadcast_to(departures.accel_ug, drive.angle.shape) * UG * drive.dt
@@ -300,7 +300,7 @@ def test_the_oracle_knows_its_noise():
         made = draw("development", 6, "null", index, RATE).made[0]
         if made.kind != "flight" or "reference" in made.tables:
             continue
-        system, sheet = oracle.Moving(made, made.unit.sheet, made.unit.noise), made.unit.sheet
+        system, sheet = whitened.Moving(made, made.unit.sheet, made.unit.noise), made.unit.sheet
         data, _, nuisances = system.whitened([])
         spread = np.linalg.inv(nuisances.T @ nuisances + np.eye(9))
         estimate = spread @ nuisances.T @ data
