@@ -120,8 +120,8 @@ def navigated_with(
 def joined(cases: tuple[Case, ...], better: Linearisation, worse: Linearisation, policy: Policy) -> Linearisation:
     """The better of two searches with what only the other found, if that is more probable.
 
-    What may be left over of the first effect has to bring a share of its nats, and a noise at which that effect gains
-    more passes over what another noise shows.
+    What could be left over of the first effect has to bring a share of that effect's nats. At a noise that makes the
+    first gain more, a search may pass over what the other found with its share.
     """
     space, here = better.space, better.here
     family_of = {one.key: int(f) for one, f in zip(better.hypotheses, space.families, strict=True)}
@@ -137,7 +137,8 @@ def joined(cases: tuple[Case, ...], better: Linearisation, worse: Linearisation,
         return better
     try:
         model = [better.hypotheses[k] for k in members]
-        both = navigated_with(cases, model, better.fitted, better.point[members], policy)
+        point = np.append(better.where_it_was, np.zeros(len(members) - len(better.best.members)))
+        both = navigated_with(cases, model, better.fitted, point, policy)
     except Impossible:
         return better
     return both if more_probable(better, both) > 0.0 else better

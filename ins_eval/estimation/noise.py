@@ -209,7 +209,7 @@ def noise_model(
         white=level,
         down=np.array([1.0, 1.0, ratio[0], 1.0, 1.0, ratio[1], 1.0, 1.0, 1.0]),
         steps=steps,
-        jumps=jumps(seen, model.nodes_s),
+        jumps=jumps(seen, level, model),
         agitation=agitation,
         later=np.where(np.isfinite(seen.residual), seen.of_delay, 0.0),
         interval_s=model.interval_s,

@@ -211,6 +211,18 @@ def test_slopes_stay_exact_where_errors_grow_for_long(problem) -> None:
         assert np.vdot(getattr(found, part), direction) == pytest.approx((above - below) / (2.0 * STEP), rel=1e-3)
 
 
+def test_jumps_are_where_they_were_on_blocks(flight) -> None:
+    case = cases.prepare(flight)
+    jumps = np.zeros_like(case.noise.jumps)
+    jumps[[1000, 4002]] = [1.0, 2.0, 3.0], [4.0, 5.0, 6.0]
+    on_blocks = coarse_noise(replace(case.noise, jumps=jumps), Blocks(5), case.seen.residual)
+    epochs = np.flatnonzero(on_blocks.jumps.any(axis=1))
+    np.testing.assert_allclose(on_blocks.jumps[epochs], jumps[[1000, 4002]])
+    begin_s = np.append(0.0, np.cumsum(on_blocks.interval_s))[epochs]
+    jumped_s = np.append(0.0, np.cumsum(case.noise.interval_s))[[1000, 4002]]
+    assert ((jumped_s - begin_s >= 0.0) & (jumped_s - begin_s < on_blocks.interval_s[epochs])).all()
+
+
 def _two_sizes(a: np.ndarray, b: np.ndarray) -> Gained:
     return mixture(a, b, [np.array([[0.3]]), np.array([[4.0]])])
 
