@@ -2,9 +2,11 @@
 
 Position and velocity of one receiver tell its own errors apart from those of the INS: of
 
-    y = r_p - integral of r_v dt - what the height loop did,    r INS less receiver, metres and m/s north, east, down,
+    y = r_p - integral of (r_v + F r_p) dt - what the height loop did,
 
-nothing is left that moves the INS or the antenna, so that a jump s of the receiver stands in it between two fixes. With
+with r the INS less the receiver in metres and m/s north, east, down, and F what a position that is off makes of a
+velocity over the Earth, nothing is left that moves the INS or the antenna, so that a jump s of the receiver stands in
+it between two fixes. With
 means m_1..m_4 of y over four stretches of n fixes, two before an instant and two after it,
 
     D_1 = m_3 - m_2 = n a + s,    D_2 = m_4 - m_1 = 3 n a + s,    s = (3 D_1 - D_2) / 2
@@ -67,8 +69,10 @@ def jumps(seen: Observations, white: np.ndarray, model: ErrorModel) -> np.ndarra
 def _of_receiver(seen: Observations, model: ErrorModel, here: np.ndarray) -> np.ndarray:
     """y (m, 3) at the nodes `here`."""
     done = np.vstack([np.zeros(3), np.cumsum(model.known[:, POSITION], axis=0)])[here]
-    moved = cumulative_trapezoid(seen.residual[here, VELOCITY], model.nodes_s[here], axis=0, initial=0.0)
-    return seen.residual[here, POSITION] - moved - done
+    position, velocity, epoch = seen.residual[here, POSITION], seen.residual[here, VELOCITY], np.maximum(here - 1, 0)
+    over_earth = (model.transition[epoch, POSITION, POSITION] - np.eye(3)) / model.interval_s[epoch, None, None]
+    rate = velocity + np.einsum("kij,kj->ki", over_earth, position)
+    return position - cumulative_trapezoid(rate, model.nodes_s[here], axis=0, initial=0.0) - done
 
 
 def _means(values: np.ndarray, n: int) -> np.ndarray:

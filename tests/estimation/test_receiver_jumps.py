@@ -12,14 +12,15 @@ from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.error_model.observations import CHANNELS, Observations
 from ins_eval.error_model.propagation import STATES
 from ins_eval.estimation.case import prepare
-from ins_eval.estimation.receiver_jumps import jumps
-from ins_eval.units import DEG
+from ins_eval.estimation.receiver_jumps import _of_receiver, _sizes, jumps
+from ins_eval.units import DEG, DEG_PER_H
 
 ROWS, SPEED_MPS, HEADING = 1800, 200.0, 0.5
 POSITION_M, VELOCITY_MPS, STATED_M = 2.0, 0.05, 4.0  # what is stated is twice what is there
 AT, LATER = 600, 1200
 BESIDE = 5  # fixes, within which the instant of a jump is known that is three times the noise of one
 SIZE_M, OF_SIZE = 6.0, 0.3  # of seven sigmas of its estimate, and of three axes with noise in each
+GYRO_DEG_PER_H, OFF_M, LEFT_M = 0.05, 3000.0, 0.1
 FIX_M, FIX_MPS, CLOCK_S, RADIUS_M = 1.0, 0.02, 0.025, 6.37e6
 
 
@@ -74,7 +75,8 @@ class Way:
         )
 
     def variance(self, seen: Observations) -> np.ndarray:
-        model = SimpleNamespace(nodes_s=self.time_s, known=np.zeros((ROWS - 1, 9)))
+        still = {"known": np.zeros((ROWS - 1, 9)), "transition": np.tile(np.eye(9), (ROWS - 1, 1, 1))}
+        model = SimpleNamespace(nodes_s=self.time_s, interval_s=np.diff(self.time_s), **still)
         return jumps(seen, self.white, model)
 
     def found(self, seen: Observations) -> list[int]:
@@ -141,6 +143,18 @@ def test_what_lies_in_a_hole_is_not_known_but_single_fixes_may_be_lost() -> None
     assert np.abs(np.array(way.found(after)) - AT).max() <= BESIDE
     after.residual[AT - 60 : AT + 60] = np.nan
     assert way.found(after) == []
+
+
+def test_an_ins_that_is_kilometres_off_is_not_taken_for_a_receiver_that_jumps(flight) -> None:
+    """Of exact fixes nothing is left, through turns and climbs with the height loop at work."""
+    imu = flight.imu
+    gyro = imu.gyro + GYRO_DEG_PER_H * DEG_PER_H * np.median(np.diff(imu.time_s))
+    case = prepare(replace(flight, imu=replace(imu, gyro=gyro)))
+    here = np.arange(case.model.nodes_s.size)
+    size = _sizes(_of_receiver(case.seen, case.model, here), 30)
+    assert np.abs(case.seen.residual[:, :2]).max() > OFF_M
+    assert np.abs(size).max() < LEFT_M
+    assert not case.noise.jumps.any()
 
 
 @pytest.mark.slow
