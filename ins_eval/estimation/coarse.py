@@ -55,7 +55,7 @@ def coarse(fine: Assembled, of: Blocks, known: Assembled | None = None) -> Assem
         _average(block, begin, end, weights, motion(fine, which), shown(fine, which), which, sources, observed)
     mean = (share * np.nan_to_num(fine.residual[rows])).sum(axis=1)
     residual = np.concatenate([fine.residual[:1], np.where(share.any(axis=1), mean, np.nan)])
-    design = (fine.design[rows] * share[..., None]).sum(axis=1)
+    design = _design(fine, rows, share) if known is None else known.design[1:]
     time_s = np.concatenate([[0.0], np.cumsum(fine.interval_s)])
     middle = rows[:, block // 2]
     drive_terms = [(c, target, 3 * c + k, 0) for c in each for k, target in enumerate(_TARGETS)]
@@ -78,6 +78,24 @@ def coarse(fine: Assembled, of: Blocks, known: Assembled | None = None) -> Assem
         observation_terms=np.column_stack([each, each, np.zeros(m, dtype=np.int64)]),
         observation_weights=np.ones(m),
     )
+
+
+def _design(fine: Assembled, rows: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """What the channels of each block see of the state at its middle node, (blocks, 9, 9).
+
+    What is there of a block may lie on one side of the middle, a second of ten metres per second away: there each node
+    sees what the state at the middle becomes until then, or has been.
+    """
+    design = (fine.design[rows] * share[..., None]).sum(axis=1)
+    middle = rows.shape[1] // 2
+    for b in np.flatnonzero((share != share[:, ::-1]).any(axis=(1, 2))):
+        nodes, state = rows[b], [np.eye(9)] * rows.shape[1]
+        for k in range(middle + 1, rows.shape[1]):
+            state[k] = fine.transition[nodes[k] - 1] @ state[k - 1]
+        for k in range(middle - 1, -1, -1):
+            state[k] = np.linalg.solve(fine.transition[nodes[k]], state[k + 1])
+        design[b] = np.einsum("kc,kcj->cj", share[b], fine.design[nodes] @ np.array(state))
+    return design
 
 
 def _shares(residual: np.ndarray, of: Blocks) -> tuple[np.ndarray, np.ndarray]:
