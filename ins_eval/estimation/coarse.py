@@ -3,7 +3,8 @@
 Transitions and drives are composed exactly; residual and responses are averaged over a block of nodes and stand at its
 middle node. White noise of n measurements becomes white noise of sigma / sqrt(n). What is lost is what a navigation
 error does within a block beyond a straight line. A block takes the mean of what is there of a channel, where that is
-more than half of it; a node at which nothing was measured, the begin of an arc, does not count.
+more than half of it, and where a part is lost each node that is there sees what the state at the middle becomes until
+then; a node at which nothing was measured, the begin of an arc, does not count.
 """
 
 from __future__ import annotations
