@@ -1,13 +1,12 @@
 """The maximum of the evidence over the free levels of the noise (`noise`), prior included.
 
-By quasi-Newton steps with the filter's own slopes, in units of the curvature. Where attitude is measured, or where
-gyros flicker, the evidence has several hills, and the top of more than one is sought.
+By quasi-Newton steps with the filter's own slopes. Where attitude is measured, or where gyros flicker, the evidence has
+several hills, and the top of more than one is sought.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -24,11 +23,11 @@ if TYPE_CHECKING:
     from ins_eval.estimation.noise import NoiseModel
 
 WIDEST = 3.0  # prior sigmas that a level may move
-_APART = 0.3  # prior sigmas between the points that tell a curvature
+_FIRST = 0.2  # prior sigmas of the first step, before anything is known of the curvature; by reasoning
+_LEVEL = 0.1  # nats for each prior sigma: the slope of a top
 _ENOUGH = 0.05  # nats that two further steps must gain
 _STEPS, _EVALUATIONS = 60, 80  # of the slope
-_RUNS, _FAR = 4, 0.5  # prior sigmas from where a curvature was taken, beyond which it is taken again
-_THREADS = 2
+_RUNS, _FAR = 4, 0.5  # prior sigmas from the begin of a climb, beyond which it begins anew
 # what measures attitude and what gyros do are told apart by their times alone, and so is a wander from an effect: an
 # error that forgets at once and one that lasts are hills of their own
 LASTING = (
@@ -62,23 +61,18 @@ class Ready:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass.
-
-    `unit` are the sigmas by which it was climbed, those of the curvature where it began.
-    """
+    """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass."""
 
     noise_point: np.ndarray
     log_evidence: float
     whitened: Whitened
-    unit: np.ndarray
 
 
 def fit(ready: Ready, known: int, gain: Gain | None = None, start: Fitted | None = None, hills: bool = False) -> Fitted:
     """Maximise log evidence + log prior over the free levels, in prior sigmas from the centre.
 
-    Of the columns beyond those `known`, `gain` tells what they gain; without it all are known. By quasi-Newton steps
-    in units of the curvature at the start: thousands of fixes tell one level to a hundredth of its prior sigma and
-    another not at all. With `hills` the top is sought on more than the hill where the start lies.
+    Of the columns beyond those `known`, `gain` tells what they gain; without it all are known. With `hills` the top is
+    sought on more than the hill where the start lies.
     """
 
     def height(noise_point: np.ndarray) -> float:
@@ -91,37 +85,28 @@ def fit(ready: Ready, known: int, gain: Gain | None = None, start: Fitted | None
         return found - 0.5 * float(noise_point @ noise_point), by - noise_point
 
     free = ready.noise.free
-    begin, unit = (np.zeros(len(free)), None) if start is None else (start.noise_point, start.unit)
-    top = _top(height, slope, begin, unit)
+    top = _top(slope, np.zeros(len(free)) if start is None else start.noise_point)
     for names, lasting in LASTING if hills else ():
         if lasting not in free:
             continue
         others = _other_hills(height, top, [free.index(one) for one in names if one in free], free.index(lasting))
-        top = max((top, *(_top(height, slope, other, None) for other in others)), key=lambda one: one.height)
-    return Fitted(top.noise_point, top.height, ready(top.noise_point), top.unit)
+        top = max((top, *(_top(slope, other) for other in others)), key=lambda one: one.height)
+    return Fitted(top.noise_point, top.height, ready(top.noise_point))
 
 
 class _Top(NamedTuple):
     noise_point: np.ndarray
     height: float
-    unit: np.ndarray
 
 
-def _top(
-    height: Callable[[np.ndarray], float],
-    slope: Callable[[np.ndarray], tuple[float, np.ndarray]],
-    noise_point: np.ndarray,
-    unit: np.ndarray | None,
-) -> _Top:
-    """The top of the hill on which `noise_point` lies, and the units in which it was climbed."""
-    for run in range(_RUNS):
+def _top(slope: Callable[[np.ndarray], tuple[float, np.ndarray]], noise_point: np.ndarray) -> _Top:
+    """The top of the hill on which `noise_point` lies."""
+    for _ in range(_RUNS):
         begin = noise_point
-        if unit is None or run > 0:
-            unit = _unit(height, begin)
-        noise_point, highest = _climbed(slope, begin, unit)
+        noise_point, highest = _climbed(slope, begin)
         if np.abs(noise_point - begin).max() < _FAR:
             break
-    return _Top(noise_point, highest, unit)
+    return _Top(noise_point, highest)
 
 
 def _other_hills(
@@ -141,34 +126,23 @@ def _other_hills(
     return found
 
 
-def _unit(height: Callable[[np.ndarray], float], at: np.ndarray) -> np.ndarray:
-    """One sigma of each level by the curvature."""
-    sides = [at + sign * one for one in _APART * np.eye(at.size) for sign in (1.0, -1.0)]
-    with ThreadPoolExecutor(_THREADS) as pool:
-        here, *heights = pool.map(height, [at, *sides])
-    curvature = (2.0 * here - np.array(heights[::2]) - np.array(heights[1::2])) / _APART**2
-    return 1.0 / np.sqrt(np.maximum(curvature, 1.0))  # that of the prior is 1
-
-
-def _climbed(
-    slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.ndarray, unit: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """The highest position found from `begin` by steps in `unit`, and its height."""
+def _climbed(slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.ndarray) -> tuple[np.ndarray, float]:
+    """The highest position found from `begin`, and its height."""
 
     def down(moved: np.ndarray) -> tuple[float, np.ndarray]:
-        height, by = slope(begin + unit * moved)
-        return -height, -unit * by
+        height, by = slope(begin + _FIRST * moved)
+        return -height, -_FIRST * by
 
     found = minimize(
         down,
         np.zeros(begin.size),
         jac=True,
-        method="L-BFGS-B",
-        bounds=list(zip((-WIDEST - begin) / unit, (WIDEST - begin) / unit, strict=True)),
-        options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": 0.1},
+        method="L-BFGS-B",  # whose first step is one unit long
+        bounds=list(zip((-WIDEST - begin) / _FIRST, (WIDEST - begin) / _FIRST, strict=True)),
+        options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": _FIRST * _LEVEL},
         callback=_Patience(),
     )
-    return np.clip(begin + unit * found.x, -WIDEST, WIDEST), -float(found.fun)
+    return np.clip(begin + _FIRST * found.x, -WIDEST, WIDEST), -float(found.fun)
 
 
 class _Patience:

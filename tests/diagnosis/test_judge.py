@@ -8,14 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.answer.collect import _unnamed_near, other_noise
+from ins_eval.diagnosis.answer.collect import NEAR, _unnamed_near, other_noise
 from ins_eval.diagnosis.answer.decision import only_described, open_margin, outgained
 from ins_eval.diagnosis.answer.findings import Findings
 from ins_eval.diagnosis.unnamed.disturbance import QUIET
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
 from ins_eval.estimation.linearisation import Linearisation
 from ins_eval.estimation.noise_fit import Fitted
-from ins_eval.estimation.own_noise import NEAR
 from ins_eval.policy import Policy
 from ins_eval.recording.belief import Belief, GyroBelief
 from tests.diagnosis.linearisations import linearisation
@@ -123,7 +122,7 @@ def test_the_search_goes_on_from_sensors_that_are_quiet_whatever_is_sure_alone(s
         kind="flight",
         noise=SimpleNamespace(free=("accelerometer_wander", "slow")),
     )
-    fitted, alone = (Fitted(np.array(at), 0.0, None, np.ones(2)) for at in ([1.0, 0.5], [0.8, 0.1]))
+    fitted, alone = (Fitted(np.array(at), 0.0, None) for at in ([1.0, 0.5], [0.8, 0.1]))
     suspects = [SimpleNamespace(recording=0, fitted=alone)] if sure_alone else []
     found = [one[0].noise_point.tolist() for one in other_noise([case], SimpleNamespace(fitted=[fitted]), suspects)]
     assert found == [[QUIET, 0.5]] * (not coarse) + [[0.8, 0.1]] * sure_alone
