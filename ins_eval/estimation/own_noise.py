@@ -1,8 +1,10 @@
 """What another effect in the place of one that was found gains at a noise of its own.
 
 The noise is fitted beside the best set; there, whatever is not quite the same fits worse than it need to: a wander that
-is a little louder would take up the difference. So the noise is fitted anew beside each effect that could be near. With
-the coefficients c of the effects around c0 = -point, what was taken off the recordings, and variances s^2,
+is a little louder would take up the difference. So the noise is fitted anew beside each effect that could be near. That
+of an effect that explains a part lies between the noise beside the best set and that beside the rest of it; what is far
+behind at both is no rival at its own. With the coefficients c of the effects around c0 = -point, what was taken off the
+recordings, and variances s^2,
 
     log B = b'c0 - c0'A c0 / 2 + d'(A + S^-1)^-1 d / 2 - log|I + A S| / 2,   d = b - A c0,   S = diag(s^2),
 
@@ -18,63 +20,78 @@ import numpy as np
 
 from ins_eval.estimation.evidence import Gained, mixture
 from ins_eval.estimation.linearisation import log_evidence_of_best
-from ins_eval.estimation.search import one_more
+from ins_eval.estimation.search import log_bayes_factor
+from ins_eval.estimation.study import sums
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ins_eval.estimation.linearisation import Linearisation
     from ins_eval.estimation.noise_fit import Fitted
     from ins_eval.policy import Policy
 
-# nats within which another lies at the noise of the belief, which nothing has made quiet: what lies farther is no rival
-# at its own noise either; and the most beside which the noise is fitted anew; both by reasoning
-NEAR, MOST = 6.0, 6
+# Nats below the best set, at the noise beside it and at that beside the rest of it, up to which another could be near
+# at its own, which added at most 9 to the better of the two in development; and the most beside which the noise is
+# fitted anew, by reasoning.
+FAR, MOST = 15.0, 6
 
 
-def with_own_noise(linearisation: Linearisation, around_belief: Linearisation, policy: Policy) -> Linearisation:
+def with_own_noise(linearisation: Linearisation, policy: Policy) -> Linearisation:
     """The same, knowing what those that could be near in the place of each member gain at a noise of their own."""
     own_noise = {}
-    here = log_evidence_of_best(linearisation) - linearisation.gain(linearisation.best.members)
+    here = log_evidence_of_best(linearisation)
+    at_its_noise = here - linearisation.gain(linearisation.best.members)
     for k in linearisation.best.members:
         beside = frozenset(j for j in linearisation.best.members if j != k)
-        for family, j in _near(linearisation, k, around_belief, policy):
-            other = linearisation.exchanged(k, j)
+        for family, j, start in _near(linearisation, k, here, policy):
+            other = replace(linearisation.exchanged(k, j), fitted=start)
             there = log_evidence_of_best(replace(other, fitted=_fitted(other))) - other.gain(other.best.members)
-            own_noise[beside, family] = max(there - here, 0.0)
+            own_noise[beside, family] = max(there - at_its_noise, 0.0)
     return replace(linearisation, own_noise=own_noise)
 
 
-def _near(linearisation: Linearisation, k: int, around_belief: Linearisation, policy: Policy) -> list[tuple[int, int]]:
-    """Families in the place of member `k` that are no rivals yet and could be, likeliest first, with their members."""
+def _near(
+    linearisation: Linearisation, k: int, here: float, policy: Policy
+) -> list[tuple[int, int, tuple[Fitted, ...]]]:
+    """Families in the place of member `k` that are no rivals yet and could be, likeliest first.
+
+    Each with its member and the noise from which its own is sought; `here` is the log evidence of the best set.
+    """
     of_family, members = linearisation.places(k)
-    own = int(linearisation.space.families[k])
-    below = of_family[own] - of_family
-    believed = _below_around_belief(linearisation, k, around_belief)
-    near = (believed < NEAR) & np.isfinite(below) & (below >= policy.near)
-    near[own] = False
-    ranked = sorted(np.flatnonzero(near), key=lambda family: believed[family])
-    return [(int(family), int(members[family])) for family in ranked[:MOST]]
+    below = of_family[int(linearisation.space.families[k])] - of_family
+    farther = np.flatnonzero(np.isfinite(below) & (below >= policy.near))
+    if not farther.size:
+        return []
+    rest = linearisation.without({k})
+    fitted = _fitted(rest)
+    there = here - _log_evidences(rest, fitted, members[farther])
+    nearest = np.minimum(below[farther], there)
+    return [
+        (int(farther[i]), int(members[farther[i]]), fitted if there[i] < below[farther[i]] else linearisation.fitted)
+        for i in np.argsort(nearest, kind="stable")[:MOST]
+        if nearest[i] < FAR
+    ]
 
 
-def _below_around_belief(linearisation: Linearisation, k: int, around_belief: Linearisation) -> np.ndarray:
-    """By how many nats each family (families,) lies below that of member `k` around the belief; inf where it is not."""
-    beside = {linearisation.hypotheses[j].key for j in linearisation.best.members if j != k}
-    theirs = around_belief.hypotheses
-    others = [j for j in around_belief.best.members if theirs[j].key in beside]
-    of_family, _ = one_more(around_belief.here.normal, around_belief.here.projection, others, around_belief.space)
-    gains = {one.key: float(of_family[f]) for one, f in zip(theirs, around_belief.space.families, strict=True)}
-    own = gains.get(linearisation.hypotheses[k].key, np.inf)
-    out = np.full(int(linearisation.space.families.max()) + 1, np.inf)
-    for one, family in zip(linearisation.hypotheses, linearisation.space.families, strict=True):
-        out[family] = own - gains.get(one.key, -np.inf)
-    return np.where(np.isnan(out), np.inf, out)
+def _log_evidences(one: Linearisation, fitted: Sequence[Fitted], more: np.ndarray) -> np.ndarray:
+    """log evidence (n,) of the best set with each of the hypotheses `more` (n,) beside it, at a noise."""
+    own = one.best.members
+    m = list(dict.fromkeys([*own, *more.tolist(), *one.taken_beside]))
+    here = sums(one.cases, [noise.noise_point for noise in fitted], [one.hypotheses[k] for k in m], one.point[m])
+    place = {k: i for i, k in enumerate(m)}
+    sets = [[place[k] for k in (*own, j)] for j in more.tolist()]
+    centre = one.space.centre[m]
+    gains = [log_bayes_factor(here.normal[np.ix_(s, s)], here.projection[s], centre[s])[0] for s in sets]
+    return here.log_null + np.array(gains)
 
 
 def _fitted(one: Linearisation) -> tuple[Fitted, ...]:
     """The noise of each recording beside the best set, with all else that was taken off put back."""
     members, m = one.best.members, [*one.best.members, *one.taken_beside]
-    mean, _ = one.coefficients
     spread = np.zeros(len(m))
-    spread[: len(members)] = np.maximum(1.0, np.abs(mean))
+    if members:
+        mean, _ = one.coefficients
+        spread[: len(members)] = np.maximum(1.0, np.abs(mean))
     fitted = []
     for r, case in enumerate(one.cases):
         own = [i for i, k in enumerate(m) if one.hypotheses[k].columns[r] is not None]

@@ -213,9 +213,8 @@ def test_another_effect_is_weighed_at_a_noise_of_its_own() -> None:
         return Linearisation(tuple(cases), tuple(ones), families, coefficients, tuple(map(Noise, at)), here, sets)
 
     found = linearised([navigated], own, point).own_first(1)
-    belief = linearised([case], most_probable([case], ones, []), np.zeros(2))
     of_family, _ = found.places(0)
-    weighed, _ = with_own_noise(found, belief, Policy()).places(0)
+    weighed, _ = with_own_noise(found, Policy()).places(0)
     expected = evidence([case], ones, [0], own[0]) - evidence([case], ones, [1], theirs[0])
     assert of_family[0] - of_family[1] > expected + 5.0
     assert weighed[0] - weighed[1] == pytest.approx(expected, abs=ONE_SCALE)

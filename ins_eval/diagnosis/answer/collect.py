@@ -38,7 +38,7 @@ from ins_eval.error_model.null import is_coarse
 from ins_eval.estimation.best_set import ROUNDS, at_noise, begun, joined, navigated_with, searched
 from ins_eval.estimation.instants import innovations
 from ins_eval.estimation.linearisation import linearise, more_probable, on_common
-from ins_eval.estimation.own_noise import NEAR, with_own_noise
+from ins_eval.estimation.own_noise import with_own_noise
 from ins_eval.estimation.refine import Impossible
 from ins_eval.estimation.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.navigation import PARKED
@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from ins_eval.policy import Policy
 
 ENERGY = (0.05, 0.95)  # of an effect's energy: the interval in which it shows
+NEAR = 6.0  # nats below the effects from which a form without a name is weighed at a noise of its own: by reasoning
 
 
 def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], None] = lambda _: None) -> Findings:
@@ -93,9 +94,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     if is_heard(findings, policy):
         progress("what is left")
         findings = _enough(_examined(findings, rng, policy), rng, policy)
-        findings = replace(
-            findings, linearisation=with_own_noise(findings.linearisation, findings.around_belief, policy)
-        )
+        findings = replace(findings, linearisation=with_own_noise(findings.linearisation, policy))
         if explains(findings, policy) and not _unnamed_near(findings):
             return findings
     suspects = _suspects(findings, rng, policy) if suspects is None else suspects
