@@ -45,7 +45,7 @@ def with_own_noise(linearisation: Linearisation, policy: Policy) -> Linearisatio
         beside = frozenset(j for j in linearisation.best.members if j != k)
         for family, j, start in _near(linearisation, k, here, policy):
             other = replace(linearisation.exchanged(k, j), fitted=start)
-            there = log_evidence_of_best(replace(other, fitted=_fitted(other))) - other.gain(other.best.members)
+            there = log_evidence_of_best(replace(other, fitted=_fitted(other, (k, j)))) - other.gain(other.best.members)
             own_noise[beside, family] = max(there - at_its_noise, 0.0)
     return replace(linearisation, own_noise=own_noise)
 
@@ -63,7 +63,7 @@ def _near(
     if not farther.size:
         return []
     rest = linearisation.without({k})
-    fitted = _fitted(rest)
+    fitted = _fitted(rest, (k,))
     there = here - _log_evidences(rest, fitted, members[farther])
     nearest = np.minimum(below[farther], there)
     return [
@@ -85,8 +85,11 @@ def _log_evidences(one: Linearisation, fitted: Sequence[Fitted], more: np.ndarra
     return here.log_null + np.array(gains)
 
 
-def _fitted(one: Linearisation) -> tuple[Fitted, ...]:
-    """The noise of each recording beside the best set, with all else that was taken off put back."""
+def _fitted(one: Linearisation, changed: Sequence[int]) -> tuple[Fitted, ...]:
+    """The noise of each recording beside the best set, with all else that was taken off put back.
+
+    Where none of the hypotheses that were `changed` acts it stays.
+    """
     members, m = one.best.members, [*one.best.members, *one.taken_beside]
     spread = np.zeros(len(m))
     if members:
@@ -94,6 +97,9 @@ def _fitted(one: Linearisation) -> tuple[Fitted, ...]:
         spread[: len(members)] = np.maximum(1.0, np.abs(mean))
     fitted = []
     for r, case in enumerate(one.cases):
+        if all(one.hypotheses[k].columns[r] is None for k in changed):
+            fitted.append(one.fitted[r])
+            continue
         own = [i for i, k in enumerate(m) if one.hypotheses[k].columns[r] is not None]
         centre, s = -one.point[[m[i] for i in own]], spread[own]
         columns = [one.hypotheses[m[i]].columns[r] for i in own]
@@ -101,7 +107,7 @@ def _fitted(one: Linearisation) -> tuple[Fitted, ...]:
         def gain(a: np.ndarray, b: np.ndarray, centre: np.ndarray = centre, s: np.ndarray = s) -> Gained:
             return _around(a, b, centre, s)
 
-        fitted.append(case.fitted(columns, one.fitted[r], gain) if own else one.fitted[r])
+        fitted.append(case.fitted(columns, one.fitted[r], gain if own else None))
     return tuple(fitted)
 
 
