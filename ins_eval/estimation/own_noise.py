@@ -20,8 +20,8 @@ import numpy as np
 
 from ins_eval.estimation.evidence import Gained, mixture
 from ins_eval.estimation.linearisation import log_evidence_of_best
-from ins_eval.estimation.search import log_bayes_factor
-from ins_eval.estimation.study import sums
+from ins_eval.estimation.search import log_bayes_factor, one_more
+from ins_eval.estimation.study import space, sums
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,7 +64,7 @@ def _near(
         return []
     rest = linearisation.without({k})
     fitted = _fitted(rest, (k,))
-    there = here - _log_evidences(rest, fitted, members[farther])
+    there = here - _log_evidences(rest, fitted, members[farther], policy)
     nearest = np.minimum(below[farther], there)
     return [
         (int(farther[i]), int(members[farther[i]]), fitted if there[i] < below[farther[i]] else linearisation.fitted)
@@ -73,16 +73,17 @@ def _near(
     ]
 
 
-def _log_evidences(one: Linearisation, fitted: Sequence[Fitted], more: np.ndarray) -> np.ndarray:
+def _log_evidences(one: Linearisation, fitted: Sequence[Fitted], more: np.ndarray, policy: Policy) -> np.ndarray:
     """log evidence (n,) of the best set with each of the hypotheses `more` (n,) beside it, at a noise."""
     own = one.best.members
     m = list(dict.fromkeys([*own, *more.tolist(), *one.taken_beside]))
-    here = sums(one.cases, [noise.noise_point for noise in fitted], [one.hypotheses[k] for k in m], one.point[m])
-    place = {k: i for i, k in enumerate(m)}
-    sets = [[place[k] for k in (*own, j)] for j in more.tolist()]
-    centre = one.space.centre[m]
-    gains = [log_bayes_factor(here.normal[np.ix_(s, s)], here.projection[s], centre[s])[0] for s in sets]
-    return here.log_null + np.array(gains)
+    hypotheses = [one.hypotheses[k] for k in m]
+    here = sums(one.cases, [noise.noise_point for noise in fitted], hypotheses, one.point[m])
+    there = space(hypotheses, policy)
+    inside = list(range(len(own)))
+    gain, _ = log_bayes_factor(here.normal[np.ix_(inside, inside)], here.projection[inside], there.centre[inside])
+    of_family, _ = one_more(here.normal, here.projection, inside, there)
+    return here.log_null + gain + of_family[there.families[[m.index(j) for j in more.tolist()]]]
 
 
 def _fitted(one: Linearisation, changed: Sequence[int]) -> tuple[Fitted, ...]:
