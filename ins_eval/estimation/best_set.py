@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ins_eval.estimation.clock_starts import clock_starts
 from ins_eval.estimation.linearisation import linearise, more_probable
-from ins_eval.estimation.refine import Impossible, RefinedFit, refine
+from ins_eval.estimation.placing import Point
+from ins_eval.estimation.refine import Impossible, refine
 from ins_eval.estimation.search import one_more, possible
 from ins_eval.estimation.study import Hypothesis, fit_noise
 
@@ -71,14 +71,14 @@ def _around(
     point: np.ndarray | None = None,
 ) -> Linearisation:
     """The linearisation around the recordings navigated with a few effects, from a `point` on; raises Impossible."""
-    refined = refine(cases, model, null, point)
-    return linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
+    return linearise(refine(cases, model, null, point), policy)
 
 
 def at_noise(linearisation: Linearisation, fitted: Sequence[Fitted], policy: Policy) -> Linearisation:
     """The linearisation around the same point, its sums and its search at another noise."""
     m = int(np.count_nonzero(linearisation.point))
-    return linearise(linearisation.cases, linearisation.hypotheses[:m], linearisation.point[:m], fitted, policy)
+    at = Point(linearisation.cases, linearisation.hypotheses[:m], linearisation.point[:m], tuple(fitted))
+    return linearise(at, policy)
 
 
 def searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Policy) -> Linearisation:
@@ -94,10 +94,9 @@ def searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Poli
                 return linearisation
         linearisation, refined = _refined(cases, linearisation)
         keys = linearisation.keys
-        linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
-        linearisation = replace(linearisation, refined=refined)
-        own = linearisation.own_first(len(refined.model))
-        placed = set(linearisation.best.members) == set(range(len(refined.model)))
+        linearisation = linearise(refined, policy)
+        own = linearisation.own_first(len(refined.taken))
+        placed = set(linearisation.best.members) == set(range(len(refined.taken)))
         last = turn == ROUNDS - 1
         if linearisation.keys == keys and not placed and not last:
             continue  # at the noise of the answer another time, width or lag is better
@@ -113,8 +112,7 @@ def navigated_with(
 ) -> Linearisation:
     """The linearisation around the recordings navigated with `model`, whose best set that is; raises Impossible."""
     refined = refine(cases, model, fitted, point)
-    linearisation = linearise(refined.cases, refined.model, refined.point, refined.fitted, policy)
-    return replace(linearisation, refined=refined).own_first(len(refined.model))
+    return linearise(refined, policy).own_first(len(refined.taken))
 
 
 def joined(cases: tuple[Case, ...], better: Linearisation, worse: Linearisation, policy: Policy) -> Linearisation:
@@ -144,7 +142,7 @@ def joined(cases: tuple[Case, ...], better: Linearisation, worse: Linearisation,
     return both if more_probable(better, both) > 0.0 else better
 
 
-def _refined(cases: tuple[Case, ...], linearisation: Linearisation) -> tuple[Linearisation, RefinedFit]:
+def _refined(cases: tuple[Case, ...], linearisation: Linearisation) -> tuple[Linearisation, Point]:
     """The best set with which the recordings can be navigated, and the fit there."""
     while True:
         try:

@@ -22,7 +22,7 @@ from ins_eval.estimation import arcs, noise
 from ins_eval.estimation.blocks import EACH, Blocks, few_blocks, short_blocks
 from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.noise_fit import Ready, fit
-from ins_eval.estimation.whitening import Known, Whitened, known_at, whiten
+from ins_eval.estimation.whitening import Known, Whitened, known_at, whiten, with_more
 from ins_eval.navigation import PARKED
 from ins_eval.units import DEG_PER_H, UG
 
@@ -62,7 +62,7 @@ class Case:
     epochs_s: np.ndarray  # between nodes, for what forgets
     member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
     again: Callable[[Sequence[EffectBelief]], Case]  # the same recording with these effects believed as well
-    _known: dict[tuple[Blocks, bytes], Known] = field(default_factory=dict, init=False, repr=False)  # of the last noise
+    _known: dict[tuple, Known] = field(default_factory=dict, init=False, repr=False)  # of the last noise
     _anyway: dict[Blocks, Assembled] = field(default_factory=dict, init=False, repr=False)  # nuisances on blocks
 
     def assembled(self, columns: Sequence[Column] = ()) -> Assembled:
@@ -82,16 +82,30 @@ class Case:
         return coarse(self.assembled(columns), blocks, self._anyway[blocks])
 
     def whitened(
-        self, columns: Sequence[Column], noise_point: np.ndarray, blocks: Blocks = EACH, keep: int = 1
+        self,
+        columns: Sequence[Column],
+        noise_point: np.ndarray,
+        blocks: Blocks = EACH,
+        keep: int = 1,
+        lasting: int = 0,
     ) -> Whitened:
-        """One pass with noise at `noise_point`, on `blocks`."""
-        assembled = self.on_blocks(columns, blocks)
+        """One pass with noise at `noise_point`, on `blocks`.
+
+        Of the first `lasting` columns what is whitened is kept until another noise, or other lasting ones, are asked
+        about.
+        """
         levels = coarse_noise(self.noise, blocks, self.seen.residual).levels(noise_point)
         at = blocks, noise_point.tobytes()
         if at not in self._known:
             self._known.clear()
             self._known[at] = known_at(self.on_blocks((), blocks), levels)
-        return whiten(assembled, levels, keep, self._known[at])
+        first = tuple(columns[:lasting])
+        if lasting and (*at, first) not in self._known:
+            known = self._known[at]
+            self._known.clear()
+            self._known[at], self._known[*at, first] = known, with_more(known, self.on_blocks(first, blocks), levels)
+        known = self._known[(*at, first) if lasting else at]
+        return whiten(self.on_blocks(columns, blocks), levels, keep, known)
 
     def fitted(
         self,

@@ -32,7 +32,7 @@ from ins_eval.estimation.study import Hypothesis, Sums, space, sums, union
 if TYPE_CHECKING:
     from ins_eval.estimation.case import Case
     from ins_eval.estimation.noise_fit import Fitted
-    from ins_eval.estimation.refine import RefinedFit
+    from ins_eval.estimation.placing import Point
     from ins_eval.policy import Policy
 
 CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
@@ -42,9 +42,8 @@ CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
 class Linearisation:
     """Recordings navigated with some effects, all hypotheses around that point, and the sums at the noise there.
 
-    `model` are the first hypotheses, `point` (m,) the coefficients that were taken off, 0 elsewhere; `refined` says how
-    sure times, widths and lags of the effects are with which the recordings were navigated. `own_noise` are the nats
-    that a family beside a set gains more at a noise of its own (module `own_noise`).
+    What was taken off at `refined` are the first hypotheses; `point` (m,) are their coefficients, 0 elsewhere.
+    `own_noise` are the nats that a family beside a set gains more at a noise of its own (module `own_noise`).
     """
 
     cases: tuple[Case, ...]
@@ -54,7 +53,7 @@ class Linearisation:
     fitted: tuple[Fitted, ...]
     here: Sums
     ranked: tuple[Explanation, ...]
-    refined: RefinedFit | None = None
+    refined: Point | None = None
     own_noise: Mapping[tuple[frozenset[int], int], float] = field(default_factory=dict)
 
     @property
@@ -235,25 +234,19 @@ def log_evidence_of_best(one: Linearisation) -> float:
     return here.log_null + gain
 
 
-def linearise(
-    cases: Sequence[Case],
-    model: Sequence[Hypothesis],
-    point: np.ndarray,
-    fitted: Sequence[Fitted],
-    policy: Policy,
-) -> Linearisation:
-    """The linearisation at which the effects of `model` are taken off with coefficients `point`, and its search."""
-    taken = {_identity(one) for one in model}
-    others = [one for one in union(cases) if _identity(one) not in taken]
-    others += _placed_alike(cases, model, others)
-    others += _jumped(cases, model, others, fitted)
-    hypotheses = (*model, *others)
+def linearise(at: Point, policy: Policy) -> Linearisation:
+    """The linearisation around the effects that are taken off, and its search."""
+    taken = {_identity(one) for one in at.taken}
+    others = [one for one in union(at.cases) if _identity(one) not in taken]
+    others += _placed_alike(at.cases, at.taken, others)
+    others += _jumped(at.cases, at.taken, others, at.fitted)
+    hypotheses = (*at.taken, *others)
     of_space = space(hypotheses, policy)
-    whole = np.append(point, np.zeros(len(others)))
-    here = sums(cases, [one.noise_point for one in fitted], hypotheses, whole if point.any() else None)
-    share = policy.least_share(case.kind for case in cases)
+    whole = np.append(at.point, np.zeros(len(others)))
+    here = sums(at.cases, [one.noise_point for one in at.fitted], hypotheses, whole if at.point.any() else None)
+    share = policy.least_share(case.kind for case in at.cases)
     ranked = search(here.normal, here.projection, of_space, share, policy)
-    return Linearisation(tuple(cases), hypotheses, of_space, whole, tuple(fitted), here, tuple(ranked))
+    return Linearisation(at.cases, hypotheses, of_space, whole, at.fitted, here, tuple(ranked), at)
 
 
 def _placed_alike(cases: Sequence[Case], model: Sequence[Hypothesis], others: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,12 +43,18 @@ class Point:
     point: np.ndarray
     fitted: tuple[Fitted, ...]
 
-    def sums(self, asked: Sequence[Hypothesis]) -> tuple[np.ndarray, np.ndarray]:
-        """A (n, n) and b (n,) of the hypotheses `asked`, what was taken off added back with what it was taken with."""
-        n = len(asked)
-        taken = np.append(np.zeros(n), self.point)
-        here = sums(self.cases, [one.noise_point for one in self.fitted], [*asked, *self.taken], taken)
-        return here.normal[:n, :n], here.projection[:n]
+    def sums(self, asked: Sequence[Hypothesis], once: Sequence[Hypothesis] = ()) -> tuple[np.ndarray, np.ndarray]:
+        """A (n, n) and b (n,) of the hypotheses `asked` and, behind them, of those that are asked for only `once`.
+
+        What was taken off is added back with what it was taken with.
+        """
+        columns = list(dict.fromkeys([*self.taken, *asked, *once]))
+        taken = np.append(self.point, np.zeros(len(columns) - self.point.size))
+        noise_points = [one.noise_point for one in self.fitted]
+        here = sums(self.cases, noise_points, columns, taken, lasting=len(columns) - len(once))
+        place = {one: k for k, one in enumerate(columns)}
+        n = [place[one] for one in (*asked, *once)]
+        return here.normal[np.ix_(n, n)], here.projection[n]
 
     def estimate(self, model: Sequence[Hypothesis]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Coefficients (n,) of `model`, their sigma and the scales of their prior."""
@@ -56,6 +63,11 @@ class Point:
         _, scales = log_bayes_factor(a, b, centre)
         mean, covariance = posterior(a, b, centre, scales)
         return mean, np.sqrt(np.diag(covariance)), scales
+
+    @cached_property
+    def intervals(self) -> tuple[Placed, ...]:
+        """Each effect that was taken off, with the intervals of its times, widths and lags."""
+        return tuple(placed(self, self.taken, k) for k in range(len(self.taken)))
 
 
 def again(one: Hypothesis, cases: Sequence[Case], parameters: dict | None = None) -> Hypothesis:
@@ -118,7 +130,7 @@ class Profile:
         self.centre = float(to(model[k].candidate.parameters[parameter.name]))
         self.heights: dict[float, float] = {}
         self.means: dict[float, np.ndarray] = {}
-        self.made: dict[float, Hypothesis] = {}
+        self.made: dict[float, Hypothesis] = {self.centre: model[k]}
 
     def best(self) -> tuple[Hypothesis, tuple[float, float], np.ndarray]:
         """The effect at the best value, the 95 % interval of the value, the variance it adds to each coefficient."""
@@ -182,18 +194,18 @@ class Profile:
     def _evaluate(self, fresh: Sequence[float]) -> None:
         one, k = self.model[self.k], self.k
         old, name = one.candidate.parameters, self.parameter.name
-        variants = [again(one, self.at.cases, {**old, name: float(self.back(x))}) for x in fresh]
-        asked = [*(other for j, other in enumerate(self.model) if j != k), *variants]
-        own = len(asked) - len(fresh)
-        normal, projection = self.at.sums(asked)
-        centre = np.array([other.candidate.centre for other in asked])
+        new = [x for x in fresh if x not in self.made]
+        self.made |= {x: again(one, self.at.cases, {**old, name: float(self.back(x))}) for x in new}
+        others, variants = [*self.model[:k], *self.model[k + 1 :]], [self.made[x] for x in fresh]
+        own = len(others)
+        normal, projection = self.at.sums(others, variants)
+        centre = np.array([other.candidate.centre for other in (*others, *variants)])
         for j, x in enumerate(fresh):
             m = [*range(own), own + j]
             a, b = normal[np.ix_(m, m)], projection[m]
             self.heights[x], scales = log_bayes_factor(a, b, centre[m])
             mean, _ = posterior(a, b, centre[m], scales)
             self.means[x] = np.insert(mean[:-1], k, mean[-1] * variants[j].candidate.nominal / one.candidate.nominal)
-            self.made[x] = variants[j]
 
 
 def _masses(x: np.ndarray, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ Source: Nocedal and Wright 2006, Numerical Optimization, 3.1 and 10.3 (damped Ga
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,26 +42,9 @@ class Impossible(Exception):
         self.key = key
 
 
-@dataclass(frozen=True, eq=False)
-class RefinedFit:
-    """Recordings navigated with the finalist, and where.
-
-    `model` its effects with columns around that point, `point` (k,) their coefficients there, `spread` the 95 %
-    interval of each time, width and lag of each effect, `bent` (k,) the variance that all of these add to each
-    coefficient.
-    """
-
-    cases: tuple[Case, ...]
-    model: tuple[Hypothesis, ...]
-    point: np.ndarray
-    fitted: tuple[Fitted, ...]
-    spread: tuple[dict[str, tuple[float, float]], ...]
-    bent: np.ndarray
-
-
 def refine(
     cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted], point: np.ndarray | None = None
-) -> RefinedFit:
+) -> Point:
     """Gauss-Newton on the effects of `model`, from coefficients `point` (k,) or from the belief.
 
     Raises Impossible where an effect outgrows what sensors have, or the recordings cannot be navigated with it.
@@ -93,11 +76,7 @@ def refine(
         at = there
     cases, model, point = at.cases, at.taken, at.point
     scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
-    fitted = tuple(fit_noise(cases, scaled, fitted))
-    at = Point(cases, model, point, fitted)  # at the noise of the answer
-    found = [placed(at, model, k) for k in range(len(model))]
-    bent = sum((one.bent for one in found), np.zeros(len(model)))
-    return RefinedFit(cases, model, point, fitted, tuple(one.spread for one in found), bent)
+    return Point(cases, model, point, tuple(fit_noise(cases, scaled, fitted)))  # at the noise of the answer
 
 
 class _Steps:

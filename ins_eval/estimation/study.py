@@ -132,23 +132,29 @@ def sums(
     hypotheses: Sequence[Hypothesis],
     point: np.ndarray | None = None,
     coarse: bool = False,
+    lasting: int = 0,
 ) -> Sums:
     """One pass over each recording.
+
+    So many of the `hypotheses`, the first, are `lasting`: the next pass at this noise has them as well.
 
     `point` (m,) are the coefficients at which the recordings were navigated, where that is not the belief; what they
     took off is added back, so that every prior stays around the belief.
     """
     parts = [
-        of_case(case, r, noise_point, hypotheses, coarse)
+        of_case(case, r, noise_point, hypotheses, coarse, lasting)
         for r, (case, noise_point) in enumerate(zip(cases, noise_points, strict=True))
     ]
     return total(parts, point)
 
 
-def of_case(case: Case, r: int, noise_point: np.ndarray, hypotheses: Sequence[Hypothesis], coarse: bool) -> Sums:
+def of_case(
+    case: Case, r: int, noise_point: np.ndarray, hypotheses: Sequence[Hypothesis], coarse: bool, lasting: int = 0
+) -> Sums:
     """The sums of recording `r` alone."""
     here = [k for k, one in enumerate(hypotheses) if one.columns[r] is not None]
-    whitened = case.whitened([hypotheses[k].columns[r] for k in here], noise_point, case.blocks if coarse else EACH)
+    columns, first = [hypotheses[k].columns[r] for k in here], sum(k < lasting for k in here)
+    whitened = case.whitened(columns, noise_point, case.blocks if coarse else EACH, lasting=first)
     return reduced_sums(whitened, len(case.nuisances), here, len(hypotheses), noise_point)
 
 

@@ -218,12 +218,19 @@ class Known(NamedTuple):
 def known_at(columns: Assembled, noise: NoiseLevels) -> Known:
     """The gains at this noise, and the whitened rows of the residual and all `columns`, or of none if they are many."""
     found = gains(columns, noise)
-    shape = found.tape.variance.size, columns.count
-    if shape[0] * shape[1] > _MOST_KNOWN:
-        return Known(found, np.empty((shape[0], 0)))
-    rows = np.empty(shape)
-    _together(columns, noise, np.arange(columns.count), _begin(columns), (0, len(columns.residual)), found.tape, rows)
-    return Known(found, rows)
+    return with_more(Known(found, np.empty((found.tape.variance.size, 0))), columns, noise)
+
+
+def with_more(known: Known, columns: Assembled, noise: NoiseLevels) -> Known:
+    """The same with the rows of further `columns`, which begin with those that are known; as it is if they are many."""
+    rows, given = known.gains.tape.variance.size, known.rows.shape[1]
+    if rows * columns.count > _MOST_KNOWN:
+        return known
+    more = np.empty((rows, columns.count))
+    more[:, :given] = known.rows
+    which, nodes = np.arange(given, columns.count), (0, len(columns.residual))
+    _together(columns, noise, which, _begin(columns)[:, given:], nodes, known.gains.tape, more, given)
+    return Known(known.gains, more)
 
 
 def _begin(columns: Assembled) -> np.ndarray:

@@ -170,11 +170,11 @@ def test_a_lag_beside_a_rate_term_is_the_lag_for_which_its_column_is_made(belief
     ]
     model = [Hypothesis(one, (one.column,)) for one in members]
     found = refine([case], model, fit_noise([case], [one.scaled(4.0) for one in model], [None]))
-    lag, rate = (p * one.candidate.nominal for p, one in zip(found.point, found.model, strict=True))
-    assert lag == pytest.approx(found.model[0].candidate.parameters["lag_s"], rel=OWN_COLUMN)
+    lag, rate = (p * one.candidate.nominal for p, one in zip(found.point, found.taken, strict=True))
+    assert lag == pytest.approx(found.taken[0].candidate.parameters["lag_s"], rel=OWN_COLUMN)
     assert lag == pytest.approx(LAG_S, rel=LAG)
     assert rate == pytest.approx(EPSILON / GAMMA * 1e6, rel=VALUE)
-    low, high = found.spread[0]["lag_s"]
+    low, high = found.intervals[0].spread["lag_s"]
     assert low < LAG_S < high
     assert high - low < LAG * LAG_S
 

@@ -13,6 +13,7 @@ import pytest
 from ins_eval.estimation import case as cases
 from ins_eval.estimation.instants import MOST, WIDTHS, remarkable
 from ins_eval.estimation.linearisation import linearise
+from ins_eval.estimation.placing import Point
 from ins_eval.estimation.study import fit_noise
 from ins_eval.policy import Policy
 from ins_eval.units import UG
@@ -50,7 +51,7 @@ def test_a_sharp_jump_is_tried_where_it_is(recording_at_rest) -> None:
     belief = recording.belief.model_copy(update={"accelerometer": coarse})
     recording = replace(recording, imu=replace(imu, accelerometer=imu.accelerometer + noise), belief=belief)
     case = cases.prepare(recording)
-    around = linearise([case], (), np.zeros(0), fit_noise([case], [], [None]), Policy())
+    around = linearise(Point((case,), (), np.zeros(0), tuple(fit_noise([case], [], [None]))), Policy())
     steps = {
         one.candidate.parameters["at_s"]: around.gain([k])
         for k, one in enumerate(around.hypotheses)

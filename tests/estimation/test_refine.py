@@ -14,8 +14,8 @@ from ins_eval.effects.accelerometer import CREEP_TIME
 from ins_eval.error_model.columns import Column
 from ins_eval.error_model.library import Candidate
 from ins_eval.estimation.case import Case, prepare, with_effects
-from ins_eval.estimation.placing import Q95, Profile
-from ins_eval.estimation.refine import RefinedFit, _same_white, refine
+from ins_eval.estimation.placing import Q95, Point, Profile
+from ins_eval.estimation.refine import _same_white, refine
 from ins_eval.estimation.study import Hypothesis, fit_noise, sums
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.units import UG
@@ -29,6 +29,7 @@ LARGE, OF_LARGE = 30.0, 0.01  # ug/degC, or ppm/degC
 TAU_S, CREEP = 2000.0, 5.0  # s, ug/degC
 OF_TAU = 0.06  # relative
 OF_INTERVAL = 0.1  # sigmas, of straight lines between values a quarter of a sigma apart
+AT_S, ROUNDING = 3000.0, 1e-6  # of sums from which what is uncertain anyway is taken
 LEAST_BENT = 0.1  # of a relative change of the time constant, by which the value changes at least
 STATED_UG = 100.0
 FAN_UG, OF_FAN = 100.0, 0.05
@@ -39,14 +40,14 @@ def recorded(case: Case, name: str, **parameters) -> tuple[Case, Hypothesis]:
     return case, Hypothesis(member, (member.column,))
 
 
-def refined(case: Case, one: Hypothesis) -> RefinedFit:
+def refined(case: Case, one: Hypothesis) -> Point:
     return refine([case], [one], fit_noise([case], [one.scaled(4.0)], [None]))
 
 
-def estimate(found: RefinedFit) -> tuple[float, float]:
+def estimate(found: Point) -> tuple[float, float]:
     """Value and sigma by least squares on the sums around the belief."""
-    here = sums(found.cases, [one.noise_point for one in found.fitted], found.model, found.point)
-    nominal = found.model[0].candidate.nominal
+    here = sums(found.cases, [one.noise_point for one in found.fitted], found.taken, found.point)
+    nominal = found.taken[0].candidate.nominal
     return nominal * float(here.projection[0] / here.normal[0, 0]), nominal / float(np.sqrt(here.normal[0, 0]))
 
 
@@ -81,11 +82,11 @@ def test_a_step_at_an_unknown_time(recording_at_rest, start_s: float) -> None:
     recording = recording_at_rest(3600.0, 1, lambda t: STEP_UG * (t > STEP_S), start_s=start_s)
     case, one = recorded(prepare(recording), "accelerometer.bias_step", at_s=start_s + 1440.0)
     found = refined(case, one)
-    assert found.model[0].candidate.parameters["at_s"] - start_s == pytest.approx(STEP_S, abs=NODES)
+    assert found.taken[0].candidate.parameters["at_s"] - start_s == pytest.approx(STEP_S, abs=NODES)
     value, sigma = estimate(found)
     assert abs(value - STEP_UG) < SIGMAS * sigma
     assert sigma < 0.05 * STEP_UG
-    first, last = found.spread[0]["at_s"]
+    first, last = found.intervals[0].spread["at_s"]
     assert start_s < first <= last < start_s + 3600.0
     assert last - first < 10.0 * NODES
 
@@ -111,7 +112,7 @@ def test_a_large_effect_is_no_curve_without_a_name(recording_at_rest) -> None:
 
 
 @pytest.fixture(scope="module")
-def crept(recording_at_rest) -> tuple[Case, RefinedFit]:
+def crept(recording_at_rest) -> tuple[Case, Point]:
     recording = recording_at_rest(7200.0, 1, creep_ug, temperature)
     case, one = recorded(prepare(recording), "accelerometer.bias_creep", time_constant_s=1200.0)
     return case, refined(case, one)
@@ -119,16 +120,30 @@ def crept(recording_at_rest) -> tuple[Case, RefinedFit]:
 
 def test_a_creep_of_unknown_time_constant(crept) -> None:
     _, found = crept
-    tau = found.model[0].candidate.parameters["time_constant_s"]
+    tau = found.taken[0].candidate.parameters["time_constant_s"]
     assert tau == pytest.approx(TAU_S, rel=OF_TAU)
-    low, high = found.spread[0]["time_constant_s"]
+    low, high = found.intervals[0].spread["time_constant_s"]
     assert low < TAU_S < high
     assert low < tau < high
     assert np.log(high / low) > 2.0 * Q95 * CREEP_TIME.form  # however well it is measured
-    assert found.bent[0] > (LEAST_BENT * found.point[0] * CREEP_TIME.form) ** 2
+    assert found.intervals[0].bent[0] > (LEAST_BENT * found.point[0] * CREEP_TIME.form) ** 2
     value, sigma = estimate(found)
     assert abs(value - CREEP) < SIGMAS * sigma
     assert sigma < 0.1 * CREEP
+
+
+def test_what_is_asked_for_again_and_again_is_whitened_once_and_changes_nothing(crept) -> None:
+    """Asked for in another order, with others, and one of them twice, sums are what one pass over all makes of them."""
+    _, found = crept
+    (creep,) = found.taken
+    others = [recorded(found.cases[0], name, at_s=AT_S)[1] for name in ("accelerometer.bias_step", "gyro.bias_step")]
+    for asked, once in (([creep], others), (others, [creep]), (others[:1], others[1:])):
+        normal, projection = found.sums(asked, once)
+        every = [*asked, *once, creep]
+        point = np.append(np.zeros(len(every) - 1), found.point)
+        plain = sums(found.cases, [one.noise_point for one in found.fitted], every, point)
+        np.testing.assert_allclose(normal, plain.normal[:-1, :-1], rtol=ROUNDING, atol=ROUNDING * plain.normal.max())
+        np.testing.assert_allclose(projection, plain.projection[:-1], rtol=ROUNDING)
 
 
 def test_the_recordings_are_navigated_with_what_was_found(crept) -> None:
@@ -137,7 +152,7 @@ def test_the_recordings_are_navigated_with_what_was_found(crept) -> None:
     before, after = (np.nanstd(one.seen.residual[:, 5]) for one in (case, found.cases[0]))
     assert after < 0.25 * before
     value, sigma = estimate(found)
-    assert abs(found.point[0] * found.model[0].candidate.nominal - value) < sigma
+    assert abs(found.point[0] * found.taken[0].candidate.nominal - value) < sigma
 
 
 def test_what_is_stated_stays_believed_beside_what_is_found(flight) -> None:
@@ -150,10 +165,10 @@ def test_what_is_stated_stays_believed_beside_what_is_found(flight) -> None:
 def test_sums_around_what_was_found_are_those_around_the_belief(crept) -> None:
     """The same effect with the same noise, from the recording as it is and from the one navigated with the effect."""
     case, found = crept
-    tau = found.model[0].candidate.parameters["time_constant_s"]
+    tau = found.taken[0].candidate.parameters["time_constant_s"]
     _, one = recorded(case, "accelerometer.bias_creep", time_constant_s=tau)
     positions = [one.noise_point for one in found.fitted]
-    there, here = sums([case], positions, [one]), sums(found.cases, positions, found.model, found.point)
+    there, here = sums([case], positions, [one]), sums(found.cases, positions, found.taken, found.point)
     assert here.normal[0, 0] == pytest.approx(there.normal[0, 0], rel=1e-3)
     assert here.projection[0] == pytest.approx(there.projection[0], rel=1e-3)
 

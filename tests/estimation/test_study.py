@@ -68,7 +68,7 @@ class Regression:
         moved[np.array(self.spreads) > 0.0] = position
         return np.exp(np.array(self.spreads) * moved)[part]
 
-    def whitened(self, columns, position, blocks=EACH) -> Whitened:
+    def whitened(self, columns, position, blocks=EACH, lasting=0) -> Whitened:
         self.asked.append(blocks)
         s = self.sigma(position)
         x = np.column_stack([self.anyway, *(np.array(one.start) for one in columns)]) / s[:, None]

@@ -39,6 +39,7 @@ from ins_eval.estimation.best_set import ROUNDS, at_noise, begun, joined, naviga
 from ins_eval.estimation.instants import innovations
 from ins_eval.estimation.linearisation import linearise, more_probable, on_common
 from ins_eval.estimation.own_noise import with_own_noise
+from ins_eval.estimation.placing import Point
 from ins_eval.estimation.refine import Impossible
 from ins_eval.estimation.study import Hypothesis, fit_noise, marginal, wide
 from ins_eval.navigation import PARKED
@@ -68,7 +69,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
         for case, one in zip(cases, null, strict=True)
     ]
     progress("effects")
-    around_belief = linearise(cases, (), np.zeros(0), known, policy)
+    around_belief = linearise(Point(cases, (), np.zeros(0), tuple(known)), policy)
     begin = begun(around_belief, known, policy)
     alone = () if _of_earth(begin) else _alone(cases, null, policy)
     linearisation = searched(cases, begin, policy)

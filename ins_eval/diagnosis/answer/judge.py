@@ -162,9 +162,10 @@ def _effects(linearisation: Linearisation) -> tuple[FoundEffect, ...]:
     members = linearisation.best.members
     whole = linearisation.gain(members)
     mean, covariance = linearisation.coefficients
-    known = linearisation.refined
-    bent = {} if known is None else {one.key: x for one, x in zip(known.model, known.bent, strict=True)}
-    spread = {} if known is None else {one.key: x for one, x in zip(known.model, known.spread, strict=True)}
+    placed = linearisation.refined.intervals if linearisation.refined else ()
+    spread = {one.effect.key: one.spread for one in placed}
+    added = sum((one.bent for one in placed), np.zeros(len(placed)))
+    bent = {one.effect.key: x for one, x in zip(placed, added, strict=True)}
     found = []
     for i, k in enumerate(members):
         gain = whole - linearisation.gain([j for j in members if j != k])
