@@ -128,10 +128,12 @@ def assemble(
     slow: SlowFactor,
     columns: Sequence[Column],
     taken: Sequence[tuple[Column, float]] = (),
+    observed: np.ndarray | None = None,
 ) -> Assembled:
     """The residual and `columns` in the form that `whitening` takes.
 
     Columns that were `taken` off what was navigated, with their coefficients, are put back into the residual.
+    `observed` is what `observed_of` makes of model and measurements, where that is known.
     """
     terms = (term for column in (*columns, *(one for one, _ in taken)) for term in column.terms)
     names = list(dict.fromkeys(["1", *(term.slow for term in terms if isinstance(term, Drive | Measured))]))
@@ -160,13 +162,6 @@ def assemble(
             else:
                 shown.append((c, _response(term.response), place[term.slow]))
                 shown_weights.append(by * term.weight)
-    observed = np.zeros((nodes, _CHANNEL + CHANNELS, CHANNELS))
-    observed[:, _RESIDUAL] = np.nan_to_num(seen.residual)
-    observed[:, _DELAY] = seen.of_delay
-    observed[:, _ARM : _ARM + 3] = seen.of_arm
-    if model.states is not None:
-        observed[:, _MOUNT:_CHANNEL, 6:] = np.swapaxes(model.states.mat_nb, 1, 2)  # boxes that are not parallel
-    observed[:, _CHANNEL:] = np.eye(CHANNELS)
     drive_terms = np.array(driven, dtype=np.int64).reshape(-1, 4)
     observation_terms = np.array(shown, dtype=np.int64).reshape(-1, 3)
     slow_epochs = np.array([np.ones(epochs), *(slow.epochs[name] for name in names[1:])])
@@ -191,11 +186,23 @@ def assemble(
         drive_weights=np.array(driven_weights, dtype=float),
         residual=seen.residual,
         design=seen.design,
-        observed=observed,
+        observed=observed_of(model, seen) if observed is None else observed,
         slow_nodes=slow_nodes,
         observation_terms=observation_terms,
         observation_weights=np.array(shown_weights, dtype=float),
     )
+
+
+def observed_of(model: ErrorModel, seen: Observations) -> np.ndarray:
+    """What each response shows in the nine channels of each node, (nodes, responses, 9); the residual is the first."""
+    observed = np.zeros((model.nodes_s.size, _CHANNEL + CHANNELS, CHANNELS))
+    observed[:, _RESIDUAL] = np.nan_to_num(seen.residual)
+    observed[:, _DELAY] = seen.of_delay
+    observed[:, _ARM : _ARM + 3] = seen.of_arm
+    if model.states is not None:
+        observed[:, _MOUNT:_CHANNEL, 6:] = np.swapaxes(model.states.mat_nb, 1, 2)  # boxes that are not parallel
+    observed[:, _CHANNEL:] = np.eye(CHANNELS)
+    return observed
 
 
 def _other_than_0(values: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from ins_eval.effects.temperature import SmoothedTemperature, temperature
 from ins_eval.error_model import null
-from ins_eval.error_model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble
+from ins_eval.error_model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble, observed_of
 from ins_eval.error_model.geometry import apart
 from ins_eval.error_model.library import Candidate, Parameters, candidates, composed_candidates, member
 from ins_eval.error_model.observations import REFERENCE_POSITION_M, Observations
@@ -65,10 +65,15 @@ class Case:
     _known: dict[tuple, Known] = field(default_factory=dict, init=False, repr=False)  # of the last noise
     _anyway: dict[Blocks, Assembled] = field(default_factory=dict, init=False, repr=False)  # nuisances on blocks
 
+    @cached_property
+    def _observed(self) -> np.ndarray:
+        return observed_of(self.model, self.seen)
+
     def assembled(self, columns: Sequence[Column] = ()) -> Assembled:
         """Nuisances first, then `columns`."""
         taken = tuple(zip(self.nuisances, self.taken, strict=True))
-        assembled = assemble(self.model, self.seen, self.slow, [*self.nuisances, *columns], taken)
+        columns = [*self.nuisances, *columns]
+        assembled = assemble(self.model, self.seen, self.slow, columns, taken, self._observed)
         return replace(assembled, interval_s=self.epochs_s)
 
     def on_blocks(self, columns: Sequence[Column], blocks: Blocks) -> Assembled:

@@ -39,6 +39,7 @@ from ins_eval.units import STANDARD_GRAVITY, UG
 
 if TYPE_CHECKING:
     from ins_eval.effects.slow import Conditions
+    from ins_eval.effects.temperature import SmoothedTemperature
     from ins_eval.recording import ChamberReadings
 
 WHITE_UG = 5.0  # where nothing is known; read off the readings themselves
@@ -49,8 +50,17 @@ FEWEST_READINGS = 2
 _ONE = "channel_0"
 
 
-def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder: str | Path = ".") -> Case:
-    """Everything about a chamber recording before a hypothesis is asked about. Raises DataRefused for one reading."""
+def prepare_chamber(
+    readings: ChamberReadings,
+    belief: Belief,
+    name: str,
+    folder: str | Path = ".",
+    temperature: SmoothedTemperature | None = None,
+) -> Case:
+    """Everything about a chamber recording before a hypothesis is asked about. Raises DataRefused for one reading.
+
+    `temperature` is that of its readings, where it is known already.
+    """
     if readings.time_s.size < FEWEST_READINGS:
         raise DataRefused(
             f"{name}: holds {readings.time_s.size} reading, expected at least {FEWEST_READINGS} to judge by; record "
@@ -59,7 +69,7 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
     read, stated = readings, belief
     readings, belief = mended_chamber(readings, belief, name)
     runs = _runs(readings)
-    temperature = chamber_temperature(readings, belief.accelerometer)
+    temperature = temperature or chamber_temperature(readings, belief.accelerometer)
     given = indicated(readings, belief, folder)
     one_more = indicated(replace(readings, output=readings.output + 1.0), belief, folder)
     size = float(np.median(one_more - given))  # of 1 pulse/s
@@ -108,7 +118,7 @@ def prepare_chamber(readings: ChamberReadings, belief: Belief, name: str, folder
         outliers=outliers,
         epochs_s=interval_s,
         member=bench.member,
-        again=lambda effects: prepare_chamber(read, with_effects(stated, effects), name, folder),
+        again=lambda effects: prepare_chamber(read, with_effects(stated, effects), name, folder, temperature),
     )
 
 

@@ -164,7 +164,7 @@ class Linearisation:
         """The same with the best set lessened by the hypotheses `dropped`; what was taken off stays known."""
         kept = tuple(k for k in self.best.members if k not in dropped)
         gain = self.gain(kept)
-        return replace(self, ranked=(explanation(kept, gain, self.space.cost), *self.ranked))
+        return replace(self, ranked=(explanation(kept, gain, self.space.cost), *self.ranked) if kept else ())
 
     def exchanged(self, k: int, other: int) -> Linearisation:
         """The same with hypothesis `other` in the place of member `k` of the best set; what was taken off stays."""
