@@ -13,9 +13,12 @@ from its twin: the same day, course, temperature, turn-on biases, start, wander 
 RMS of own errors is that of the difference between the horizontal velocities of a navigated flight and of its
 navigated twin; the share that is left is this RMS with the model, over that without. So what a day draws anew, which
 nobody could know, is in neither. `ins-eval predict` says before how much is left; `covered` counts how often it is
-within its interval.
+within its interval. Where `diagnose` fails there is no model, and all is left.
 `reachable` is what the observer leaves of other instruments of the population on the same days: its median, and the
 chance that a flight gets worse. Turn-on biases hide from every recording what is constant in it.
+
+With `--output` each instrument is written as it comes, and found again by the same package: a run that was ended, or
+is asked for more instruments or other modes, goes on.
 """
 
 from __future__ import annotations
@@ -32,13 +35,15 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
+from benchmark.runners.run import package_hash
 from benchmark.scores.observer import observed, reachable, sums
 from benchmark.worlds.whole import POPULATIONS, an_instrument
 from ins_eval.cli import main as ins_eval
 from ins_eval.compensation.file import believed_model
 from ins_eval.effects import without_effects
+from ins_eval.files import write_whole
 from ins_eval.navigation import beginning, compensate, evaluate, samples
-from ins_eval.parallel import in_order
+from ins_eval.parallel import results
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief
 from ins_eval.tables import parse, read_toml
@@ -86,26 +91,50 @@ def unit(population: str, seed: int, index: int, modes: Sequence[str]) -> dict[s
         for mode in modes:
             model, answer, expected = (where / f"{mode}.{kind}" for kind in ("toml", "json", "expected.json"))
             folders = [str(where / f"{day}") for day in MODES[mode]]
-            assert not ins_eval(["diagnose", *folders, "--write-model", str(model), "--json", str(answer), "--quiet"])
-            assert not ins_eval(["predict", str(model), str(where / "later"), "--json", str(expected), "--quiet"])
-            told = json.loads(expected.read_text())["velocity_rms"]
             parts = [seen[day] for day in MODES[mode]]
             instrument.flight(LATER, believed=observed(instrument, parts)).save(where / f"seen-{mode}")
-            share = rms(velocities(where / "later", model) - twin) / before
-            out["modes"][mode] = {
-                "share": share,
+            out["modes"][mode] = found = {
+                "share": 1.0,
                 "observer": rms(velocities(where / f"seen-{mode}") - twin) / before,
                 "reachable": np.percentile(reachable(instrument, parts, later), PERCENT).tolist(),
-                "expected": told,
-                "covered": told["own_after"]["low"] <= share * before <= told["own_after"]["high"],
-                "verdict": json.loads(answer.read_text())["verdict"],
+                "covered": False,
             }
+            code = ins_eval(["diagnose", *folders, "--write-model", str(model), "--json", str(answer), "--quiet"])
+            code = code or ins_eval(["predict", str(model), str(where / "later"), "--json", str(expected), "--quiet"])
+            if code:
+                found["failed"] = code
+                continue
+            told = json.loads(expected.read_text())["velocity_rms"]
+            found["share"] = share = rms(velocities(where / "later", model) - twin) / before
+            found["expected"] = told
+            found["covered"] = told["own_after"]["low"] <= share * before <= told["own_after"]["high"]
+            found["verdict"] = json.loads(answer.read_text())["verdict"]
     return out
 
 
-def units(population: str, seed: int, count: int, workers: int, modes: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """The first `count` instruments of a population, in their order."""
-    return in_order(unit, ((population, seed, index, modes) for index in range(count)), workers)
+def units(
+    population: str, seed: int, count: int, workers: int, modes: Sequence[str], output: Path | None = None
+) -> Iterator[dict[str, Any]]:
+    """The first `count` instruments of a population, those first that are known already in `output`.
+
+    Each is written there as it comes, and known to the package that found it.
+    """
+    package, jobs = package_hash(), {}
+    known: dict[int, dict[str, Any]] = {}
+    for index in range(count):
+        path = None if output is None else output / f"{population}-{seed}-{index}.json"
+        before = json.loads(path.read_text()) if path is not None and path.exists() else {}
+        known[index] = before if before.get("package") == package else {"modes": {}}
+        if missing := [mode for mode in modes if mode not in known[index]["modes"]]:
+            jobs[index] = population, seed, index, missing
+        else:
+            yield known[index]
+    for index, found in results(unit, jobs, workers):
+        one = {**found, "package": package, "modes": {**known[index]["modes"], **found["modes"]}}
+        if output is not None:
+            output.mkdir(parents=True, exist_ok=True)
+            write_whole(output / f"{population}-{seed}-{index}.json", (json.dumps(one, indent=1) + "\n").encode())
+        yield one
 
 
 def summary(found: Sequence[dict[str, Any]], mode: str, seed: int = 0) -> dict[str, Any]:
@@ -130,6 +159,7 @@ def summary(found: Sequence[dict[str, Any]], mode: str, seed: int = 0) -> dict[s
         "observer_less_interval": np.percentile(np.median((share - observer)[rows], axis=1), INTERVAL).tolist(),
         "worse_than_without": worse,
         "worse_interval": exact(worse),
+        "failed": sum("failed" in one for one in each),
         "covered": covered,
         "covered_interval": exact(covered),
         "target": TARGETS[mode],
@@ -143,11 +173,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--workers", type=int, default=1, help="instruments at a time (1)")
     parser.add_argument("--population", choices=POPULATIONS, action="append", help="one of them (both)")
     parser.add_argument("--mode", choices=MODES, action="append", help="what is diagnosed (all three)")
-    parser.add_argument("--output", type=Path, help="folder of whole_instruments.json")
+    parser.add_argument("--output", type=Path, help="folder of the instruments and of whole_instruments.json")
     options = parser.parse_args(arguments)
     modes, found = options.mode or list(MODES), []
     for population in options.population or list(POPULATIONS):
-        for one in units(population, options.seed, options.count, options.workers, modes):
+        for one in units(population, options.seed, options.count, options.workers, modes, options.output):
             found.append(one)
             words = ", ".join(f"{m} {x['share']:.2f} (observer {x['observer']:.2f})" for m, x in one["modes"].items())
             print(f"{population} {one['index']}: {one['own_rms_mps']:.2f} m/s; left: {words}", flush=True)
@@ -155,9 +185,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for mode, table in tables.items():
         print(f"{mode}: {json.dumps(table)}")
     if options.output is not None:
-        options.output.mkdir(parents=True, exist_ok=True)
+        found.sort(key=lambda one: (one["population"], one["index"]))
         text = json.dumps({"seed": options.seed, "instruments": found, "summary": tables}, indent=1)
-        (options.output / "whole_instruments.json").write_text(text + "\n")
+        write_whole(options.output / "whole_instruments.json", (text + "\n").encode())
     return 0
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmark.runners.whole_instruments import summary, unit
+from benchmark.runners import whole_instruments
+from benchmark.runners.whole_instruments import summary, unit, units
 from benchmark.scores import linear
 from benchmark.scores.observer import candidates, reachable, sums
 from benchmark.worlds.effects import AXES
@@ -16,6 +17,26 @@ COUNT_STEP = 2.0  # pulses: what whole counts leave of a difference
 EXACT = 1e-5  # of a share
 SIGMAS = 5.0  # of a chi-square
 BEST_SHARE = 0.95  # of the velocity RMS of own errors, that a model has to stay below in the slow test
+
+
+def test_a_run_that_was_ended_goes_on(tmp_path, monkeypatch) -> None:
+    """What was found stays, of more instruments and other modes only what is missing is asked, and another package
+    begins anew."""
+    asked = []
+
+    def found(population: str, seed: int, index: int, modes: list[str]) -> dict:
+        asked.append((index, *modes))
+        return {"population": population, "index": index, "modes": {mode: {"share": 0.5} for mode in modes}}
+
+    monkeypatch.setattr(whole_instruments, "unit", found)
+    some = list(units("tactical", 3, 2, 1, ["one"], tmp_path))
+    more = list(units("tactical", 3, 3, 1, ["one", "two"], tmp_path))
+    assert asked == [(0, "one"), (1, "one"), (0, "two"), (1, "two"), (2, "one", "two")]
+    assert [list(one["modes"]) for one in some + more] == 2 * [["one"]] + 3 * [["one", "two"]]
+    assert list(units("tactical", 3, 3, 1, ["two"], tmp_path)) == more
+    monkeypatch.setattr(whole_instruments, "package_hash", lambda: "another")
+    list(units("tactical", 3, 1, 1, ["one"], tmp_path))
+    assert asked[5:] == [(0, "one")]
 
 
 def test_every_sensor_has_every_error_of_its_population() -> None:
