@@ -47,6 +47,7 @@ SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise of one sigma
 NORMAL_MAD = 0.6745
 WANDER_TIME_S = 1800.0
 COARSE_WANDER_TIME_S = 200.0  # of gyros that flicker within a minute: the plateau of their Allan deviation
+ALONE, ALONE_SPREAD = "wander_alone", 1.0  # of the logarithm by which sensors of a kind differ: by reasoning
 AGITATION_S = 1.0  # within which motion changes faster than fixes tell
 SAMPLING = 0.3  # of what changes within a second: between the twelfth that a trapezoid misses and all that is felt
 JITTER_S = 0.01  # of stamps that a log gives when a message has arrived; both by reasoning, with wide priors
@@ -103,6 +104,11 @@ class NoiseModel:
     agitation: np.ndarray
     later: np.ndarray
     interval_s: np.ndarray
+    alone: int | None = None
+
+    def with_one_alone(self, sensor: int) -> NoiseModel:
+        """The same where accelerometer or gyro number `sensor` of six wanders by a factor more than the others."""
+        return replace(self, alone=sensor, priors={**self.priors, ALONE: Prior(1.0, ALONE_SPREAD)})
 
     @property
     def free(self) -> list[str]:
@@ -122,6 +128,7 @@ class NoiseModel:
         wander_time_s = v.get("wander_time", WANDER_TIME_S)
         sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
         sigma[HEADING] = v.get("slow_heading", sigma[HEADING])
+        wander_sigma = np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3) * self._factors(v)
         return NoiseLevels(
             white=np.hypot(self.white, v["jitter"] * self.later) if "jitter" in v else self.white,
             force=v["velocity_random_walk"] ** 2 * dt + force,
@@ -130,14 +137,21 @@ class NoiseModel:
             slow_sigma=sigma,
             slow_time_s=np.repeat([v[f"slow_{of}_time"] for of in ("position", "velocity", "attitude")], 3),
             jumps=self.jumps,
-            wander_sigma=np.repeat([v["accelerometer_wander"], v["gyro_wander"]], 3),
+            wander_sigma=wander_sigma,
             wander_time_s=np.repeat([wander_time_s, v.get("gyro_wander_time", wander_time_s)], 3),
         )
+
+    def _factors(self, values: dict[str, float]) -> np.ndarray:
+        """By how much each of the six sensors wanders more than its kind."""
+        factors = np.ones(6)
+        if self.alone is not None:
+            factors[self.alone] = values[ALONE]
+        return factors
 
     def slope(self, noise_point: np.ndarray, by: Slopes) -> np.ndarray:
         """dL by the noise point from dL `by` what the filter allows for: every level is centre exp(spread x)."""
         v = self.values(noise_point)
-        slow = by.slow_sigma * self.down
+        slow, wander = by.slow_sigma * self.down, by.wander_sigma * self._factors(v)
         parts = {
             "slow_position": slow[:3].sum(),
             "slow_velocity": slow[3:6].sum(),
@@ -147,10 +161,13 @@ class NoiseModel:
             "slow_attitude_time": by.slow_time_s[6:].sum(),
             "velocity_random_walk": 2.0 * v["velocity_random_walk"] * (by.force @ self.interval_s),
             "angle_random_walk": 2.0 * v["angle_random_walk"] * (by.rate @ self.interval_s),
-            "accelerometer_wander": by.wander_sigma[:3].sum(),
-            "gyro_wander": by.wander_sigma[3:].sum(),
+            "accelerometer_wander": wander[:3].sum(),
+            "gyro_wander": wander[3:].sum(),
             "wander_time": by.wander_time_s.sum(),
         }
+        if self.alone is not None:
+            level = v["accelerometer_wander" if self.alone < 3 else "gyro_wander"]
+            parts[ALONE] = level * by.wander_sigma[self.alone]
         if "slow_heading" in v:
             parts["slow_attitude"] = slow[6:HEADING].sum()
             parts["slow_heading"] = by.slow_sigma[HEADING]

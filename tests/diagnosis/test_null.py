@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.answer.judge import judge
-from ins_eval.diagnosis.unnamed.disturbance import is_sure, one_sensor
+from ins_eval.diagnosis.unnamed.disturbance import is_sure
+from ins_eval.diagnosis.unnamed.one_sensor import one_sensor
 from ins_eval.estimation import case as cases
 from ins_eval.policy import Policy
 from ins_eval.units import DEG_PER_H, UG
@@ -55,3 +56,16 @@ def test_a_wave_of_one_sensor_is_no_wander_of_all(flight, wave_ug: float) -> Non
     assert is_sure(found, Policy()) is (wave_ug > 0.0)
     if wave_ug:
         assert found.interval.channel.name == "accelerometer.z"
+
+
+@pytest.mark.parametrize("axis", "zx")
+def test_a_wave_of_a_parked_unit_is_its_own_unless_the_stand_may_lean(recording_at_rest, axis: str) -> None:
+    """Within windows it fits none of them; a stand that leans to and fro is felt by x as such a wave is."""
+    parked = recording_at_rest(2.0 * PARKED_S, 6, np.zeros_like)
+    imu = parked.imu
+    force, interval_s = imu.accelerometer.copy(), np.diff(imu.time_s, prepend=0.0)
+    force[:, "xyz".index(axis)] += WAVE_UG * UG * interval_s * np.sin(2.0 * np.pi * imu.time_s / PERIOD_S)
+    case = cases.prepare(replace(parked, imu=replace(imu, accelerometer=force)))
+    found = one_sensor(case, 0, case.fitted(hills=True), Policy())
+    assert is_sure(found, Policy()) is (axis == "z")
+    assert axis == "x" or found.interval.channel.name == "accelerometer.z"

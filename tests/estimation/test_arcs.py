@@ -21,6 +21,7 @@ from ins_eval.error_model import null
 from ins_eval.estimation import arcs
 from ins_eval.estimation import case as cases
 from ins_eval.estimation.evidence import log_evidence, sensitivity
+from ins_eval.estimation.noise import ALONE, ALONE_SPREAD
 from ins_eval.estimation.study import fit_noise
 from ins_eval.recording import Recording, form
 from ins_eval.recording.belief import EffectBelief
@@ -38,6 +39,7 @@ SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wan
 TURNED_ARCSEC, ROUNDING_ARCSEC = 1000.0, 1e-3
 OFF_M, NEAR, NO_PRIOR = 500.0, 0.2, 1.0  # of a guess, share of it that is left; sigmas of a prior, of 17 for a guess
 STAMPS_S, FIX_M, FIX_MPS = 0.05, 0.5, 0.05  # one sigma of stamps and of fixes
+LOUD, LOUDER = 4, 0.7  # gyro y, by so many prior sigmas more than the others
 AGREES, SLOPE_STEP = 0.35, 1e-3  # at one speed stamps and white noise look alike, and a part is counted twice
 DWELL_S, TURN_S, AS_IT_LIES_RAD = 200.0, 18.0, 0.01  # of a box on four sides; 3 mg in doubt are 3 mrad
 AUTOPILOT_LATE_S = (0.21, 0.29)  # of positions, by the authors' filter; of velocities, by their increments
@@ -126,13 +128,21 @@ def test_stamps_that_jitter_and_motion_between_samples_are_noise_of_their_own(id
     allowed = case.noise.levels(fitted.noise_point).white[np.isfinite(case.seen.residual[:, 0])]
     speed = np.median(np.abs(fixes.velocity_n[:, :2]), axis=0)
     np.testing.assert_allclose(np.median(allowed[:, :2], axis=0), np.hypot(FIX_M, STAMPS_S * speed), rtol=AGREES)
-    ready = case.ready([])
-    _, slope_of = ready.slope(fitted.noise_point, sensitivity)
-    for name in ("jitter", "accelerometer_sampling", "gyro_sampling"):
-        step = SLOPE_STEP * np.eye(slope_of.size)[case.noise.free.index(name)]
-        sides = [log_evidence(ready(fitted.noise_point + sign * step)) for sign in (1.0, -1.0)]
-        difference = (sides[0] - sides[1]) / (2.0 * SLOPE_STEP)
-        assert slope_of[case.noise.free.index(name)] == pytest.approx(difference, rel=1e-3, abs=1e-3)
+    alone = replace(case, noise=case.noise.with_one_alone(LOUD))
+    for one, noise_point, names in (
+        (case, fitted.noise_point, ("jitter", "accelerometer_sampling", "gyro_sampling")),
+        (alone, np.append(fitted.noise_point, LOUDER), ("accelerometer_wander", "gyro_wander", ALONE)),
+    ):
+        ready, free = one.ready([]), one.noise.free
+        _, slope_of = ready.slope(noise_point, sensitivity)
+        for name in names:
+            step = SLOPE_STEP * np.eye(slope_of.size)[free.index(name)]
+            sides = [log_evidence(ready(noise_point + sign * step)) for sign in (1.0, -1.0)]
+            difference = (sides[0] - sides[1]) / (2.0 * SLOPE_STEP)
+            assert slope_of[free.index(name)] == pytest.approx(difference, rel=1e-3, abs=1e-3)
+    ratio = alone.noise.levels(np.append(fitted.noise_point, LOUDER)).wander_sigma
+    ratio = ratio / case.noise.levels(fitted.noise_point).wander_sigma
+    np.testing.assert_allclose(ratio, np.where(np.arange(6) == LOUD, np.exp(ALONE_SPREAD * LOUDER), 1.0))
 
 
 def test_a_start_that_is_stated_is_held_against_what_is_found_also_where_arcs_are_needed(ideal_recording) -> None:

@@ -24,7 +24,6 @@ from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
 from ins_eval.diagnosis.unnamed.disturbance import (
     intervals,
     is_sure,
-    one_sensor,
     restless,
     surest_of,
     with_quiet_sensors,
@@ -32,6 +31,7 @@ from ins_eval.diagnosis.unnamed.disturbance import (
 )
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, located
 from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
+from ins_eval.diagnosis.unnamed.one_sensor import one_sensor
 from ins_eval.diagnosis.unnamed.where import where
 from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model.null import is_coarse

@@ -1,8 +1,8 @@
-"""A disturbance that has no name: an interval of a channel, or one sensor that wanders more than the others.
+"""A disturbance that has no name: an interval of a channel, or a sensor that wanders beyond its grade.
 
 What is wrong inflates the noise that is fitted without it, so each suspect is compared with the null at a noise of its
-own. An interval is judged as the largest of all that were looked at (`locate`), a slow disturbance by its evidence
-(`open_form`).
+own. An interval is judged as the largest of all that were looked at (`locate`). One sensor that wanders more than the
+others is in `one_sensor`.
 """
 
 from __future__ import annotations
@@ -15,9 +15,8 @@ import numpy as np
 
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.mismatch import Wander
-from ins_eval.diagnosis.unnamed.open_form import open_forms, roots
 from ins_eval.effects.parts import SENSORS
-from ins_eval.estimation.evidence import free, log_evidence, log_evidence_of, mixture, reduce
+from ins_eval.estimation.evidence import free, log_evidence, log_evidence_of, reduce
 from ins_eval.navigation import PARKED
 
 if TYPE_CHECKING:
@@ -75,11 +74,11 @@ def of_windows(
 
     On `blocks`, by default those of the fit of the noise.
     """
-    over, edges_s, windows = _windows(case, sensors)
+    over, edges_s, windows = windows_of(case, sensors)
     return over, edges_s, case.whitened([*chosen, *windows], noise_point, case.blocks if blocks is None else blocks)
 
 
-def _windows(case: Case, sensors: bool = False) -> tuple[list[Channel], np.ndarray, list[Column]]:
+def windows_of(case: Case, sensors: bool = False) -> tuple[list[Channel], np.ndarray, list[Column]]:
     """Channels, or only those of the `sensors`, edges, and every window of every channel."""
     over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
     if sensors:
@@ -97,7 +96,7 @@ def intervals(case: Case, r: int, base: Fitted, rng: np.random.Generator, policy
     quiet = _with_quiet(case, base.noise_point, (*OF_SENSORS, *OF_RECEIVERS))
     starts = [base.noise_point] if (quiet == base.noise_point).all() else [base.noise_point, quiet]
     suspects = []
-    over, edges_s, windows = _windows(case)
+    over, edges_s, windows = windows_of(case)
     ready = case.ready(windows)
     for noise_point in starts:
         reduced = reduce(ready(noise_point), len(case.nuisances))
@@ -130,40 +129,6 @@ def _refitted(case: Case, r: int, base: Fitted, interval: Interval, trials: Sign
     return Suspect(
         r, interval, 0.5 * ratio - float(np.log(trials.trials)), trials.probability(ratio), trials.sigma(ratio), fitted
     )
-
-
-def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
-    """A slow disturbance of one sensor, while the other sensors wander less; None where there is one sensor only.
-
-    It is looked for where sensors wander little, and half as far as they seem to: a wave is not quite what windows are.
-    """
-    over, edges_s, windows = _windows(case, sensors=True)
-    if len(over) == 1:
-        return None
-    known = slice(0, len(case.nuisances))
-    ready, best = case.ready(windows), None
-    for quiet in _quieter(case, base.noise_point):
-        whitened = ready(quiet)
-        reduced = reduce(whitened, known.stop)
-        form = max(open_forms(reduced, len(over)), key=lambda one: one.log_bayes_factor)
-        start = log_evidence_of(whitened, known) - 0.5 * float(quiet @ quiet) + form.log_bayes_factor
-        if best is None or start > best[0]:
-            best = start, over[form.channel], quiet, locate.scan(reduced, over, edges_s)
-    start, channel, quiet, found = best
-    if not found:
-        return None
-    columns = list(locate.windows(channel, edges_s, case.slow, case.model))
-    forms = roots(len(columns))
-    cost = float(np.log(len(over) / policy.odds)) + policy.alone
-    interval = max(found, key=lambda one: one.channel is channel)
-    if start - base.log_evidence < -policy.hopeless:
-        return Suspect(r, interval, start - base.log_evidence - cost, 1.0, 0.0, base)
-    fitted = case.fitted(columns, replace(base, noise_point=quiet), lambda a, b: mixture(a, b, forms))
-    gained = fitted.log_evidence - base.log_evidence - cost
-    left = reduce(fitted.whitened, known.stop)
-    interval = next(iter(locate.scan(left, [channel], edges_s)), interval)
-    sigma = float(np.sqrt(2.0 * max(gained, 0.0)))
-    return Suspect(r, interval, gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted)
 
 
 def restless(case: Case, r: int, fitted: Fitted, policy: Policy, chosen: Sequence[Column] = ()) -> Suspect | None:
@@ -212,13 +177,6 @@ def within_grade(case: Case, noise_point: np.ndarray, policy: Policy) -> np.ndar
     if case.believed is not None:
         return noise_point
     return np.where(np.isin(case.noise.free, OF_BENCH), np.minimum(noise_point, policy.wander), noise_point)
-
-
-def _quieter(case: Case, noise_point: np.ndarray) -> list[np.ndarray]:
-    """`noise_point` at sensors that wander little, and at half of what is beyond the usual, if any is."""
-    beyond = np.isin(case.noise.free, OF_SENSORS) & (noise_point > 0.0)
-    half = [np.where(beyond, 0.5 * noise_point, noise_point)] if beyond.any() else []
-    return [with_quiet_sensors(case, noise_point), *half]
 
 
 def _with_quiet(case: Case, noise_point: np.ndarray, levels: Sequence[str]) -> np.ndarray:

@@ -1,0 +1,117 @@
+"""One sensor that is slowly disturbed, while the others are not.
+
+A wander that is the same for three sensors takes up what one of them does. So two other forms of it are held against
+it: a curve that is constant within windows (`open_form`), and a wander of one sensor that is louder than that of the
+others by a factor. Windows show what lasts, and where it is; a wave within a window or two shows by its level alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ins_eval.diagnosis.unnamed import locate
+from ins_eval.diagnosis.unnamed.disturbance import (
+    OF_SENSORS,
+    Suspect,
+    of_windows,
+    windows_of,
+    with_quiet_sensors,
+)
+from ins_eval.diagnosis.unnamed.open_form import open_forms, roots
+from ins_eval.effects.effect import AXES
+from ins_eval.effects.parts import SENSORS
+from ins_eval.estimation.evidence import log_evidence, log_evidence_of, mixture, reduce
+from ins_eval.estimation.noise import ALONE_SPREAD
+from ins_eval.estimation.noise_fit import WIDEST, Fitted
+from ins_eval.navigation import PARKED
+
+if TYPE_CHECKING:
+    from ins_eval.diagnosis.unnamed.locate import Interval
+    from ins_eval.estimation.case import Case
+    from ins_eval.policy import Policy
+
+UPRIGHT = 0.7  # of g along an accelerometer of a parked unit, from which no stand that leans feigns its wander
+
+
+def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
+    """The slow disturbance of one sensor that gains most over a wander of all; None where there is one sensor only."""
+    found = [look(case, r, base, policy) for look in (_in_windows, _by_its_level)]
+    return max((one for one in found if one is not None), key=lambda one: one.gain, default=None)
+
+
+def _in_windows(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
+    """A slow disturbance that is constant within windows, sought where sensors wander little; None of one sensor."""
+    over, edges_s, windows = windows_of(case, sensors=True)
+    if len(over) == 1:
+        return None
+    known = slice(0, len(case.nuisances))
+    quiet = with_quiet_sensors(case, base.noise_point)
+    whitened = case.ready(windows)(quiet)
+    reduced = reduce(whitened, known.stop)
+    form = max(open_forms(reduced, len(over)), key=lambda one: one.log_bayes_factor)
+    start = log_evidence_of(whitened, known) - 0.5 * float(quiet @ quiet) + form.log_bayes_factor
+    channel, found = over[form.channel], locate.scan(reduced, over, edges_s)
+    if not found:
+        return None
+    interval = max(found, key=lambda one: one.channel is channel)
+    if start < base.log_evidence - policy.hopeless:
+        return _suspect(r, interval, start - base.log_evidence, base, len(over), policy)
+    columns = list(locate.windows(channel, edges_s, case.slow, case.model))
+    forms = roots(len(columns))
+    fitted = case.fitted(columns, replace(base, noise_point=quiet), lambda a, b: mixture(a, b, forms))
+    left = reduce(fitted.whitened, known.stop)
+    interval = next(iter(locate.scan(left, [channel], edges_s)), interval)
+    return _suspect(r, interval, fitted.log_evidence - base.log_evidence, fitted, len(over), policy)
+
+
+def _by_its_level(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
+    """The sensor that wanders by a factor more than the others, or None.
+
+    A fit begins where the others wander by `ALONE_SPREAD` less and this one as before: farther off, where other levels
+    have not followed, nothing looks better.
+    """
+    free, best = case.noise.free, None
+    for k in _may_be_alone(case):
+        level = OF_SENSORS[k // 3]
+        less = np.where(np.array(free) == level, ALONE_SPREAD / case.noise.priors[level].spread, 0.0)
+        alone = replace(case, noise=case.noise.with_one_alone(k))
+        start = _at(alone, np.append(np.maximum(base.noise_point - less, -WIDEST), 1.0))
+        if best is None or start.log_evidence > best[0].log_evidence:
+            best = start, k, alone
+    if best is None or best[0].log_evidence < base.log_evidence - policy.hopeless:
+        return None
+    start, k, alone = best
+    fitted = alone.fitted((), start)
+    like_others = _at(case, fitted.noise_point[:-1])
+    over, edges_s, whitened = of_windows(case, with_quiet_sensors(case, like_others.noise_point), sensors=True)
+    found = locate.scan(reduce(whitened, len(case.nuisances)), over, edges_s)
+    sensor = f"{SENSORS[k // 3]}.{AXES[k % 3]}"
+    interval = next((one for one in found if one.channel.name == sensor), None)
+    if interval is None:
+        return None
+    return _suspect(r, interval, fitted.log_evidence - base.log_evidence, like_others, len(over), policy)
+
+
+def _may_be_alone(case: Case) -> list[int]:
+    """Sensors, of six, whose wander nothing else feigns: of a parked unit those that no stand that leans moves."""
+    if case.believed is None:
+        return []
+    if case.kind not in PARKED:
+        return list(range(6))
+    upright = np.abs(case.model.states.mat_nb[:, 2]).mean(axis=0)
+    return [k for k in range(3) if upright[k] > UPRIGHT]
+
+
+def _at(case: Case, noise_point: np.ndarray) -> Fitted:
+    """What a fit would be that ends here."""
+    whitened = case.ready(())(noise_point)
+    return Fitted(noise_point, log_evidence(whitened) - 0.5 * float(noise_point @ noise_point), whitened)
+
+
+def _suspect(r: int, interval: Interval, gained: float, fitted: Fitted, sensors: int, policy: Policy) -> Suspect:
+    """The suspect that gained so many nats, less what the choice of one of the `sensors` costs."""
+    gain = gained - float(np.log(sensors / policy.odds)) - policy.alone
+    return Suspect(r, interval, gain, 0.0 if gain > 0.0 else 1.0, float(np.sqrt(2.0 * max(gain, 0.0))), fitted)
