@@ -100,17 +100,13 @@ class Case:
         about.
         """
         levels = coarse_noise(self.noise, blocks, self.seen.residual).levels(noise_point)
-        at = blocks, noise_point.tobytes()
-        if at not in self._known:
+        at, first = (blocks, noise_point.tobytes()), tuple(columns[:lasting])
+        if (*at, first) not in self._known:
+            bare = self._known.get((*at, ())) or known_at(self.on_blocks((), blocks), levels)
             self._known.clear()
-            self._known[at] = known_at(self.on_blocks((), blocks), levels)
-        first = tuple(columns[:lasting])
-        if lasting and (*at, first) not in self._known:
-            known = self._known[at]
-            self._known.clear()
-            self._known[at], self._known[*at, first] = known, with_more(known, self.on_blocks(first, blocks), levels)
-        known = self._known[(*at, first) if lasting else at]
-        return whiten(self.on_blocks(columns, blocks), levels, keep, known)
+            self._known[*at, ()] = bare
+            self._known[*at, first] = with_more(bare, self.on_blocks(first, blocks), levels) if lasting else bare
+        return whiten(self.on_blocks(columns, blocks), levels, keep, self._known[*at, first])
 
     def fitted(
         self,
