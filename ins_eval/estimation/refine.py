@@ -31,6 +31,7 @@ NAVIGATED = 12  # times that the recordings are navigated at most
 HALVINGS = 5  # of one step
 LESS = 3.0  # nats by which recordings may become less probable: what rounding and a moved measurement do
 SAME, SAME_S, SAME_SHARE = 0.02, 2.0, 0.05
+MISREAD = 1.5  # times as much white noise as before, which no chance makes of thousands of rows; by reasoning
 STEADY = 0.3  # sigmas that a coefficient may still move
 
 
@@ -169,15 +170,17 @@ def _navigated(
 def _same_white(case: Case, before: Case) -> NoiseModel:
     """The noise of `case` with priors and white level of that of `before`.
 
-    What motion adds to it is that of the nodes of `case`: a clock that is set right moves measurements along.
+    What motion adds to it is that of the nodes of `case`: a clock that is set right moves measurements along. A channel
+    in which more than `MISREAD` times as much is white now was misread before: what was wrong looked like a walk.
     """
-    if np.array_equal(case.model.nodes_s, before.model.nodes_s):
-        return before.noise
     typical = []
     for one in (before, case):
         known = np.where(np.isfinite(one.seen.residual), one.noise.white, np.nan)
-        typical.append([np.nanmedian(column) if np.isfinite(column).any() else 1.0 for column in known.T])
-    white = case.noise.white * np.divide(*typical)
+        typical.append(np.array([np.nanmedian(column) if np.isfinite(column).any() else 1.0 for column in known.T]))
+    misread = typical[1] > MISREAD * typical[0]
+    if np.array_equal(case.model.nodes_s, before.model.nodes_s):
+        return replace(before.noise, white=np.where(misread, case.noise.white, before.noise.white))
+    white = np.where(misread, case.noise.white, case.noise.white * np.divide(*typical))
     return replace(case.noise, priors=before.noise.priors, down=before.noise.down, white=white)
 
 

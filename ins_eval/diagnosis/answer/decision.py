@@ -111,9 +111,13 @@ def open_margin(findings: Findings, policy: Policy) -> float:
     if describing(linearisation, policy):
         return -np.inf
     most = max((len(own) for own in _moving(linearisation).values()), default=1)
-    left_open = policy.left_open * max(linearisation.best.log_posterior, 0.0)
     composed = any(linearisation.hypotheses[k].candidate.name == COMPOSED for k in linearisation.best.members)
-    return left_open - policy.open_margin * (most - 1) - policy.near * composed
+    return _left_open(linearisation, policy) - policy.open_margin * (most - 1) - policy.near * composed
+
+
+def _left_open(linearisation: Linearisation, policy: Policy) -> float:
+    """Nats of the effects that their linear sums leave open."""
+    return policy.left_open * max(linearisation.best.log_posterior, 0.0)
 
 
 def describing(linearisation: Linearisation, policy: Policy) -> tuple[int, ...]:
@@ -191,7 +195,7 @@ def only_described(findings: Findings, surest: Suspect | None, policy: Policy) -
     """Whether the effects follow the shape of something else.
 
     A disturbance that gains more has suggested the effects of other sensors, one that gains `Policy.near` more those of
-    its own.
+    its own; more by what the linear sums of these leave open.
     And what follows a law explains nothing where a mismatch is left in its very channel, unless effects of others
     explain most; but a bench always leaves one, and beside geometry, which is exact, the least error of a law is left.
     """
@@ -200,7 +204,8 @@ def only_described(findings: Findings, surest: Suspect | None, policy: Policy) -
     channels = _channels(linearisation, members)
     if surest is not None:
         elsewhere = surest.interval.channel.name not in channels
-        if surest.gain > findings.gain + (0.0 if elsewhere else policy.near):
+        lead = max(0.0 if elsewhere else policy.near, _left_open(linearisation, policy))
+        if surest.gain > findings.gain + lead:
             return True
     left = findings.beside.mismatch
     geometry = linearisation.space.exact[list(members)].any()
