@@ -48,10 +48,11 @@ class Point:
 
         What was taken off is added back with what it was taken with.
         """
-        columns = list(dict.fromkeys([*self.taken, *asked, *once]))
+        lasting = dict.fromkeys([*self.taken, *asked])
+        columns = list(lasting | dict.fromkeys(once))
         taken = np.append(self.point, np.zeros(len(columns) - self.point.size))
         noise_points = [one.noise_point for one in self.fitted]
-        here = sums(self.cases, noise_points, columns, taken, lasting=len(columns) - len(once))
+        here = sums(self.cases, noise_points, columns, taken, lasting=len(lasting))
         place = {one: k for k, one in enumerate(columns)}
         n = [place[one] for one in (*asked, *once)]
         return here.normal[np.ix_(n, n)], here.projection[n]

@@ -33,9 +33,7 @@ if TYPE_CHECKING:
     from ins_eval.estimation.case import Case
     from ins_eval.policy import Policy
 
-UPRIGHT = (
-    0.7  # of g along an accelerometer of a parked unit, more than across: what leans moves it little; by reasoning
-)
+UPRIGHT = 0.7  # of g along an accelerometer of a parked unit, more than across: a lean moves it little; by reasoning
 
 
 def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
