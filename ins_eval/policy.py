@@ -31,7 +31,7 @@ class Policy:
     share: float = _chosen(0.01, DEVELOPMENT, "share of the first effect's nats that another of its sensor must gain")
     share_chamber: float = _chosen(0.03, DEVELOPMENT, "the same where a recording is of a chamber")
     handicap: float = _chosen(3.0, REASONING, "nats that an effect composed of a recorded column pays")
-    repeats: float = _chosen(1.5, REASONING, "nats that an effect in proportion to what does not change pays")
+    repeats: float = _chosen(1.5, REASONING, "nats that an effect pays where a simpler one would show alike")
     worth_refitting: float = _chosen(2.0, REASONING, "nats, at the noise of the null, from which a set is refitted")
     stay: float = _chosen(0.5, REASONING, "nats by which another set must lead that which was navigated with")
     earth: float = _chosen(30.0, REASONING, "nats from which a term of the Earth is tried by navigating with it")

@@ -21,6 +21,7 @@ from ins_eval.effects.slow import slow_factor
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.columns import Column, Drive, Elapsed, Measured, Missing, SlowFactor
+from ins_eval.error_model.drives import source
 from ins_eval.error_model.observations import CHANNELS, stands_in_arcs
 from ins_eval.error_model.propagation import STATES, ErrorModel
 from ins_eval.recording.mending import MAGNETIC
@@ -44,6 +45,7 @@ COMPOSED = {
 COARSEST_PPM = 1e4
 # nor do zero offsets of consumer MEMS exceed 0.25 g and 20 deg/s (data sheets of ADXL345 and MPU-6050)
 LARGEST_OF = {"ppm": 1e5, "urad": 1e5, "ug/g^2": 1e5, "ug/g^3": 1e5, "ug": 2.5e5, "deg/h": 7.2e4}
+HARDLY = 0.01  # of a sum of squares, a tenth in size: by reasoning
 CLOCKS = ("time_offset", "clock_step")
 LARGEST_DELAY_S = 1.0  # a receiver is late by less than the second between its fixes; what jumps farther is no delay
 LARGEST = 400.0  # usual sizes that no instrument of its grade exceeds: consumer sheets over those of navigation grade
@@ -62,7 +64,7 @@ class Candidate:
     column: Column
     parameters: dict[str, float | str] = field(default_factory=dict)
     centre: float = 0.0  # other than 0: what physics fixes the coefficient to, in nominal sizes
-    repeats: bool = False  # in proportion to what does not change in this recording: an offset would show alike
+    repeats: bool = False  # a simpler error would show alike in this recording
 
     @property
     def largest(self) -> float:
@@ -232,8 +234,36 @@ def _member(
         column = _of_description(effect, nominal, parameters, (model, slow, given))
     else:
         column = _not_of_a_sensor(effect, axis, nominal * effect.si)
-    repeats = len(believed.stands) == 1 and any(part.multiplier != "1" for part in of_parts)
+    repeats = _repeats(effect, of_parts, parameters, believed, model)
     return Candidate(effect.name, axis, unit, nominal, column, dict(parameters), centre, repeats)
+
+
+def _repeats(
+    effect: Effect, of_parts: list[EffectPart], parameters: Parameters, believed: Believed, model: ErrorModel
+) -> bool:
+    """Whether a simpler error would show alike in this recording.
+
+    An offset, of what follows an input that never changes; a scale factor, of what follows the magnitude of an input
+    that keeps its sign; an error from the start on, of a jump before which hardly anything was there that it acts on:
+    a clock acts on what moves, a scale factor on what is measured.
+    """
+
+    def driven(part: EffectPart, multiplier: str) -> np.ndarray:
+        return model.integrals[:, source(part.sensor, AXES.index(part.axis), multiplier)]
+
+    multipliers = {part.multiplier for part in of_parts}
+    if multipliers and "1" not in multipliers and len(believed.stands) == 1:
+        return True
+    if multipliers and multipliers <= {"|f|", "|w|"}:
+        pairs = [(driven(part, part.multiplier), driven(part, part.multiplier.strip("|"))) for part in of_parts]
+        return all(min(np.square(a - b).sum(), np.square(a + b).sum()) < HARDLY * np.square(a).sum() for a, b in pairs)
+    if "at_s" not in parameters:
+        return False
+    if effect.enters == FAMILY:
+        acts = np.square(model.states.velocity_n).sum(axis=1)[1:]
+    else:
+        acts = sum(np.square(driven(part, part.multiplier)).sum(axis=1) for part in of_parts)
+    return float(acts[model.nodes_s[1:] <= float(parameters["at_s"])].sum()) < HARDLY * float(acts.sum())
 
 
 def _slow(part: EffectPart, effect: Effect, parameters: Parameters, slow: SlowFactor, model: ErrorModel) -> str:

@@ -97,7 +97,7 @@ def union(cases: Sequence[Case]) -> list[Hypothesis]:
 
 
 def space(hypotheses: Sequence[Hypothesis], policy: Policy) -> Space:
-    """Families by key; what is composed of a recorded column, or repeats an offset, pays a handicap."""
+    """Families by key; what is composed of a recorded column, or repeats what is simpler, pays a handicap."""
     numbers: dict[tuple, int] = {}
     channels = [one.candidate.channel for one in hypotheses]
     families = np.array([numbers.setdefault(one.key, len(numbers)) for one in hypotheses])

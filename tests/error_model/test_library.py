@@ -1,0 +1,49 @@
+"""What a simpler error would show alike pays for it: jumps before anything moves, magnitudes of what keeps its sign.
+
+The flight stands, takes off, turns both ways and lands; its fixes tell when it moves.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ins_eval.error_model.library import HARDLY, Candidate
+from ins_eval.estimation.case import prepare
+
+MOVES_MPS = 1.0
+LATER_S = 600.0  # by then as much of the flight is behind that a jump is another thing
+
+
+@pytest.fixture(scope="module")
+def candidates(flight) -> tuple[Candidate, ...]:
+    return prepare(flight).candidates
+
+
+def of(candidates, name: str, axis: str | None = None) -> list[Candidate]:
+    return [one for one in candidates if one.name == name and one.axis == axis]
+
+
+def test_a_clock_that_jumps_before_anything_moves_is_late_from_the_start_on(flight, candidates) -> None:
+    speed = np.linalg.norm(flight.gps.velocity_n, axis=1)
+    off_s = flight.gps.time_s[np.argmax(speed > MOVES_MPS)]
+    jumps = {one.parameters["at_s"]: one.repeats for one in of(candidates, "recording.clock_step")}
+    assert all(repeats for at_s, repeats in jumps.items() if at_s <= off_s)
+    assert not any(repeats for at_s, repeats in jumps.items() if at_s > off_s + LATER_S)
+    squares = np.cumsum(speed**2) / np.sum(speed**2)
+    share = {at_s: squares[flight.gps.time_s <= at_s][-1] for at_s in jumps}
+    assert {repeats for at_s, repeats in jumps.items() if share[at_s] < 0.5 * HARDLY} == {True}
+    assert {repeats for at_s, repeats in jumps.items() if share[at_s] > 2.0 * HARDLY} == {False}
+
+
+def test_the_magnitude_of_what_keeps_its_sign_is_a_scale_factor(candidates) -> None:
+    """Gravity is never reversed along z; turns to the left and to the right are."""
+    (upright,), (turning,) = of(candidates, "accelerometer.asymmetry", "z"), of(candidates, "gyro.asymmetry", "z")
+    assert upright.repeats
+    assert not turning.repeats
+
+
+def test_what_changes_in_flight_repeats_nothing(candidates) -> None:
+    for name in ("accelerometer.scale", "accelerometer.bias", "gyro.scale", "gyro.bias_drift"):
+        assert not any(one.repeats for one in of(candidates, name, "z"))
+    assert not any(one.repeats for one in of(candidates, "accelerometer.bias_step", "z"))
