@@ -238,8 +238,7 @@ class ChamberCandidates:
             if effect.enters not in (ACCELEROMETER, "temperature") or not possible(effect, self.given):
                 continue
             constant = effect.multipliers == ("1",) and effect.slow == "1"  # as the constant of a run is
-            jumps = effect.slow == "step"  # any ramp whose temperature is not known would pass for one
-            if effect.enters == ACCELEROMETER and (constant or jumps or effect.multipliers[0] not in OF_INPUT):
+            if effect.enters == ACCELEROMETER and (constant or effect.multipliers[0] not in OF_INPUT):
                 continue
             axis = None if effect.enters == "temperature" else self.given.axes[0]
             for parameters in tried(effect, axis, self.given):
@@ -258,4 +257,6 @@ class ChamberCandidates:
             values = part.slow(time_s) * multiplied(part.sensor, part.multiplier, part.axis, force, force)
             key = _at(self.slow, f"{part.multiplier}: {part.key}", values)
             terms.append(Measured(_ONE, nominal * part.weight, key))
-        return Candidate(effect.name, axis, unit, nominal, Column("", tuple(terms)), dict(parameters), centre)
+        in_one_position = float(np.ptp(self.readings.input_g)) == 0.0
+        repeats = in_one_position and all(part.multiplier != "1" for part in of_parts)
+        return Candidate(effect.name, axis, unit, nominal, Column("", tuple(terms)), dict(parameters), centre, repeats)

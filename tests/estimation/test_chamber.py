@@ -35,6 +35,8 @@ VALUE, ROUNDING_UG = 0.03, 1e-3  # relative, of what noise leaves of the rate te
 ROUNDING = 1e-5  # of a factor as it is stated
 SLOPE = 0.01  # of a compensation, taken from a difference
 WANDER_UG, WANDER_S = 300.0, 1800.0
+OF_READINGS = ("time_s", "run", "input_g", "rate_c_per_min", "temperature_c", "output")
+JUMP_UG, JUMP_AT_S, JUMP_TOLERANCE_S = 60.0, 18000.0, 120.0  # in the second run, four readings
 LAG_S, LAG, OWN_COLUMN = 130.0, 0.1, 0.01  # a lag, and relative, of what noise leaves of it and of its column
 
 
@@ -195,8 +197,29 @@ def test_only_what_the_chamber_can_show_is_a_candidate(belief) -> None:
     candidates = prepare_chamber(measured(EPSILON), belief, "chamber").candidates
     assert {one.axis for one in candidates} == {"y", None}
     names = {one.name for one in candidates}
-    assert {"temperature.lag", "accelerometer.bias_creep", "accelerometer.cubic"} <= names
-    assert not {"accelerometer.bias", "accelerometer.cross_output", "accelerometer.bias_step", "gyro.bias"} & names
+    assert {"temperature.lag", "accelerometer.bias_creep", "accelerometer.cubic", "accelerometer.bias_step"} <= names
+    assert not {"accelerometer.bias", "accelerometer.cross_output", "gyro.bias"} & names
+
+
+def test_in_one_position_an_offset_leads_what_follows_the_input(belief) -> None:
+    readings = measured(EPSILON)
+    upright = readings.run == 0
+    one = replace(readings, **{name: getattr(readings, name)[upright] for name in OF_READINGS})
+    for taken, alike in ((readings, set()), (one, {"scale", "asymmetry", "quadratic", "cubic"})):
+        repeating = {c.name for c in prepare_chamber(taken, belief, "chamber").candidates if c.repeats}
+        assert {name.removeprefix("accelerometer.").split("_")[0] for name in repeating} == alike
+
+
+def test_a_jump_within_a_run_is_named_with_its_instant(belief) -> None:
+    """In one of four positions the output jumps where the temperature rises; the others say that it is no law of it."""
+    readings = measured(EPSILON)
+    jumped = readings.output + GAMMA * 1e-6 * JUMP_UG * ((readings.run == 1) & (readings.time_s >= JUMP_AT_S))
+    found = judge([prepare_chamber(replace(readings, output=jumped), belief, "chamber")])
+    (effect,) = found.effects
+    named = effect.hypothesis.candidate
+    assert (named.name, named.axis) == ("accelerometer.bias_step", "y")
+    assert named.parameters["at_s"] == pytest.approx(JUMP_AT_S, abs=JUMP_TOLERANCE_S)
+    assert abs(effect.value - JUMP_UG) < 3.0 * effect.sigma
 
 
 @pytest.mark.parametrize(
