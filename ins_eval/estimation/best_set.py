@@ -82,7 +82,11 @@ def at_noise(linearisation: Linearisation, fitted: Sequence[Fitted], policy: Pol
 
 
 def searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Policy) -> Linearisation:
-    """Search, fit the noise under the set found, navigate with that set, and search again until the set stays."""
+    """Search, fit the noise under the set found, navigate with that set, and search again until the set stays.
+
+    Where it does not stay, the most probable of the sets with which the recordings were navigated.
+    """
+    most: Linearisation | None = None
     for turn in range(ROUNDS):
         best = linearisation.best
         if best.log_bayes_factor < policy.worth_refitting:
@@ -96,6 +100,7 @@ def searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Poli
         keys = linearisation.keys
         linearisation = linearise(refined, policy)
         own = linearisation.own_first(len(refined.taken))
+        most = own if most is None or more_probable(most, own) > 0.0 else most
         placed = set(linearisation.best.members) == set(range(len(refined.taken)))
         last = turn == ROUNDS - 1
         if linearisation.keys == keys and not placed and not last:
@@ -104,7 +109,7 @@ def searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Poli
             linearisation = own
         if linearisation.keys == keys:
             break
-    return linearisation
+    return linearisation if most is None else most
 
 
 def navigated_with(

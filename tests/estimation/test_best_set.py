@@ -1,4 +1,5 @@
-"""Two searches put together: what only one of them found is taken where the data have it, else not."""
+"""Two searches put together: what only one of them found is taken where the data have it, else not. And a search that
+was led astray comes back."""
 
 from __future__ import annotations
 
@@ -7,9 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.estimation.best_set import joined, navigated_with
+from ins_eval.estimation import best_set
+from ins_eval.estimation.best_set import joined, navigated_with, searched
 from ins_eval.estimation.case import Case, prepare
-from ins_eval.estimation.linearisation import Linearisation
+from ins_eval.estimation.linearisation import Linearisation, linearise
+from ins_eval.estimation.placing import Point
+from ins_eval.estimation.search import explanation
 from ins_eval.estimation.study import Hypothesis, fit_noise
 from ins_eval.policy import Policy
 from ins_eval.units import UG
@@ -55,3 +59,25 @@ def test_what_only_the_other_search_found_is_taken_with_its_size(stepped) -> Non
 def test_what_the_data_do_not_have_is_not_taken_from_the_other_search(stepped) -> None:
     better = with_steps(stepped, "zx")
     assert joined((stepped,), better, with_steps(stepped, "y"), Policy()) is better
+
+
+def test_a_search_that_was_led_to_a_less_probable_set_comes_back(stepped, monkeypatch) -> None:
+    """Sums around a set say what is linear about the others, which may be much less than what navigating shows."""
+    visited = []
+
+    def astray(at: Point, policy: Policy) -> Linearisation:
+        found = linearise(at, policy)
+        if not at.taken:
+            return found
+        visited.append([one.candidate.axis for one in at.taken])
+        wrong = next(k for k, one in enumerate(found.hypotheses) if one.key == step(stepped, "y").key)
+        best = explanation((wrong,), found.best.log_bayes_factor + 10.0 * Policy().stay, found.space.cost)
+        return replace(found, ranked=(best, *found.ranked))
+
+    null = tuple(fit_noise([stepped], [], [None]))
+    around_belief = linearise(Point((stepped,), (), np.zeros(0), null), Policy())
+    monkeypatch.setattr(best_set, "linearise", astray)
+    found = searched((stepped,), around_belief, Policy())
+    assert visited[0][:1] == ["z"]
+    assert ["y"] in visited
+    assert axes_of(found) == visited[0]
