@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from ins_eval.believed import believed
+from ins_eval.error_model.columns import EARTH_TERMS
 from ins_eval.errors import InsEvalError
 from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import indicated
@@ -94,19 +95,21 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
     """What is wrong with a column of sensors that the parts of a recording do not tell, and its navigation does.
 
     `case` is the recording as it was read. What a column of wrong sign or place indicates is off by about as much as it
-    is, a scale factor error beyond any sensor's. At a wrong instant any column may seem to be wrong, so it must be also
-    where clocks are brought together as the motion tells, if that is more probable. Put right, the recording must be
-    more probable beyond doubt.
+    is, a scale factor error beyond any sensor's. At a wrong instant any column may seem to be wrong, and so may a gyro
+    where the Earth is believed to stand still. So it must be also where clocks are brought together as the motion
+    tells, or where no term of the Earth is left out, if that is more probable. Put right, the recording must be more
+    probable beyond doubt.
     """
     if not _beyond_sensors(case):
         return []
-    clocks = {(): case} | {one: _navigated(_believing(recording, one)) for one in clock_beliefs(case)}
-    heights = {one: _height(navigated) for one, navigated in clocks.items()}
-    clock = max(heights, key=heights.__getitem__)
-    tried = _beyond_sensors(clocks[clock] or case)
+    others = (*clock_beliefs(case), *_left_out(recording.belief))
+    around = {(): case} | {one: _navigated(_believing(recording, one)) for one in others}
+    heights = {one: _height(navigated) for one, navigated in around.items()}
+    likeliest = max(heights, key=heights.__getitem__)
+    tried = _beyond_sensors(around[likeliest] or case)
     options = list(_what_else(tried))
     leads = [
-        max(_evidence(_believing(recording, (*known, one))) for known in {(), clock}) - heights[clock]
+        max(_evidence(_believing(recording, (*known, one))) for known in {(), likeliest}) - heights[likeliest]
         for one in options
     ]
     best = max(range(len(leads)), key=leads.__getitem__, default=None)
@@ -120,6 +123,12 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
         f"{done} the fixes agree"
     )
     return [WrongDescription(chosen, leads[best], seen)]
+
+
+def _left_out(belief: Belief) -> list[tuple[EffectBelief, ...]]:
+    """The terms of the Earth that a belief leaves out, as effects that put them in: one set of all, or none."""
+    terms = tuple(EffectBelief(name=f"earth.{one}", value=1.0) for one in EARTH_TERMS if not getattr(belief.earth, one))
+    return [terms] if terms else []
 
 
 def _believing(recording: Recording, effects: Sequence[EffectBelief]) -> Recording:

@@ -39,6 +39,7 @@ STEP_S, DRIFT_PPM, SIGMAS = 0.15, 60.0, 4.0
 AT_S = 1200.0
 TURNS_LITTLE = (51, 68)  # seed and number of the journey, whose gyro z has the wrong sign
 TWIN_FLIGHT = (53, 72)  # of a flight whose gyros x and y stand for each other, and whose antenna is where the IMU is
+LEFT_OUT = 2  # seed of a straight flight in which a reversed gyro z looks like the rotation of the Earth
 ROUNDING = 1e-5  # of the evidence of a navigation, in nats
 
 
@@ -65,8 +66,8 @@ CASES = [
 
 
 @cache
-def made(grade: str, trajectory: str = "drive") -> Made:
-    rng = np.random.default_rng(5)
+def made(grade: str, trajectory: str = "drive", seed: int = 5) -> Made:
+    rng = np.random.default_rng(seed)
     if grade != "navigation":
         return of_grade(rng, grade, trajectory, RATE_HZ)
     return of_navigation_grade(rng, a_unit(rng, "plain", pulses=False), trajectory, RATE_HZ, (), False, ())
@@ -135,6 +136,18 @@ def test_a_sign_that_only_navigation_tells(tmp_path) -> None:
         found = [one.effect for one in wrong_columns(recording, prepare(believed(recording), recording.folder))]
         wrong = [] if case.effect is None else [(case.effect.name, case.effect.axis, case.effect.parameters["sensor"])]
         assert [(one.name, one.axis, one.sensor) for one in found] == wrong
+
+
+def test_a_gyro_that_feels_an_earth_that_is_left_out_is_not_turned_over(tmp_path, monkeypatch) -> None:
+    """Straight on, the rotation along z is a rate of one sign there: with that turned over much of it is right."""
+    made("navigation", "straight", LEFT_OUT).save(tmp_path / "straight")
+    read = form.read(tmp_path / "straight")
+    earth = read.belief.earth.model_copy(update={"rotation": False})
+    recording = believed(replace(read, belief=read.belief.model_copy(update={"earth": earth})))
+    case = prepare(recording)
+    assert wrong_columns(recording, case) == []
+    monkeypatch.setattr(description, "_left_out", lambda belief: [])
+    assert [(one.effect.name, one.effect.axis) for one in wrong_columns(recording, case)] == [(SIGN, "z")]
 
 
 @pytest.mark.parametrize("turn", [m for m in MATRICES if np.linalg.det(m) > 0.0])
