@@ -183,6 +183,8 @@ def _one_source(source: MeasurementSource, row: np.ndarray, out: Observations, s
         y[known, ATTITUDE] = -(Rotation.from_matrix(mat[known]) * given.inv()).as_rotvec()
     y[~fixes.valid] = np.nan
     sigma = _sigma(source)
+    stamped = source.name != "standstill"  # which holds at any instant
+    of_delay = stamped * _delay(states, row, spin_b, mat, fixes.velocity_n)
     design = np.broadcast_to(np.eye(CHANNELS, STATES), (row.size, CHANNELS, STATES)).copy()
     design[:, POSITION, ATTITUDE], design[:, VELOCITY, ATTITUDE] = cross_matrices(arm_n), cross_matrices(swing_n)
     for channel in range(CHANNELS):
@@ -191,7 +193,7 @@ def _one_source(source: MeasurementSource, row: np.ndarray, out: Observations, s
         out.residual[at, channel] = y[here, channel]
         out.sigma[at, channel] = sigma[here, channel]
         out.design[at, channel] = design[here, channel]
-        out.of_delay[at, channel] = _delay(states, row, spin_b, mat)[here, channel]
+        out.of_delay[at, channel] = of_delay[here, channel]
         for axis in range(3):
             # an antenna farther out than believed: the measurement is ahead of the solution
             if channel < 3:
@@ -202,10 +204,15 @@ def _one_source(source: MeasurementSource, row: np.ndarray, out: Observations, s
     return [channel for channel in range(CHANNELS) if np.isfinite(y[:, channel]).any()]
 
 
-def _delay(states, row: np.ndarray, spin_b: np.ndarray, mat: np.ndarray) -> np.ndarray:
-    """The stamp is later than believed, so the measurement is older: y = x(t) - x(t - delay)."""
+def _delay(states, row: np.ndarray, spin_b: np.ndarray, mat: np.ndarray, measured_n: np.ndarray) -> np.ndarray:
+    """The stamp is later than believed, so the measurement is older: y = x(t) - x(t - delay).
+
+    Positions move with the velocity that was `measured_n` (m, 3), where it was: a solution that drifts while it stands
+    would let a clock move what does not move.
+    """
     turning_n = -np.einsum("kij,kj->ki", mat, spin_b)  # phi of C(t) against C(t - delay)
-    return np.column_stack([states.velocity_n[row], states.acceleration_n[row], turning_n])
+    velocity_n = np.where(np.isfinite(measured_n), measured_n, states.velocity_n[row])
+    return np.column_stack([velocity_n, states.acceleration_n[row], turning_n])
 
 
 def _rate(believed: Believed, states: States) -> np.ndarray:

@@ -15,6 +15,7 @@ from ins_eval.recording import Fixes, Recording
 from ins_eval.units import UG
 
 SWAY_MPS = 0.003
+FAR_MPS = 1.0  # within a flight of hours whose heading is off by a degree
 EDGE_S, STEADY_UG, BIAS_UG = 3.0, 1e-3, 3.0
 LEVEL = 0.15  # relative, of a level from some thousand measurements
 
@@ -36,6 +37,25 @@ def test_missing_values_are_gaps_and_nothing_else(flight) -> None:
     missing = np.isnan(gaps) & ~np.isnan(whole)
     assert missing.sum(axis=0).tolist() == [50, 50, 200, 50, 150, 50, 0, 0, 0]
     np.testing.assert_allclose(gaps[~np.isnan(gaps)], whole[~np.isnan(gaps)], atol=1e-6)
+
+
+def test_a_late_clock_moves_positions_as_fast_as_the_vehicle_and_not_as_the_solution_drifts(flight) -> None:
+    """A heading off by a degree turns the velocity of the solution, which no receiver follows."""
+    attitude = flight.start.attitude_rad + np.array([0.0, 0.0, np.radians(1.0)])
+    drifting = replace(flight, start=replace(flight.start, attitude_rad=attitude))
+    seen = seen_of(drifting)
+    known = np.isfinite(seen.residual[:, observations.POSITION]).all(axis=1)
+    moved = seen.of_delay[known][:, observations.POSITION]
+    np.testing.assert_array_equal(moved, flight.gps.velocity_n[: len(moved)])
+    assert np.abs(moved[:, 1] - seen.residual[known, 4]).max() > FAR_MPS  # the solution itself is as far off
+    blind = replace(drifting, gps=replace(flight.gps, velocity_n=np.full_like(flight.gps.velocity_n, np.nan)))
+    by_solution = seen_of(blind).of_delay[known][:, observations.POSITION]
+    off = by_solution - flight.gps.velocity_n[: len(moved)]
+    np.testing.assert_allclose(off, seen.residual[known][:, observations.VELOCITY], atol=1e-9)
+
+
+def test_a_standstill_has_no_stamps(ideal_recording) -> None:
+    assert not seen_of(ideal_recording("oven")).of_delay.any()
 
 
 def test_a_reference_that_tells_nothing_is_no_source(flight) -> None:
