@@ -306,8 +306,10 @@ def _hidden(counts: dict, one: dict) -> None:
     if heard:
         counts["naming"].add("named or listed, of the detected", one["found"])
         counts["naming"].add(f"named or listed, of the detected, {band_}", one["found"])
-        for _, there in one["rivals"]:
+        for _, there in one["rivals"]:  # of what is hardly there the oracle itself tells few effects from none
             counts["naming"].add("inseparable rival listed", there)
+            if seen:
+                counts["naming"].add("inseparable rival listed, D >= 8", there)
 
 
 def _sets(count: Count, one: dict) -> None:

@@ -74,6 +74,10 @@ def test_a_named_truth_counts_in_its_band():
     assert result["set size"]["mean"] == 1.5
     assert result["probability of the truth"]["mean"] == pytest.approx(0.75)
     assert result["naming"]["inseparable rival listed"]["hits"] == 1
+    assert result["naming"]["inseparable rival listed, D >= 8"] == result["naming"]["inseparable rival listed"]
+    faint = score([truth("a", "single", [CREEP], d=3.0)], {"a": answers["a"]})["naming"]
+    assert faint["inseparable rival listed"]["count"] == 1
+    assert "inseparable rival listed, D >= 8" not in faint
     assert result["by effect"]["accelerometer.bias_creep: named, D >= 16"]["count"] == 2
     assert result["confidently wrong"]["inside, single"]["hits"] == 0
 
