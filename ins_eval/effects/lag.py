@@ -27,7 +27,7 @@ EFFECTS = (
         physics="the temperature of magnet and pendulum follows that of the thermometer with a first-order lag and "
         "takes scale factor and bias along; a rate term named beside it is what is left then",
         enters="temperature", unit="s", si=1.0, nominal=30.0, axes=(None,),
-        parameters=(Parameter("lag_s", "s", 5.0, 600.0, 10),),
+        parameters=(Parameter("lag_s", "s", 1.0, 600.0, 13),),
         excited_by="a temperature that changes, and a compensation that depends on it",
         reference="Paper A (Sensors 2021, 21, 294), AUDIT A13: 0.4 to 2.7 min behind a surface sensor",
     ),
