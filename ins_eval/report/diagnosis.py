@@ -179,12 +179,13 @@ def _remainder(found: Mapping) -> list[str]:
 
 
 def _withdrawn(found: Mapping) -> list[str]:
-    """What was found and is not named, with the reason."""
-    return [
+    """What was found and is not named, with the reason; once, though it was withdrawn beside one set and another."""
+    said = (
         sentence(f"Not named: {effect_words(one)}, for this does not hold of it: {one['reason'][:1].lower()}"
                  f"{one['reason'][1:]}")
         for one in found.get("withdrawn", ())
-    ]  # fmt: skip
+    )  # fmt: skip
+    return list(dict.fromkeys(said))
 
 
 def _them(found: Mapping) -> str:

@@ -247,6 +247,14 @@ def test_what_is_left_is_named_as_the_next_place_to_look() -> None:
     assert "Error of gyro x estimated in each window beside the effects" in words
 
 
+def test_what_is_not_named_is_said_once_with_its_reason() -> None:
+    told = tree("partly explained")
+    one = {**creep(), "reason": "No rival lies above the effect in whose place it could stand"}
+    told["diagnosis"]["withdrawn"] = [one, one, {**one, "reason": "An effect accounts for a part of what was seen"}]
+    said, _ = diagnosis_content(told)
+    assert said.count("Not named: ") == 2
+
+
 def test_no_mismatch_says_how_near_the_nearest_came() -> None:
     said, sections = diagnosis_content(tree("no mismatch"))
     assert "1.2 nats, where 5.3 are needed; the most remarkable interval has a probability of 0.18" in said
