@@ -116,8 +116,11 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
     if best is None or not leads[best] > BEYOND_DOUBT:
         return []
     chosen = options[best]
-    sensor, axis, scale = next(one for one in tried if one[:2] == (chosen.sensor, chosen.axis))
-    done = "its sign turned" if chosen.other_axis is None else f"{axis} and {chosen.other_axis} exchanged"
+    seeming = [one for one in tried if one[0] == chosen.sensor]
+    sensor, axis, scale = next((one for one in seeming if one[1] == chosen.axis), seeming[0])
+    done = f"the sign of {chosen.axis} turned"
+    if chosen.other_axis is not None:
+        done = f"{chosen.axis} and {chosen.other_axis} exchanged"
     seen = (
         f"{sensor} {axis}: a scale factor that is off by {scale:+.2g} would fit best, which no sensor has; with "
         f"{done} the fixes agree"
@@ -136,9 +139,13 @@ def _believing(recording: Recording, effects: Sequence[EffectBelief]) -> Recordi
 
 
 def _what_else(tried: Sequence[tuple[str, str, float]]) -> Iterator[EffectBelief]:
-    """What columns may be that are none of their axes: of the other sign, or two of a sensor exchanged."""
-    for sensor, axis, _ in tried:
-        yield EffectBelief(name="recording.axis_sign", axis=axis, value=-1.0, sensor=sensor)
+    """What columns may be that are none of their axes: of the other sign, or two of a sensor exchanged.
+
+    What one column of a sensor has wrong another may seem to have, whose motion is alike: each sign of it is tried.
+    """
+    for sensor in dict.fromkeys(sensor for sensor, _, _ in tried):
+        for axis in AXES:
+            yield EffectBelief(name="recording.axis_sign", axis=axis, value=-1.0, sensor=sensor)
     for (sensor, axis, _), (of, other, _) in combinations(tried, 2):
         if of == sensor:
             yield EffectBelief(name="recording.axes_exchanged", axis=axis, other_axis=other, value=1.0, sensor=sensor)
