@@ -248,22 +248,24 @@ def _repeats(
     a clock acts on what moves, a scale factor on what is measured.
     """
 
-    def driven(part: EffectPart, multiplier: str) -> np.ndarray:
-        return model.integrals[:, source(part.sensor, AXES.index(part.axis), multiplier)]
+    def of(part: EffectPart, multiplier: str) -> int:
+        return source(part.sensor, AXES.index(part.axis), multiplier)
 
     multipliers = {part.multiplier for part in of_parts}
     if multipliers and "1" not in multipliers and len(believed.stands) == 1:
         return True
     if multipliers and multipliers <= {"|f|", "|w|"}:
-        pairs = [(driven(part, part.multiplier), driven(part, part.multiplier.strip("|"))) for part in of_parts]
+        pairs = [[model.integrals[:, of(part, one)] for one in (part.multiplier, part.multiplier.strip("|"))]
+                 for part in of_parts]  # fmt: skip
         return all(min(np.square(a - b).sum(), np.square(a + b).sum()) < HARDLY * np.square(a).sum() for a, b in pairs)
     if "at_s" not in parameters:
         return False
     if effect.enters == FAMILY:
-        acts = np.square(model.states.velocity_n).sum(axis=1)[1:]
+        acts = np.square(model.states.velocity_n[1:]).sum(axis=1)
     else:
-        acts = sum(np.square(driven(part, part.multiplier)).sum(axis=1) for part in of_parts)
-    return float(acts[model.nodes_s[1:] <= float(parameters["at_s"])].sum()) < HARDLY * float(acts.sum())
+        acts = model.driven[:, [of(part, part.multiplier) for part in of_parts]].sum(axis=1)
+    before = np.searchsorted(model.nodes_s[1:], float(parameters["at_s"]), side="right")
+    return float(acts[:before].sum()) < HARDLY * float(acts.sum())
 
 
 def _slow(part: EffectPart, effect: Effect, parameters: Parameters, slow: SlowFactor, model: ErrorModel) -> str:

@@ -78,6 +78,11 @@ class ErrorModel:
         return walks(self.transition, self.half)
 
     @cached_property
+    def driven(self) -> np.ndarray:
+        """Squares of the integrals of each epoch, (k, sources)."""
+        return np.square(self.integrals).sum(axis=2)
+
+    @cached_property
     def coupling(self) -> np.ndarray:
         """What a constant error of each accelerometer and gyro adds to the state in each epoch, (k, 9, 6)."""
         out = np.empty((self.half.shape[0], STATES, 6))
