@@ -99,10 +99,11 @@ class Assembled:
 
     `acting` (count, 2) are the first node and the one behind the last at which something acts on a column: it is 0
     before the first, and after the last nothing but the equations moves it. `walks` are as in
-    `ins_eval.error_model.propagation`.
+    `ins_eval.error_model.propagation`. Where it is `still` there is no navigation error, and nothing drives one.
     """
 
     count: int
+    still: bool
     acting: np.ndarray
     start: np.ndarray
     transition: np.ndarray
@@ -173,6 +174,7 @@ def assemble(
         np.maximum.at(acting[:, 1], column, at[:, 1])
     return Assembled(
         count=len(columns) + 1,
+        still=model.states is None,
         acting=acting,
         start=start,
         transition=model.transition,

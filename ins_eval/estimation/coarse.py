@@ -17,7 +17,8 @@ import numpy as np
 
 from ins_eval.error_model.columns import TO_ATTITUDE, TO_POSITION, TO_VELOCITY, Assembled
 from ins_eval.error_model.propagation import walks
-from ins_eval.estimation.whitening import FASTMATH, motion, propagate, show, shown
+from ins_eval.estimation.kalman import FASTMATH, propagate, show
+from ins_eval.estimation.whitening import motion, shown
 
 if TYPE_CHECKING:
     from ins_eval.estimation.blocks import Blocks

@@ -23,8 +23,8 @@ from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model import drives
 from ins_eval.error_model.null import is_coarse
 from ins_eval.error_model.observations import CHANNELS, Observations
+from ins_eval.estimation.kalman import NoiseLevels
 from ins_eval.estimation.receiver_jumps import jumps
-from ins_eval.estimation.whitening import NoiseLevels
 from ins_eval.recording.belief import UNSTATED_DENSITY_UG
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 

@@ -21,13 +21,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numba
 import numpy as np
 
-from ins_eval.estimation.whitening import ALL_STATES, FASTMATH, Whitened, gains, motion, respond
+from ins_eval.estimation import still
+from ins_eval.estimation.kalman import FASTMATH
+from ins_eval.estimation.whitening import Whitened, gains, initial, motion, respond
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from ins_eval.error_model.columns import Assembled
-    from ins_eval.estimation.whitening import NoiseLevels
+    from ins_eval.estimation.kalman import NoiseLevels
 
 
 class Slopes(NamedTuple):
@@ -53,16 +55,19 @@ def slopes(
     nodes, rows = measured.shape[0], int(measured.sum())
     out = np.empty((rows, columns.count))
     recorded, log_determinant = gains(columns, noise, columns.count)
-    every, begin = np.arange(columns.count), np.zeros((ALL_STATES, columns.count))
-    begin[:9] = columns.start.T
-    respond(columns, noise, every, begin, (0, nodes), recorded, out)
+    every = np.arange(columns.count)
+    respond(columns, noise, every, initial(columns), (0, nodes), recorded, out)
     total = out.T @ out
     kept = np.full((nodes, 9, 1), np.nan)
     kept[measured] = out[:, :1]
     whitened = Whitened(total[1:, 1:], total[1:, 0], float(total[0, 0]), log_determinant, rows, kept)
     height, by_sums = sensitivity(whitened)
     found = Slopes(*(np.zeros(n) for n in ((nodes, 9), nodes - 1, nodes - 1, 9, 9, 6, 6)))
-    _back(motion(columns, every), measured, columns.design, noise, recorded, out, 2.0 * out @ by_sums, found)
+    by_out = out @ (2.0 * by_sums)
+    if columns.still:
+        still.back(columns.interval_s, measured, noise, recorded, out, by_out, found)
+    else:
+        _back(motion(columns, every), measured, columns.design, noise, recorded, out, by_out, found)
     return height, found
 
 

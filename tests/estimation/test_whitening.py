@@ -14,8 +14,9 @@ from ins_eval.estimation import case as cases
 from ins_eval.estimation.blocks import EACH, Blocks
 from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.evidence import Gained, log_evidence, mixture, sensitivity
+from ins_eval.estimation.kalman import NoiseLevels, filtered, responded
 from ins_eval.estimation.slope import Slopes, slopes
-from ins_eval.estimation.whitening import NoiseLevels, _filter, _respond, gains, known_at, whiten
+from ins_eval.estimation.whitening import gains, known_at, whiten
 from ins_eval.units import DEG_PER_H, STANDARD_GRAVITY
 
 NODES, EPOCHS = 16, 15
@@ -48,6 +49,7 @@ def problem() -> tuple[Assembled, NoiseLevels]:
     observed[:, 0] = np.nan_to_num(residual)
     assembled = Assembled(
         count=COLUMNS + 1,
+        still=False,
         acting=np.tile([0, NODES], (COLUMNS + 1, 1)),
         start=start,
         transition=np.eye(9) + matrices,
@@ -78,6 +80,21 @@ def problem() -> tuple[Assembled, NoiseLevels]:
         wander_time_s=np.repeat([15.0, 4.0], 3),
     )
     return assembled, levels
+
+
+def on_a_bench(problem) -> tuple[Assembled, NoiseLevels]:
+    """The same measurements where nothing moves, of columns that are all shown."""
+    assembled, levels = problem
+    shown = np.array([(0, 0, 0), (1, 1, 0), (2, 1, 1), (3, 0, 1)])
+    still = replace(
+        assembled,
+        still=True,
+        transition=np.tile(np.eye(9), (EPOCHS, 1, 1)),
+        **{name: np.zeros_like(getattr(assembled, name)) for name in ("half", "coupling", "design", "start")},
+        observation_terms=shown,
+        observation_weights=np.array([1.0, -0.4, 0.7, 0.3]),
+    )
+    return still, levels
 
 
 def dense(c: Assembled, n: NoiseLevels) -> tuple[np.ndarray, np.ndarray]:
@@ -132,8 +149,9 @@ def dense(c: Assembled, n: NoiseLevels) -> tuple[np.ndarray, np.ndarray]:
     return columns.reshape(NODES * 9, -1)[here], covariance
 
 
-def test_whitened_sums_are_those_of_the_dense_covariance(problem) -> None:
-    assembled, levels = problem
+@pytest.mark.parametrize("of", [lambda problem: problem, on_a_bench], ids=["moving", "still"])
+def test_whitened_sums_are_those_of_the_dense_covariance(problem, of) -> None:
+    assembled, levels = of(problem)
     columns, covariance = dense(assembled, levels)
     expected = columns.T @ np.linalg.solve(covariance, columns)
     sums = whiten(assembled, levels)
@@ -175,9 +193,13 @@ def _sum_of(problem: tuple[Assembled, NoiseLevels]) -> float:
     return float(np.logaddexp(*heights) - np.log(2.0) - 0.5 * seen.size * np.log(2.0 * np.pi))
 
 
-@pytest.mark.parametrize("part", Slopes._fields)
-def test_slopes_are_those_of_the_dense_covariance(problem, part) -> None:
-    assembled, levels = problem
+@pytest.mark.parametrize(
+    ("of", "part"),
+    [(lambda problem: problem, part) for part in Slopes._fields]
+    + [(on_a_bench, part) for part in ("white", "slow_sigma", "slow_time_s", "wander_sigma")],
+)
+def test_slopes_are_those_of_the_dense_covariance(problem, of, part) -> None:
+    assembled, levels = problem = of(problem)
     height, found = slopes(assembled, levels, lambda sums: sensitivity(sums, COLUMNS - 1, _two_sizes))
     assert height == pytest.approx(_sum_of(problem), rel=ROUNDING)
     direction = np.random.default_rng(3).standard_normal(getattr(found, part).shape)
@@ -293,7 +315,7 @@ def test_the_kernel_is_compiled_once(problem) -> None:
     few, many = whiten(assembled, levels), whiten(wide, levels)
     np.testing.assert_allclose(many.normal[:COLUMNS, :COLUMNS], few.normal, rtol=ROUNDING)
     slopes(assembled, levels, sensitivity)
-    assert len(_filter.signatures) == len(_respond.signatures) == 1
+    assert len(filtered.signatures) == len(responded.signatures) == 1
 
 
 def test_jumps_and_intervals_that_are_over_are_whitened_together(problem, monkeypatch) -> None:
