@@ -34,6 +34,9 @@ class Policy:
     repeats: float = _chosen(1.5, REASONING, "nats that an effect pays where a simpler one would show alike")
     worth_refitting: float = _chosen(2.0, REASONING, "nats, at the noise of the null, from which a set is refitted")
     stay: float = _chosen(0.5, REASONING, "nats by which another set must lead that which was navigated with")
+    sure: float = _chosen(
+        3.0, REASONING, "nats beyond its cost that an effect beside others must gain: 1 in 20 by chance"
+    )
     earth: float = _chosen(30.0, REASONING, "nats from which a term of the Earth is tried by navigating with it")
     most_of_set: float = _chosen(0.5, REASONING, "share of a set's nats from which an effect is tried alone, likewise")
     # what counts as a mismatch

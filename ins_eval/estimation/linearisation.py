@@ -166,6 +166,22 @@ class Linearisation:
         gain = self.gain(kept)
         return replace(self, ranked=(explanation(kept, gain, self.space.cost), *self.ranked) if kept else ())
 
+    def sure(self, policy: Policy) -> Linearisation:
+        """The same without effects that gain too little beside the others of the best set, the least first.
+
+        What is there by chance gains `Policy.sure` nats more than its choice costs once in exp(sure). And where one
+        gains little, every other lies near it.
+        """
+        one, least = self, self.space.cost + policy.sure
+        while len(members := one.best.members) > 1:
+            whole = one.gain(members)
+            gains = {k: whole - one.gain([j for j in members if j != k]) for k in members}
+            k = min(gains, key=gains.__getitem__)
+            if gains[k] >= least:
+                break
+            one = one.without({k})
+        return one
+
     def exchanged(self, k: int, other: int) -> Linearisation:
         """The same with hypothesis `other` in the place of member `k` of the best set; what was taken off stays."""
         members = tuple(other if member == k else member for member in self.best.members)

@@ -9,15 +9,18 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.answer.collect import NEAR, _unnamed_near, other_noise
-from ins_eval.diagnosis.answer.decision import only_described, open_margin, outgained
+from ins_eval.diagnosis.answer.decision import Decision, only_described, open_margin, outgained
 from ins_eval.diagnosis.answer.findings import Findings
+from ins_eval.diagnosis.answer.judge import exchanged
+from ins_eval.diagnosis.answer.verdict import PARTLY, Rival
 from ins_eval.diagnosis.unnamed.disturbance import QUIET
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance
+from ins_eval.estimation.evidence import SCALES
 from ins_eval.estimation.linearisation import Linearisation
 from ins_eval.estimation.noise_fit import Fitted
 from ins_eval.policy import Policy
 from ins_eval.recording.belief import Belief, GyroBelief
-from tests.diagnosis.linearisations import linearisation
+from tests.diagnosis.linearisations import INFORMATION, linearisation
 
 LARGE, SMALL = 6.0, 3.0  # coefficients that are both sure: 24 and 12 sigma
 HALF = 1.0  # of two that are alike: together as one of 1.9, and either alone fits nearly as well
@@ -100,6 +103,35 @@ def test_effects_that_are_alike_are_as_probable_together_as_a_form_without_a_nam
     for lead, better in ((together - 0.1, False), (together + 0.1, True)):
         instead = UnnamedDisturbance(None, found.best.log_posterior + lead, 3.0)
         assert outgained(replace(of_flight(found), instead=instead), 0.0) is better
+
+
+@pytest.mark.parametrize(("size", "kept"), [(0.9, False), (1.1, True)])
+def test_an_effect_beside_others_gains_more_than_chance_does_once_in_twenty(size: float, kept: bool) -> None:
+    """By the closed form of one Gaussian coefficient with each of the scales; columns are orthogonal."""
+    found = linearisation(OF_Z[:3], {0: LARGE, 1: size, 2: LARGE}).own_first(3)
+    variance = np.square(SCALES)
+    pull = INFORMATION * size
+    each = 0.5 * pull**2 * variance / (1.0 + variance * INFORMATION) - 0.5 * np.log1p(variance * INFORMATION)
+    gain = np.log(np.mean(np.exp(each)))
+    assert (gain > found.space.cost + np.log(20.0)) == kept
+    assert set(found.sure(Policy()).best.members) == ({0, 1, 2} if kept else {0, 2})
+
+
+def test_one_alone_is_left_however_little_it_gains() -> None:
+    found = linearisation(OF_Z[:2], {0: SMALL / 10.0}).own_first(1)
+    assert found.sure(Policy()) is found
+
+
+def test_what_adds_nothing_beside_a_better_one_goes_with_the_place_in_which_it_showed() -> None:
+    """Members 0 and 1; in the place of 0 stands 2, whose column is almost that of 1, and which does all."""
+    found = linearisation(OF_Z[:3], {2: LARGE}, (1, 2)).own_first(2)
+    places = tuple(Mismatch(0, "accelerometer.z", "z", begin_s, 100.0, "", 9.0) for begin_s in (0.0, 50.0))
+    findings = replace(of_flight(found), shown=places)
+    decision = Decision(PARTLY, findings.beside, places, named=True)
+    rival = Rival(found.hypotheses[0], found.hypotheses[2], 0.5, -1.0, False)
+    decision, findings = exchanged(findings, decision, rival, Policy())
+    assert findings.linearisation.best.members == (2,)
+    assert [one.begin_s for one in findings.shown] == [one.begin_s for one in decision.mismatches] == [0.0]
 
 
 @pytest.mark.parametrize(("behind_nats", "near"), [(NEAR - 0.5, True), (NEAR + 0.5, False)])

@@ -77,6 +77,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
         other = searched(cases, at_noise(begin, noise, policy), policy)
         better, worse = (other, linearisation) if more_probable(linearisation, other) > 0.0 else (linearisation, other)
         linearisation = joined(cases, better, worse, policy)
+    linearisation = linearisation.sure(policy)
     findings = Findings(
         cases=cases,
         null=null,

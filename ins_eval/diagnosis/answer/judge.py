@@ -88,7 +88,7 @@ def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagno
         above = [one for one in better if one.hypothesis not in gone]
         if above:
             gone.add(above[0].of)
-            decision, findings = exchanged(findings, decision, above[0])
+            decision, findings = exchanged(findings, decision, above[0], policy)
         else:
             withdrawn += offending
             decision, findings = without(findings, decision, dropped)
@@ -96,8 +96,11 @@ def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagno
     return replace(found, withdrawn=withdrawn)
 
 
-def exchanged(findings: Findings, decision: Decision, rival: Rival) -> tuple[Decision, Findings]:
-    """The decision and the findings with a `rival`, the more probable of the two, in the place of its effect."""
+def exchanged(findings: Findings, decision: Decision, rival: Rival, policy: Policy) -> tuple[Decision, Findings]:
+    """The decision and the findings with a `rival`, the more probable of the two, in the place of its effect.
+
+    Beside it another may gain too little to be sure.
+    """
     linearisation, members = findings.linearisation, findings.linearisation.best.members
     number = {one: k for k, one in enumerate(linearisation.hypotheses)}
     k, other = number[rival.of], rival.hypothesis.candidate
@@ -107,8 +110,11 @@ def exchanged(findings: Findings, decision: Decision, rival: Rival) -> tuple[Dec
     shown, mismatches = (
         tuple(now if one is before else one for one in places) for places in (findings.shown, decision.mismatches)
     )
-    found = replace(findings, linearisation=linearisation.exchanged(k, number[rival.hypothesis]), shown=shown)
-    return replace(decision, mismatches=mismatches), found
+    changed = linearisation.exchanged(k, number[rival.hypothesis])
+    lessened = changed.sure(policy)
+    gone = [one for j, one in zip(changed.best.members, shown, strict=True) if j not in lessened.best.members]
+    shown, mismatches = (tuple(one for one in places if one not in gone) for places in (shown, mismatches))
+    return replace(decision, mismatches=mismatches), replace(findings, linearisation=lessened, shown=shown)
 
 
 def without(findings: Findings, decision: Decision, dropped: Collection[Hypothesis]) -> tuple[Decision, Findings]:
