@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -121,6 +122,11 @@ class Assembled:
     slow_nodes: np.ndarray
     observation_terms: np.ndarray
     observation_weights: np.ndarray
+
+    @cached_property
+    def channels(self) -> np.ndarray:
+        """Those (n,) that measure anything."""
+        return np.flatnonzero(np.isfinite(self.residual).any(axis=0))
 
 
 def assemble(

@@ -68,7 +68,7 @@ class Tape(NamedTuple):
 
     `gain` (rows, 24) and `variance` (rows,) of each measurement. For the adjoint, else without nodes: `covariance`
     (nodes, 24, 24) before the measurements of a node, `slow` (nodes, 15, m) the states of the columns that decay,
-    before they do. Where nothing moves (`still`) they are (rows, 1), (nodes, 9, 1) and (nodes, 9, m).
+    before they do. Where nothing moves (`still`) they are (rows, 1), (nodes, n, 1) and (nodes, n, m) of n channels.
     """
 
     gain: np.ndarray

@@ -65,7 +65,7 @@ def slopes(
     found = Slopes(*(np.zeros(n) for n in ((nodes, 9), nodes - 1, nodes - 1, 9, 9, 6, 6)))
     by_out = out @ (2.0 * by_sums)
     if columns.still:
-        still.back(columns.interval_s, measured, noise, recorded, out, by_out, found)
+        still.back(columns.channels, columns.interval_s, measured, noise, recorded, out, by_out, found)
     else:
         _back(motion(columns, every), measured, columns.design, noise, recorded, out, by_out, found)
     return height, found

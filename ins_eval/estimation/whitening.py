@@ -96,9 +96,9 @@ def gains(columns: Assembled, noise: NoiseLevels, adjoint_of: int = 0) -> Gains:
     rows, nodes = int(np.isfinite(columns.residual).sum()), columns.residual.shape[0] if adjoint_of else 0
     measured = Measured(columns.residual, columns.design)
     if columns.still:
-        sizes = (rows, 1), rows, (nodes, CHANNELS, 1), (nodes, CHANNELS, adjoint_of)
+        sizes = (rows, 1), rows, (nodes, columns.channels.size, 1), (nodes, columns.channels.size, adjoint_of)
         recorded = Tape(*map(np.empty, sizes))
-        return Gains(recorded, still.filtered(columns.interval_s, measured, noise, recorded))
+        return Gains(recorded, still.filtered(columns.channels, columns.interval_s, measured, noise, recorded))
     sizes = (rows, ALL_STATES), rows, (nodes, ALL_STATES, ALL_STATES), (nodes, ALL_STATES - 9, adjoint_of)
     recorded = Tape(*map(np.empty, sizes))
     return Gains(recorded, kalman.filtered(motion(columns, np.zeros(0, dtype=int)), measured, noise, recorded))
@@ -140,7 +140,7 @@ def with_more(known: Known, columns: Assembled, noise: NoiseLevels) -> Known:
 def initial(columns: Assembled) -> np.ndarray:
     """The states (states, count) in which the columns begin; where nothing moves only what measures has a state."""
     if columns.still:
-        return np.zeros((CHANNELS, columns.count))
+        return np.zeros((columns.channels.size, columns.count))
     xi = np.zeros((ALL_STATES, columns.count))
     xi[:9] = columns.start.T
     return xi
@@ -158,10 +158,11 @@ def whiten(columns: Assembled, noise: NoiseLevels, keep: int = 1, known: Known |
     xi = initial(columns)
     total = np.zeros((count, count))
     kept = np.full((nodes, 9, keep), np.nan)
-    space = np.empty(9 * min(nodes, _CHUNK) * (count + ALL_STATES))
+    chunk = _CHUNK * CHANNELS // max(columns.channels.size, 1) if columns.still else _CHUNK
+    space = np.empty(CHANNELS * min(nodes, _CHUNK) * (count + ALL_STATES))
     rows = 0
-    for first in range(0, nodes, _CHUNK):
-        last = min(nodes, first + _CHUNK)
+    for first in range(0, nodes, chunk):
+        last = min(nodes, first + chunk)
         measured = np.isfinite(columns.residual[first:last])
         here = slice(rows, rows + int(measured.sum()))
         rows = here.stop
@@ -220,7 +221,7 @@ def respond(
     measured, seen = Measured(columns.residual, columns.design), shown(columns, which)
     xi = np.array(xi, order="C")  # and not a slice of `out`: another layout compiles the kernels again
     if columns.still:
-        still.responded(*nodes, columns.interval_s, seen, measured, noise, recorded, xi, place, out)
+        still.responded(*nodes, columns.channels, columns.interval_s, seen, measured, noise, recorded, xi, place, out)
     else:
         kalman.responded(*nodes, motion(columns, which), seen, measured, noise, recorded, xi, place, out)
     return xi
