@@ -60,6 +60,7 @@ class Policy:
     most_of_one: float = _chosen(4, DEVELOPMENT, "effects of one sensor, constants aside, that explain something")
     returned: float = _chosen(3.0, REASONING, "sigmas within which two jumps cancel: one that returns")
     probable: float = _chosen(0.5, REASONING, "probability that an effect must have to be named")
+    plain: float = _chosen(5.0, REAL, "sigmas from which an effect is named whatever stays unexplained beside it")
     # what else is listed
     near: float = _chosen(3.0, REASONING, "nats below the answer within which another effect is a rival")
     twin: float = _chosen(9.0, REASONING, "more of chi-square, at any size, up to which another is listed: 3 sigma")

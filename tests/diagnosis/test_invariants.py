@@ -78,6 +78,8 @@ def spoiled(**changes) -> Diagnosis:
 
 CROWD = ("bias_drift", "quadratic", "cubic", "bias_temperature", "scale_temperature")  # of one accelerometer
 CROWDED = linearisation([(f"accelerometer.{name}", "x", {}) for name in CROWD], dict.fromkeys(range(5), 6.0))
+ONE = linearisation([("gyro.bias", "x", {})], {0: 6.0})
+BESIDE = replace(SOUND, verdict=PARTLY, unnamed=LEFT, linearisation=ONE)
 BAD = [
     (
         invariants.few,
@@ -91,6 +93,7 @@ BAD = [
     (invariants.accounting, spoiled(log_evidence_gain=0.0)),
     (invariants.predictive, replace(SOUND, held_out=SOUND.held_out | {"harm_nats": 6.0})),
     (invariants.predictive, replace(SOUND, held_out=SOUND.held_out | {"placebo_nats": 6.0})),
+    (invariants.clearer, replace(BESIDE, effects=(replace(EFFECT, log_evidence_gain=ONE.space.cost + 4.0),))),
     (invariants.sized, spoiled(sigma=6.0)),
     (invariants.sized, spoiled(value=np.nan)),
     (invariants.sized, spoiled(hypothesis=hypothesis("accelerometer.scale"), value=1e9)),
@@ -205,6 +208,17 @@ def test_an_effect_gives_its_place_to_a_rival_above_it(verdict: str, left, size:
     assert told.verdict == then
     assert [one.hypothesis.candidate.name for one in told.effects] == ["gyro.g_sensitivity"]
     assert not told.withdrawn
+
+
+@pytest.mark.parametrize(
+    ("shows", "left", "stands"), [(3.5, 4.5, False), (3.5, 2.5, True), (4.9, 9.0, False), (5.1, 9.0, True)]
+)
+def test_what_shows_less_than_what_no_name_explains_may_be_a_part_of_it(shows, left, stands) -> None:
+    """As deviates sqrt(2 nats) beyond what the choice of an effect costs."""
+    effect = replace(EFFECT, log_evidence_gain=ONE.space.cost + 0.5 * shows**2)
+    found = replace(BESIDE, effects=(effect,), unnamed=replace(LEFT, significance_sigma=left))
+    assert invariants.clearer(found) == (() if stands else (effect,))
+    assert not invariants.clearer(replace(found, verdict=EXPLAINED))
 
 
 @pytest.mark.parametrize("block", range(5))

@@ -75,6 +75,19 @@ def few(found: Diagnosis) -> Effects:
     return tuple(one for one in found.effects if one.hypothesis in crowd)
 
 
+def clearer(found: Diagnosis) -> Effects:
+    """Beside what stays unexplained an effect shows more than that does, or stands by itself.
+
+    What no name explains says by how much recordings depart from every model here; an effect that shows less may be a
+    part of that. By itself it stands from `Policy.plain` sigmas on.
+    """
+    if found.verdict != PARTLY or found.linearisation is None:
+        return ()
+    least = min(found.unnamed.significance_sigma, found.policy.plain)
+    cost = found.linearisation.space.cost
+    return tuple(one for one in found.effects if 2.0 * (one.log_evidence_gain - cost) < least**2)
+
+
 def sized(found: Diagnosis) -> Effects:
     """The 95 % interval of an effect excludes 0, or contains the value that physics fixes.
 
@@ -141,5 +154,5 @@ def tells_one_story(found: Diagnosis) -> bool:
 
 
 INVARIANTS: tuple[Callable[[Diagnosis], Effects], ...] = (
-    few, probable, accounting, predictive, sized, leading, sufficient, one_story,
+    few, probable, accounting, predictive, clearer, sized, leading, sufficient, one_story,
 )  # fmt: skip

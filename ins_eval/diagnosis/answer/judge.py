@@ -125,8 +125,9 @@ def without(findings: Findings, decision: Decision, dropped: Collection[Hypothes
     kept = [k for i, k in enumerate(members) if i not in gone]
     lost = linearisation.gain(members) - linearisation.gain(kept)
     left = UnnamedDisturbance(where, float(lost), where.significance_sigma)
-    if decision.unnamed.mismatch is not None and decision.unnamed.gain > left.gain:
-        left = decision.unnamed
+    before = decision.unnamed
+    if before.mismatch is not None and before.significance_sigma > left.significance_sigma:
+        left = before
     if not kept:
         return replace(decision, verdict=UNEXPLAINED, unnamed=left, named=False), findings
     lessened = linearisation.without([members[i] for i in gone])
