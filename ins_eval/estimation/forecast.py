@@ -121,15 +121,17 @@ def pool(cases: Sequence[Case], named: Sequence[tuple[Hypothesis, float, float]]
             sigma.append(_prior_sigma(one, cases) / np.sqrt(len(alike)))
             if begin is not None:
                 beside += _begins(one, found, sigma[-1], cases)
-    taken = [0.0] * len(own)
+    taken, place = [0.0] * len(own), {one.identity: k for k, one in enumerate(own)}
     for one, coefficient, off in named:
         wide_enough = max(1.0, abs(coefficient) / WITHIN_PRIOR)
         if not persistent(one):
             beside.append(one.scaled(wide_enough))
-            continue
-        own.append(one)
-        sigma.append(wide_enough)
-        taken.append(off)
+        elif (k := place.get(one.identity)) is not None:
+            sigma[k], taken[k] = max(sigma[k], wide_enough), off
+        else:
+            own.append(one)
+            sigma.append(wide_enough)
+            taken.append(off)
     return Pool(tuple(own), np.array(sigma), np.array(taken), tuple(beside))
 
 

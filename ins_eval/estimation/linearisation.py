@@ -252,8 +252,8 @@ def log_evidence_of_best(one: Linearisation) -> float:
 
 def linearise(at: Point, policy: Policy) -> Linearisation:
     """The linearisation around the effects that are taken off, and its search."""
-    taken = {_identity(one) for one in at.taken}
-    others = [one for one in union(at.cases) if _identity(one) not in taken]
+    taken = {one.identity for one in at.taken}
+    others = [one for one in union(at.cases) if one.identity not in taken]
     others += _placed_alike(at.cases, at.taken, others)
     others += _jumped(at.cases, at.taken, others, at.fitted)
     hypotheses = (*at.taken, *others)
@@ -276,8 +276,8 @@ def _placed_alike(cases: Sequence[Case], model: Sequence[Hypothesis], others: Se
         placed = _numbers(one)
         alike = (f for f in families.values() if placed and f.key != one.key and _numbers(f).keys() == placed.keys())
         made += [again(other, cases, {**other.candidate.parameters, **placed}) for other in alike]
-    known = {_identity(one) for one in (*model, *others)}
-    return [one for one in {_identity(one): one for one in made}.values() if _identity(one) not in known]
+    known = {one.identity for one in (*model, *others)}
+    return [one for one in {one.identity: one for one in made}.values() if one.identity not in known]
 
 
 def _jumped(
@@ -297,7 +297,3 @@ def _jumped(
 
 def _numbers(one: Hypothesis) -> dict[str, float | str]:
     return {name: x for name, x in one.candidate.parameters.items() if isinstance(x, float | int)}
-
-
-def _identity(one: Hypothesis) -> tuple:
-    return one.key, *sorted(one.candidate.parameters.items(), key=str)

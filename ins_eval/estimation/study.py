@@ -48,6 +48,11 @@ class Hypothesis:
     def key(self) -> tuple:
         return self.candidate.key
 
+    @property
+    def identity(self) -> tuple:
+        """Its family, and the times, widths and lags that it has."""
+        return self.key, *sorted(self.candidate.parameters.items(), key=str)
+
     def believed(self, coefficient: float, cases: Sequence[Case]) -> EffectBelief:
         """The effect with its coefficient as a belief states it."""
         candidate = self.candidate

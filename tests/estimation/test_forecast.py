@@ -8,7 +8,19 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from ins_eval.estimation.forecast import COMMON, factors, gain, lessened, posterior_of, root_of
+from ins_eval.error_model.columns import Column
+from ins_eval.error_model.library import Candidate
+from ins_eval.estimation.forecast import (
+    COMMON,
+    WITHIN_PRIOR,
+    factors,
+    gain,
+    lessened,
+    pool,
+    posterior_of,
+    root_of,
+)
+from ins_eval.estimation.study import Hypothesis
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.tables import parse, read_toml
@@ -58,6 +70,30 @@ def test_what_differs_from_recording_to_recording_stays_with_each(problem) -> No
     assert mean == pytest.approx(expected[:COUNT], rel=1e-7)
     whole = np.linalg.inv(stacked.T @ stacked)
     assert covariance == pytest.approx(whole[:COUNT, :COUNT], rel=1e-7)
+
+
+def test_an_effect_that_was_named_is_believed_once() -> None:
+    """With a prior as wide as it needs; at a time that was not tried it stands beside those that were."""
+
+    def one(name: str, **parameters: float) -> Candidate:
+        return Candidate(name, "x", "ug", 1.0, Column("", ()), parameters)
+
+    tried = [one("gyro.scale"), one("gyro.bias_temperature")]
+    tried += [one("accelerometer.bias_creep", time_constant_s=t) for t in (300.0, 900.0)]
+    named = [one("gyro.bias_temperature"), one("accelerometer.bias_creep", time_constant_s=500.0)]
+    of = pool(
+        [SimpleNamespace(candidates=tried, believed=None)],
+        [(Hypothesis(candidate, (candidate.column,)), 2.0 * WITHIN_PRIOR, 1.5) for candidate in named],
+    )
+    assert [each.candidate.parameters.get("time_constant_s") for each in of.persistent] == [
+        None,
+        None,
+        300.0,
+        900.0,
+        500.0,
+    ]
+    assert of.sigma == pytest.approx([1.0, 2.0, np.sqrt(0.5), np.sqrt(0.5), 2.0])
+    assert of.taken == pytest.approx([0.0, 1.5, 0.0, 0.0, 1.5])
 
 
 def test_a_sensor_whose_errors_are_small_where_they_show_is_small_where_they_do_not() -> None:
