@@ -16,7 +16,9 @@ no effect accounts for. The priors of all effects of one name, on every axis, ar
 factor, at the maximum of the evidence. It is the product of two, each log-normal: one of the name, and one that all
 effects of its kind share, offsets of a sensor or errors that follow what it feels. For a sensor whose errors are small
 where they show is a finer one, and small where they do not: a flight tells next to nothing of what gravity drives in a
-gyro, and under a prior that is too wide it takes the offset that a switch-on drew over to the next. One recording may
+gyro, and under a prior that is too wide it takes the offset that a switch-on drew over to the next. A constant bias has
+no factor: a calibration leaves of it what a mean over `CALIBRATED_RUNS` switch-ons leaves, and one or two recordings,
+each with a switch-on of its own, do not show it to be more. One recording may
 differ from the next in each coefficient by `OF_DAY` of its prior; that part is integrated out of each.
 
 Sources: MacKay, Neural Computation 4 (1992) 415 (evidence of the sizes of priors); Bishop 2006, Pattern Recognition and
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
     from ins_eval.estimation.case import Case
     from ins_eval.estimation.noise_fit import Fitted
 
-BEGIN = "branch_begin"
+BEGIN, BIAS = "branch_begin", "bias"
 FACTOR_SPREAD = 1.0  # of the logarithm of the factor by which effects of a name are larger than usual
 COMMON = 0.5  # of the variance of that logarithm, which all effects of a kind share; by reasoning
 WITHIN_PRIOR = 3.0  # sigmas of its prior within which an effect that was named lies
@@ -144,7 +146,7 @@ def persistent(one: Hypothesis) -> bool:
 def _prior_sigma(one: Hypothesis, cases: Sequence[Case]) -> float:
     """One sigma of the prior in nominal sizes; of a constant bias that of a mean over a few turn-ons."""
     sensor, _, what = one.candidate.name.partition(".")
-    if what != "bias":
+    if what != BIAS:
         return 1.0
     beliefs = [case.believed.recording.belief for case in cases if case.believed is not None]
     if not beliefs:
@@ -198,7 +200,7 @@ def _of_each_run(case: Case, column: Column) -> list[Column]:
 def shared(of: Pool) -> np.ndarray:
     """Logarithms of the factors of the priors (k,) by independent standard normal numbers (m,): a matrix (k, m).
 
-    One number for each name, on every axis and with every time, and one for each kind.
+    One number for each name, on every axis and with every time, and one for each kind; none for a constant bias.
     """
     names = [one.candidate.name for one in of.persistent]
     kinds = [f"{name.partition('.')[0]} {VOCABULARY[name].multipliers == ('1',)}" for name in names]
@@ -206,7 +208,9 @@ def shared(of: Pool) -> np.ndarray:
     def of_each(what: Sequence[str]) -> np.ndarray:
         return np.equal.outer(np.array(what), np.array(sorted(set(what)))).astype(float)
 
-    return FACTOR_SPREAD * np.hstack([np.sqrt(1.0 - COMMON) * of_each(names), np.sqrt(COMMON) * of_each(kinds)])
+    constant = np.array([name.partition(".")[2] == BIAS for name in names])
+    by_number = FACTOR_SPREAD * np.hstack([np.sqrt(1.0 - COMMON) * of_each(names), np.sqrt(COMMON) * of_each(kinds)])
+    return np.where(constant[:, None], 0.0, by_number)
 
 
 def lessened(a: np.ndarray, b: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

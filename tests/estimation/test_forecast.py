@@ -85,13 +85,8 @@ def test_an_effect_that_was_named_is_believed_once() -> None:
         [SimpleNamespace(candidates=tried, believed=None)],
         [(Hypothesis(candidate, (candidate.column,)), 2.0 * WITHIN_PRIOR, 1.5) for candidate in named],
     )
-    assert [each.candidate.parameters.get("time_constant_s") for each in of.persistent] == [
-        None,
-        None,
-        300.0,
-        900.0,
-        500.0,
-    ]
+    times = [each.candidate.parameters.get("time_constant_s") for each in of.persistent]
+    assert times == [None, None, 300.0, 900.0, 500.0]
     assert of.sigma == pytest.approx([1.0, 2.0, np.sqrt(0.5), np.sqrt(0.5), 2.0])
     assert of.taken == pytest.approx([0.0, 1.5, 0.0, 0.0, 1.5])
 
@@ -112,6 +107,15 @@ def test_a_sensor_whose_errors_are_small_where_they_show_is_small_where_they_do_
     n = len(seen)
     assert found[-2] == pytest.approx(n * COMMON * log / (n * COMMON + 1.0 - COMMON), abs=FEW_AXES)
     assert found[-1] == pytest.approx(0.0, abs=ROUNDING)
+
+
+def test_what_a_switch_on_may_have_drawn_makes_no_constant_bias_more_likely() -> None:
+    """However far off all axes are alike: what a calibration leaves is known; of a scale factor it is not."""
+    names = [name for name in ("gyro.bias", "accelerometer.bias", "gyro.scale") for _ in range(3)]
+    of = SimpleNamespace(persistent=[SimpleNamespace(candidate=SimpleNamespace(name=one)) for one in names])
+    found = factors(of, np.diag(np.full(9, 1e6)), np.full(9, 5e6))
+    assert (found[:6] == 0.0).all()
+    assert found[6:] == pytest.approx(np.log(5.0), rel=0.2)  # the prior of the factor pulls it back
 
 
 def test_a_written_model_is_read_with_its_covariance(tmp_path) -> None:
