@@ -79,7 +79,7 @@ def spoiled(**changes) -> Diagnosis:
 CROWD = ("bias_drift", "quadratic", "cubic", "bias_temperature", "scale_temperature")  # of one accelerometer
 CROWDED = linearisation([(f"accelerometer.{name}", "x", {}) for name in CROWD], dict.fromkeys(range(5), 6.0))
 ONE = linearisation([("gyro.bias", "x", {})], {0: 6.0})
-BESIDE = replace(SOUND, verdict=PARTLY, unnamed=LEFT, linearisation=ONE)
+BESIDE = replace(SOUND, verdict=PARTLY, unnamed=LEFT, departure_sigma=LEFT.significance_sigma, linearisation=ONE)
 BAD = [
     (
         invariants.few,
@@ -216,7 +216,7 @@ def test_an_effect_gives_its_place_to_a_rival_above_it(verdict: str, left, size:
 def test_what_shows_less_than_what_no_name_explains_may_be_a_part_of_it(shows, left, stands) -> None:
     """As deviates sqrt(2 nats) beyond what the choice of an effect costs."""
     effect = replace(EFFECT, log_evidence_gain=ONE.space.cost + 0.5 * shows**2)
-    found = replace(BESIDE, effects=(effect,), unnamed=replace(LEFT, significance_sigma=left))
+    found = replace(BESIDE, effects=(effect,), departure_sigma=left)
     assert invariants.clearer(found) == (() if stands else (effect,))
     assert not invariants.clearer(replace(found, verdict=EXPLAINED))
 

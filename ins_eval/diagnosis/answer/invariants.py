@@ -78,12 +78,12 @@ def few(found: Diagnosis) -> Effects:
 def clearer(found: Diagnosis) -> Effects:
     """Beside what stays unexplained an effect shows more than that does, or stands by itself.
 
-    What no name explains says by how much recordings depart from every model here; an effect that shows less may be a
-    part of that. By itself it stands from `Policy.plain` sigmas on.
+    What no name explained before any effect was withdrawn says by how much recordings depart from every model here; an
+    effect that shows less may be a part of that. By itself it stands from `Policy.plain` sigmas on.
     """
     if found.verdict != PARTLY or found.linearisation is None:
         return ()
-    least = min(found.unnamed.significance_sigma, found.policy.plain)
+    least = min(found.departure_sigma, found.policy.plain)
     cost = found.linearisation.space.cost
     return tuple(one for one in found.effects if 2.0 * (one.log_evidence_gain - cost) < least**2)
 

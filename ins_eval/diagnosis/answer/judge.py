@@ -79,7 +79,8 @@ def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagno
     One above which a rival lies gives its place to that and is listed beside it. It does not come back: of many that
     are alike, each better beside some of the others, there would be no end.
     """
-    found = _said(findings, decision, policy)
+    departure_sigma = decision.unnamed.significance_sigma if decision.verdict == PARTLY else 0.0
+    found = _said(findings, decision, policy, departure_sigma)
     withdrawn: tuple[Withdrawn, ...] = ()
     gone: set[Hypothesis] = set()
     while found.effects and (offending := violations(found)):
@@ -92,7 +93,7 @@ def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagno
         else:
             withdrawn += offending
             decision, findings = without(findings, decision, dropped)
-        found = _said(findings, decision, policy)
+        found = _said(findings, decision, policy, departure_sigma)
     return replace(found, withdrawn=withdrawn)
 
 
@@ -135,10 +136,10 @@ def without(findings: Findings, decision: Decision, dropped: Collection[Hypothes
     return replace(decision, verdict=PARTLY, unnamed=left), replace(findings, linearisation=lessened, shown=shown)
 
 
-def _said(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:
+def _said(findings: Findings, decision: Decision, policy: Policy, departure_sigma: float) -> Diagnosis:
     """The verdict, and where it names effects all that is said of them but experiments.
 
-    Effects that explain are not identifiable where a rival is near.
+    Effects that explain are not identifiable where a rival is near. `departure_sigma` see `Diagnosis`.
     """
     examined = findings.beside is not None and decision.verdict != NO_MISMATCH
     linearisation = findings.linearisation if examined else None
@@ -161,6 +162,7 @@ def _said(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:
         linearisation=linearisation,
         policy=policy,
         around_belief=findings.around_belief,
+        departure_sigma=departure_sigma,
     )
 
 

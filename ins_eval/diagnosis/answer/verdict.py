@@ -72,7 +72,8 @@ class Diagnosis:
     `null` and `fitted` are the noise of each recording under the belief and under the answer; `innovations` of the
     null (nodes, 9) of each recording, everything uncertain at its best; `statistics` the numbers of the search;
     `policy` the thresholds that decided; `described` wrong descriptions: `cases` are of the recordings as mended;
-    `withdrawn` what was found and is not named (`invariants`); `around_belief` is where the search began.
+    `withdrawn` what was found and is not named (`invariants`), `departure_sigma` the significance of what no name
+    explained before; `around_belief` is where the search began.
     """
 
     cases: tuple[Case, ...]
@@ -91,6 +92,7 @@ class Diagnosis:
     policy: Policy
     described: tuple[FoundEffect, ...] = ()  # wrong descriptions, mended before anything else
     withdrawn: tuple[Withdrawn, ...] = ()
+    departure_sigma: float = 0.0
     around_belief: Linearisation | None = None
 
     def believed_in(self, r: int) -> list[EffectBelief]:
