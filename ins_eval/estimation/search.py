@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 FREE = 1e4  # prior sigma, in nominal sizes, of what may have any size
 NO_SENSOR = ""
+NEGLIGIBLE = 1.0  # nats that another scale has to add before it is summed over
 PRODUCT, SWEEPS = 4, 4  # effects up to which every combination of scales is summed; beyond, sweeps over them
 
 
@@ -193,14 +194,7 @@ def one_more(a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space) 
 
     (families,) each; -inf for families of the set.
     """
-    ca, cb = _not_taken_over(a, *conditional(a, b, chosen, space.centre))
-    single = log_bayes_factors(np.maximum(ca, 0.0), cb)
-    fixed = space.centre != 0.0
-    if fixed.any():  # what has its size from physics has its sign from it as well: no element leads its thermometer
-        c, precision, shifted = space.centre[fixed], np.maximum(ca[fixed], 0.0) + 1.0, cb[fixed]
-        right = log_ndtr(np.sign(c) * (shifted + c) / np.sqrt(precision)) - log_ndtr(np.abs(c))
-        single[fixed] = log_bayes_factors(precision - 1.0, shifted, c) + right
-    single = single - space.handicap
+    single = _beside(a, b, list(chosen), space.centre) - space.handicap
     order, first = space.order, space.first
     counts = np.diff(np.append(first, order.size))
     of_family = np.logaddexp.reduceat(single[order], first) - np.log(counts)
@@ -209,6 +203,60 @@ def one_more(a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space) 
     taken = list({int(space.families[k]) for k in chosen})
     of_family[taken] = -np.inf
     return of_family, best
+
+
+def _beside(a: np.ndarray, b: np.ndarray, chosen: list[int], centre: np.ndarray) -> np.ndarray:
+    """log B (m,) of each column given the set: the mean over what is known of its scales, of one effect at a time.
+
+    An effect of the set may be far larger beside another than alone: an offset of a clock and its drift cancel. Another
+    scale t of it than the best one s adds d = t^-2 - s^-2 to M_kk, M = A_ss + diag(s^-2). With C = M^-1,
+    m = C (b - Ac)_s and x = C A_sj the set alone has less log B, by
+
+        (d m_k^2 / (1 + d C_kk) + log(1 + d C_kk)) / 2 + log(t / s),
+
+    and the sums of column j beside it are a + q x_k^2 and b + q x_k m_k, q = d / (1 + d C_kk).
+    """
+    if not chosen:
+        return _gains(np.diag(a), b, centre)
+    inner, own = a[np.ix_(chosen, chosen)], centre[chosen]
+    _, best = log_bayes_factor(inner, b[chosen], own)
+    covariance = np.linalg.inv(inner + np.diag(best**-2.0))
+    mean, across = covariance @ (b[chosen] - inner @ own), covariance @ a[chosen]
+    ca, cb = conditional(a, b, chosen, centre, best)
+    single = _gains(*_not_taken_over(a, ca, cb), centre)
+    other = [(k, t) for k in np.flatnonzero(own == 0.0) for t in SCALES if t != best[k]]
+    d = np.array([t**-2.0 - best[k] ** -2.0 for k, t in other])
+    grown = np.array([1.0 + x * covariance[k, k] for x, (k, _) in zip(d, other, strict=True)])
+    less = np.array([0.5 * x * mean[k] ** 2 / y for x, y, (k, _) in zip(d, grown, other, strict=True)])
+    less += 0.5 * np.log(grown) + np.log([t / best[k] for k, t in other])
+    share = -less - np.logaddexp.reduce(np.append(-less, 0.0))
+    at_best, further = np.ones(single.size), np.full(single.size, -np.inf)
+    for (k, _), q, nats in zip(other, d / grown, share, strict=True):
+        there = _not_taken_over(a, ca + q * across[k] ** 2, cb + q * across[k] * mean[k])
+        gained = 0.5 * (_largest(*there) - _largest(ca, cb))
+        near = (gained > NEGLIGIBLE) & (gained + nats > -NEGLIGIBLE)
+        if near.any():
+            more = _gains(there[0][near], there[1][near], centre[near])
+            further[near] = np.logaddexp(further[near], nats + more)
+            at_best[near] -= np.exp(nats)
+    return np.logaddexp(single + np.log(at_best), further)
+
+
+def _largest(ca: np.ndarray, cb: np.ndarray) -> np.ndarray:
+    """What each column takes off chi-square at any size."""
+    return cb**2 / np.maximum(ca, 1e-300)
+
+
+def _gains(ca: np.ndarray, cb: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """log B (m,) of each column by itself."""
+    ca = np.maximum(ca, 0.0)
+    single = log_bayes_factors(ca, cb)
+    fixed = centre != 0.0
+    if fixed.any():  # what has its size from physics has its sign from it as well: no element leads its thermometer
+        c, precision, shifted = centre[fixed], ca[fixed] + 1.0, cb[fixed]
+        right = log_ndtr(np.sign(c) * (shifted + c) / np.sqrt(precision)) - log_ndtr(np.abs(c))
+        single[fixed] = log_bayes_factors(precision - 1.0, shifted, c) + right
+    return single
 
 
 def chi_square_gains(a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space: Space) -> np.ndarray:
@@ -220,7 +268,7 @@ def chi_square_gains(a: np.ndarray, b: np.ndarray, chosen: Sequence[int], space:
     """
     fixed = space.centre[list(chosen)] != 0.0
     ca, cb = _not_taken_over(a, *conditional(a, b, chosen, space.centre, np.where(fixed, 1.0, FREE)))
-    return np.where(space.centre * cb < 0.0, 0.0, cb**2 / np.maximum(ca, 1e-300))
+    return np.where(space.centre * cb < 0.0, 0.0, _largest(ca, cb))
 
 
 def explanation(members: Sequence[int], gain: float, cost: float) -> Explanation:
