@@ -166,6 +166,23 @@ class Linearisation:
         gain = self.gain(kept)
         return replace(self, ranked=(explanation(kept, gain, self.space.cost), *self.ranked) if kept else ())
 
+    def set_aside(self, dropped: Collection[int]) -> Linearisation:
+        """The same with `dropped` no longer in the best set, but in the fit: the others are judged beside them.
+
+        Their coefficients are integrated out of the sums, of which nothing is left for them.
+        """
+        m, out = list(self.best.members), list(dropped)
+        a, b, centre = self.here.normal, self.here.projection, self.space.centre
+        _, scales = log_bayes_factor(a[np.ix_(m, m)], b[m], centre[m])
+        prior = [scales[m.index(k)] for k in out]
+        across = np.linalg.solve(a[np.ix_(out, out)] + np.diag(np.power(prior, -2.0)), a[out])
+        shifted = b - a[:, out] @ centre[out]
+        normal, projection = a - a[:, out] @ across, shifted - across.T @ shifted[out]
+        normal[out], normal[:, out], projection[out] = 0.0, 0.0, 0.0
+        own_noise = {(them - {*out}, f): nats for (them, f), nats in self.own_noise.items() if them.issuperset(out)}
+        here = replace(self.here, normal=normal, projection=projection)
+        return replace(self, here=here, own_noise=own_noise).without(out)
+
     def sure(self, policy: Policy) -> Linearisation:
         """The same without effects that gain too little beside the others of the best set, the least first.
 

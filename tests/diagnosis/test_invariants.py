@@ -30,7 +30,7 @@ from ins_eval.error_model.columns import Column
 from ins_eval.error_model.library import Candidate
 from ins_eval.estimation.evidence import SCALES
 from ins_eval.estimation.linearisation import Linearisation
-from ins_eval.estimation.search import search
+from ins_eval.estimation.search import log_bayes_factor, search
 from ins_eval.estimation.study import Hypothesis, Sums, space
 from ins_eval.policy import Policy
 from tests.diagnosis.linearisations import INFORMATION, linearisation
@@ -137,6 +137,36 @@ def test_what_is_withdrawn_is_left_unexplained_and_logged() -> None:
     nothing = consistent(findings, decision, Policy(probable=1.1))
     assert (nothing.verdict, nothing.effects, len(nothing.withdrawn)) == (UNEXPLAINED, (), 2)
     assert nothing.unnamed.mismatch == PLACE
+
+
+def test_what_is_withdrawn_does_not_count_against_what_stays() -> None:
+    """A scale factor of 7 sigma that no sensor has beside a bias of 3; before, nothing was left without a name."""
+    found = linearisation([("gyro.bias", "x", {}), ("accelerometer.scale", "y", {})], {0: 1.0, 1: 2.5})
+    bias, scale = found.hypotheses
+    impossible = replace(scale, candidate=replace(scale.candidate, nominal=1e6))
+    found = replace(found, hypotheses=(bias, impossible), space=replace(found.space, largest=np.array([np.inf, 0.1])))
+    shown = tuple(replace(PLACE, significance_sigma=3.0 if k == 0 else 7.0) for k in found.best.members)
+    findings = Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, NOTHING_LEFT, NOTHING_LEFT, shown)
+    told = consistent(findings, Decision(EXPLAINED, NOTHING_LEFT, shown, named=True), Policy())
+    assert told.verdict == PARTLY
+    assert [one.hypothesis for one in told.effects] == [bias]
+    assert told.unnamed.significance_sigma == 7.0
+
+
+def test_what_is_set_aside_stays_in_the_fit() -> None:
+    """Two columns of much the same: the coefficient of one beside the other by normal equations, named or not."""
+    found = linearisation([("gyro.bias", "x", {}), ("gyro.bias_drift", "x", {})], {0: 20.0, 1: 6.0}, alike=(0, 1))
+    found = found.own_first(2)
+    both, covariance = found.coefficients
+    scales = log_bayes_factor(found.here.normal, found.here.projection, found.space.centre)[1]
+    joint = np.linalg.solve(found.here.normal + np.diag(scales**-2.0), found.here.projection)
+    np.testing.assert_allclose(both, joint)
+    left = found.set_aside({1})
+    assert left.best.members == (0,)
+    np.testing.assert_allclose(left.coefficients[0], joint[:1])
+    np.testing.assert_allclose(left.coefficients[1], covariance[:1, :1])
+    of_family, _ = left.places(0)
+    assert of_family[found.space.families[1]] == 0.0
 
 
 @pytest.mark.parametrize(("late", "verdict"), [(30.0, PARTLY), (6.0, UNEXPLAINED)])

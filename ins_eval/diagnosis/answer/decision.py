@@ -255,7 +255,7 @@ def _without_crowd(findings: Findings, policy: Policy) -> Findings:
     beside = findings.beside
     if beside.mismatch is None:
         beside = UnnamedDisturbance(place, lost, place.significance_sigma)
-    return replace(findings, linearisation=linearisation.without(crowd), beside=beside)
+    return replace(findings, linearisation=linearisation.set_aside(crowd), beside=beside)
 
 
 def _channels(linearisation: Linearisation, members: Sequence[int]) -> list[str]:

@@ -7,7 +7,7 @@ What violates is withdrawn and left unexplained (`judge.consistent`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from statistics import NormalDist
 from typing import TYPE_CHECKING
 
@@ -28,12 +28,13 @@ if TYPE_CHECKING:
     from ins_eval.diagnosis.answer.verdict import Diagnosis, FoundEffect
 
 Effects = tuple["FoundEffect", ...]
+Invariant = Callable[["Diagnosis"], Effects]
 
 
-def violations(found: Diagnosis) -> tuple[Withdrawn, ...]:
-    """Every effect that violates an invariant, each with the first that it violates."""
+def violations(found: Diagnosis, among: Iterable[Invariant] | None = None) -> tuple[Withdrawn, ...]:
+    """Every effect that violates an invariant, all or some `among` them, each with the first that it violates."""
     first: dict[int, Withdrawn] = {}
-    for invariant in INVARIANTS:
+    for invariant in INVARIANTS if among is None else among:
         for one in invariant(found):
             first.setdefault(id(one), Withdrawn(one, invariant.__doc__.partition("\n")[0].rstrip(".")))
     return tuple(first.values())
@@ -153,6 +154,7 @@ def tells_one_story(found: Diagnosis) -> bool:
     return {EXPLAINED: not near and not place, NOT_IDENTIFIABLE: near and not place, PARTLY: place}[found.verdict]
 
 
-INVARIANTS: tuple[Callable[[Diagnosis], Effects], ...] = (
-    few, probable, accounting, predictive, clearer, sized, leading, sufficient, one_story,
-)  # fmt: skip
+NOTHING: tuple[Invariant, ...] = (accounting, sized)  # what violates them may be 0, or nothing that a sensor has
+OF_EFFECTS: tuple[Invariant, ...] = (probable, accounting, clearer, sized, leading)
+OF_ANSWERS: tuple[Invariant, ...] = (few, predictive, sufficient, one_story)
+INVARIANTS = (*OF_EFFECTS, *OF_ANSWERS)

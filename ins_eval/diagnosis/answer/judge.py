@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from ins_eval.diagnosis.answer.collect import collect
 from ins_eval.diagnosis.answer.decision import Decision, decide
 from ins_eval.diagnosis.answer.experiments import Catalogue
-from ins_eval.diagnosis.answer.invariants import violations
+from ins_eval.diagnosis.answer.invariants import NOTHING, OF_EFFECTS, violations
 from ins_eval.diagnosis.answer.rivals import rivals, with_experiments
 from ins_eval.diagnosis.answer.verdict import (
     EXPLAINED,
@@ -77,24 +77,33 @@ def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagno
     """What is said under a verdict, without effects that would contradict it: those are left unexplained.
 
     One above which a rival lies gives its place to that and is listed beside it. It does not come back: of many that
-    are alike, each better beside some of the others, there would be no end.
+    are alike, each better beside some of the others, there would be no end. Others are withdrawn, of several the one
+    that gains least first: what may be nothing is left out, so that others take over what they shared; what is there
+    and has no sure name stays in the fit, and is no rival of theirs.
     """
     departure_sigma = decision.unnamed.significance_sigma if decision.verdict == PARTLY else 0.0
     found = _said(findings, decision, policy, departure_sigma)
     withdrawn: tuple[Withdrawn, ...] = ()
     gone: set[Hypothesis] = set()
     while found.effects and (offending := violations(found)):
-        dropped = {one.effect.hypothesis for one in offending}
-        better = (one for one in found.rivals if one.of in dropped and one.below_best < 0.0 and not one.beside)
+        violating = {one.effect.hypothesis for one in offending}
+        better = (one for one in found.rivals if one.of in violating and one.below_best < 0.0 and not one.beside)
         above = [one for one in better if one.hypothesis not in gone]
+        nothing = _least(violations(found, NOTHING))
         if above:
             gone.add(above[0].of)
             decision, findings = exchanged(findings, decision, above[0], policy)
         else:
-            withdrawn += offending
-            decision, findings = without(findings, decision, dropped)
+            going = nothing or _least(violations(found, OF_EFFECTS)) or offending
+            withdrawn += going
+            decision, findings = without(findings, decision, {one.effect.hypothesis for one in going}, not nothing)
         found = _said(findings, decision, policy, departure_sigma)
     return replace(found, withdrawn=withdrawn)
+
+
+def _least(offending: Sequence[Withdrawn]) -> tuple[Withdrawn, ...]:
+    """The one that gains least, if any."""
+    return tuple(sorted(offending, key=lambda one: one.effect.log_evidence_gain)[:1])
 
 
 def exchanged(findings: Findings, decision: Decision, rival: Rival, policy: Policy) -> tuple[Decision, Findings]:
@@ -118,8 +127,13 @@ def exchanged(findings: Findings, decision: Decision, rival: Rival, policy: Poli
     return replace(decision, mismatches=mismatches), replace(findings, linearisation=lessened, shown=shown)
 
 
-def without(findings: Findings, decision: Decision, dropped: Collection[Hypothesis]) -> tuple[Decision, Findings]:
-    """The decision and the findings without the effects `dropped`: the one that shows most is left unexplained."""
+def without(
+    findings: Findings, decision: Decision, dropped: Collection[Hypothesis], fitted: bool = True
+) -> tuple[Decision, Findings]:
+    """The decision and the findings without the effects `dropped`: the one that shows most is left unexplained.
+
+    They stay `fitted` or are left out.
+    """
     linearisation, members = findings.linearisation, findings.linearisation.best.members
     gone = [i for i, k in enumerate(members) if linearisation.hypotheses[k] in dropped]
     where = max((findings.shown[i] for i in gone), key=lambda one: one.significance_sigma)
@@ -131,7 +145,8 @@ def without(findings: Findings, decision: Decision, dropped: Collection[Hypothes
         left = before
     if not kept:
         return replace(decision, verdict=UNEXPLAINED, unnamed=left, named=False), findings
-    lessened = linearisation.without([members[i] for i in gone])
+    out = [members[i] for i in gone]
+    lessened = linearisation.set_aside(out) if fitted else linearisation.without(out)
     shown = tuple(one for i, one in enumerate(findings.shown) if i not in gone)
     return replace(decision, verdict=PARTLY, unnamed=left), replace(findings, linearisation=lessened, shown=shown)
 
