@@ -76,10 +76,10 @@ def answered(
 def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagnosis:
     """What is said under a verdict, without effects that would contradict it: those are left unexplained.
 
-    One above which a rival lies gives its place to that and is listed beside it. It does not come back: of many that
-    are alike, each better beside some of the others, there would be no end. Others are withdrawn, of several the one
-    that gains least first: what may be nothing is left out, so that others take over what they shared; what is there
-    and has no sure name stays in the fit, and is no rival of theirs.
+    One above which a rival lies gives its place to that and is listed beside it. It does not come back, nor does what
+    was withdrawn: of many that are alike, each better beside some of the others, there would be no end. Others are
+    withdrawn, of several the one that gains least first: what may be nothing is left out, so that others take over
+    what they shared; what is there and has no sure name stays in the fit, and is no rival of theirs.
     """
     departure_sigma = decision.unnamed.significance_sigma if decision.verdict == PARTLY else 0.0
     found = _said(findings, decision, policy, departure_sigma)
@@ -88,7 +88,8 @@ def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagno
     while found.effects and (offending := violations(found)):
         violating = {one.effect.hypothesis for one in offending}
         better = (one for one in found.rivals if one.of in violating and one.below_best < 0.0 and not one.beside)
-        above = [one for one in better if one.hypothesis not in gone]
+        no_more = {one.effect.hypothesis.key for one in withdrawn}
+        above = [one for one in better if one.hypothesis not in gone and one.hypothesis.key not in no_more]
         nothing = _least(violations(found, NOTHING))
         if above:
             gone.add(above[0].of)
