@@ -19,6 +19,7 @@ from ins_eval.diagnosis.answer.verdict import (
     NO_MISMATCH,
     NOT_IDENTIFIABLE,
     PARTLY,
+    Q95,
     UNEXPLAINED,
     Diagnosis,
     FoundEffect,
@@ -36,6 +37,7 @@ from ins_eval.policy import Policy
 from tests.diagnosis.linearisations import INFORMATION, linearisation
 
 PROBLEMS = 150
+SHRUNK = 0.1  # of a size, what a prior takes
 NAMES = (
     "accelerometer.bias_temperature", "accelerometer.scale_temperature", "accelerometer.quadratic", "gyro.bias",
     "gyro.scale", "alignment.heading", "accelerometer.bias_drift", "earth.coriolis",
@@ -151,6 +153,23 @@ def test_what_is_withdrawn_does_not_count_against_what_stays() -> None:
     assert told.verdict == PARTLY
     assert [one.hypothesis for one in told.effects] == [bias]
     assert told.unnamed.significance_sigma == 7.0
+
+
+def test_of_two_that_share_an_error_one_is_left_out_and_the_other_takes_it_over() -> None:
+    """Beside one another either could be nothing; together they are not."""
+    found = linearisation([("gyro.bias", "x", {}), ("gyro.bias_drift", "x", {})], {0: 0.95, 1: 0.7}, alike=(0, 1))
+    found = found.own_first(2)
+    found.__dict__["held_out"] = SOUND.held_out
+    shown = (PLACE, PLACE)
+    findings = Findings((CASE,), (), (), (), found, found.best.log_bayes_factor, NOTHING_LEFT, NOTHING_LEFT, shown)
+    both, covariance = found.coefficients
+    assert (np.abs(both) < Q95 * np.sqrt(np.diag(covariance))).all()
+    told = consistent(findings, Decision(EXPLAINED, NOTHING_LEFT, shown, named=True), Policy())
+    (effect,), (other,) = told.effects, told.withdrawn
+    assert (effect.hypothesis, other.effect.hypothesis) == found.hypotheses
+    together = found.here.projection[0] / INFORMATION
+    assert effect.value == pytest.approx(together, rel=SHRUNK)
+    assert any(one.__doc__.startswith(other.reason) for one in invariants.NOTHING)
 
 
 def test_what_is_set_aside_stays_in_the_fit() -> None:
