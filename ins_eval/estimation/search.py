@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 FREE = 1e4  # prior sigma, in nominal sizes, of what may have any size
 NO_SENSOR = ""
-NEGLIGIBLE = 1.0  # nats that another scale has to add before it is summed over
+NEGLIGIBLE = 1.0  # nats that another scale has to add before it is summed over; by reasoning
 PRODUCT, SWEEPS = 4, 4  # effects up to which every combination of scales is summed; beyond, sweeps over them
 
 

@@ -90,11 +90,11 @@ def consistent(findings: Findings, decision: Decision, policy: Policy) -> Diagno
         better = (one for one in found.rivals if one.of in violating and one.below_best < 0.0 and not one.beside)
         no_more = {one.effect.hypothesis.key for one in withdrawn}
         above = [one for one in better if one.hypothesis not in gone and one.hypothesis.key not in no_more]
-        nothing = _least(violations(found, NOTHING))
         if above:
             gone.add(above[0].of)
             decision, findings = exchanged(findings, decision, above[0], policy)
         else:
+            nothing = _least(violations(found, NOTHING))
             going = nothing or _least(violations(found, OF_EFFECTS)) or offending
             withdrawn += going
             decision, findings = without(findings, decision, {one.effect.hypothesis for one in going}, not nothing)
