@@ -13,6 +13,7 @@ from benchmark.worlds.instruments import DEG_PER_H, UG, Departures, Felt, compen
 from benchmark.worlds.record import Made
 
 DEG = math.pi / 180.0
+HELD_RAD = 1e-7  # each second, of the attitude of what rests: below the random walk of a gyro in a second
 
 
 def coarse(felt: Felt) -> tuple[Felt, int]:
@@ -62,25 +63,27 @@ class Moving:
 
     def _observations(self) -> None:
         errors = self.made.errors.get("gps") or self.made.errors.get("reference")
-        if errors is None:
-            at, d = np.arange(1.0, self.seconds), 6
+        self.rests, self.referenced = errors is None, errors is not None and "attitude" in errors
+        if self.rests:
+            at, d = np.arange(1.0, self.seconds), 9
             self.ep = self.ev = np.zeros((len(at), 3))
-            self.r = np.array((0.05**2,) * 3 + (0.01**2,) * 3)
+            held = HELD_RAD**2 + self.true["gyro_quantum_rad"] ** 2 / 12.0
+            self.r = np.array((0.05**2,) * 3 + (0.01**2,) * 3 + (held,) * 3)
         else:
             use = errors["valid"] & (np.abs(errors["at"] - np.rint(errors["at"])) <= 0.5)
-            if "attitude" in errors:
+            if self.referenced:
                 use &= np.arange(len(use)) % 10 == 0
             else:
                 size = np.maximum(np.abs(errors["position"] / self.sheet["position_m"]).max(axis=1),
                                   np.abs(errors["velocity"] / self.sheet["velocity_mps"]).max(axis=1))  # fmt: skip
                 use &= size < 6.0 * max(self.true["gps_white"], 1.0) + 4.0
             at, self.ep, self.ev = errors["at"][use], errors["position"][use], errors["velocity"][use]
-            d = 9 if "attitude" in errors else 6
+            d = 9 if self.referenced else 6
             wp, wv = (self.true["gps_white"] * self.sheet[key] for key in ("position_m", "velocity_mps"))
             self.r = np.array((wp**2,) * 3 + (wv**2,) * 3)
-            if d == 9:
+            if self.referenced:
                 self.r = np.array((0.05**2,) * 3 + (0.003**2,) * 3 + ((0.001 * DEG) ** 2,) * 3)
-            self.tilt = errors["attitude"][use] if d == 9 else None
+            self.tilt = errors["attitude"][use] if self.referenced else None
         second = np.rint(at).astype(np.int64)
         good = (second >= 0) & (second <= self.seconds)
         _, first = np.unique(second[good], return_index=True)
@@ -115,7 +118,13 @@ class Moving:
         for k, function in enumerate((departures.gps_position, departures.gps_velocity)):
             if function is not None:
                 y[:, 3 * k : 3 * k + 3] -= np.einsum("nij,nj->ni", self.obs_ned, function(felt, self.at))
-        return u, x0, y
+        return u, x0, self.since_start(x0, y)
+
+    def since_start(self, x0: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """The observations: of what rests the attitude is not known, but that it stays what it was at the start."""
+        if self.rests:
+            y[:, 6:] -= x0[:3]
+        return y
 
     def direct(self, departures: Departures) -> np.ndarray:
         """What departs in the observations themselves: antenna, clocks, axes of the reference."""
@@ -124,13 +133,13 @@ class Moving:
         if lever.any():
             y[:, :3] -= self.obs_c @ lever
             y[:, 3:6] -= np.einsum("nij,nj->ni", self.obs_c, np.cross(self.obs_turn, lever))
-        offset = departures.gps_offset_s if self.d == 6 else departures.reference_offset_s
+        offset = departures.reference_offset_s if self.referenced else departures.gps_offset_s
         if offset:
             y[:, :3] += offset * self.obs_v
             y[:, 3:6] += offset * self.obs_a
-            if self.d == 9:
+            if self.referenced:
                 y[:, 6:] -= offset * np.einsum("nij,nj->ni", self.obs_c, self.obs_turn)
-        if self.d == 9 and departures.reference_rad.any():
+        if self.referenced and departures.reference_rad.any():
             y[:, 6:] += self.obs_c @ departures.reference_rad
         return y
 
@@ -173,9 +182,9 @@ class Moving:
         x0[:3] = self.ned[0] @ made.errors["start_rad"]
         y[:, :3] -= np.einsum("nij,nj->ni", self.obs_ned, self.ep[self.pick])
         y[:, 3:6] -= np.einsum("nij,nj->ni", self.obs_ned, self.ev[self.pick])
-        if self.d == 9:
+        if self.referenced:
             y[:, 6:] += np.einsum("nij,nj->ni", self.obs_ned, self.tilt[self.pick])
-        return u, x0, y
+        return u, x0, self.since_start(x0, y)
 
     def nuisances(self):
         """Start attitude and turn-on biases, one sigma each."""
@@ -196,7 +205,7 @@ class Moving:
         """White variances a second (body) and the slow processes."""
         sheet, true = self.sheet, self.true
         arw = true["arw"] * sheet["arw_deg_per_sqrt_h"] * DEG / 60.0
-        q_gyro = np.full(3, arw**2 + true["gyro_quantum_rad"] ** 2 / 12.0)
+        q_gyro = np.full(3, arw**2)  # a quantum whose remainder is carried is no random walk
         vrw = true["vrw"] * sheet["vrw_ug_per_sqrt_hz"] * UG
         meter = true["thermometer"]
         reading = meter["step_c"] ** 2 / 12.0 + meter["noise_c"] ** 2
@@ -221,9 +230,9 @@ class Moving:
             hour if true["accel_walk_ug"] else true["accel_wander_tau_s"],
             300.0 if true["gps_jumps_m"] else true["gps_position_tau_s"], true["gps_velocity_tau_s"], 300.0,
         ))  # fmt: skip
-        if self.made.felt.kind in ("oven", "static") or self.d == 9:
+        if self.rests:
             sigma[2:] = 0.0
-        if self.d == 9:
+        if self.referenced:
             sigma[2:], tau[2:] = (0.3, 0.004, 0.002 * DEG), (400.0, 100.0, 300.0)
         return q_gyro, q_accel, tau, sigma
 

@@ -316,6 +316,35 @@ def test_the_oracle_knows_its_noise():
     assert 0.8 < np.std(errors) < 1.2
 
 
+def test_the_oracle_knows_that_a_bench_does_not_turn():
+    """Drift of a level accelerometer: its own white noise q alone limits it, sigma^2 = 12 q^2 / T^3, no gyro bias does.
+
+    In navigation its velocity is that of a gyro bias; a least-squares line with a free constant, through 2 hours, is
+    the bound. The wander that a plain unit has is taken out; 3 % for the seconds at the ends.
+    """
+    unit = a_unit(np.random.default_rng(4), "plain", pulses=False)
+    true = unit.noise | {"accel_wander_ug": 0.0, "gyro_wander_deg_per_h": 0.0, "vrw": 30.0}
+    felt = feel(np.random.default_rng(7), "static", RATE, False)
+    made = measure(np.random.default_rng(8), felt, unit, Departures(), "static", "static")
+    drift = Effect("accelerometer.bias_drift", "x", 100.0, {})
+    a, _, _ = oracle.reduced(*whitened.Moving(made, unit.sheet, true).whitened([drift]))
+    noise_ug = true["vrw"] * unit.sheet["vrw_ug_per_sqrt_hz"]
+    sigma = noise_ug * math.sqrt(12.0 / felt.time_s[-1] ** 3) * 3600.0
+    assert a[0, 0] == pytest.approx((100.0 / sigma) ** 2, rel=0.03)
+
+
+def test_what_is_counted_with_its_remainder_carried_is_no_random_walk():
+    """Pulses of 8e-6 rad: what the oracle whitens of a bench has unit variance, to 6 %: rounding of an even turn is not white."""
+    unit = a_unit(np.random.default_rng(4), "plain", pulses=False)
+    unit.noise["gyro_quantum_rad"] = 8e-6
+    felt = feel(np.random.default_rng(7), "static", RATE, False)
+    made = measure(np.random.default_rng(8), felt, unit, Departures(), "static", "static")
+    data, _, nuisances = whitened.Moving(made, unit.sheet, unit.noise).whitened([])
+    left = data - nuisances @ np.linalg.solve(nuisances.T @ nuisances + np.eye(9), nuisances.T @ data)
+    attitude = left.reshape(-1, 9)[:, 6:]
+    assert np.mean(attitude**2) == pytest.approx(1.0, abs=0.06)
+
+
 def test_there_is_more_outside_the_vocabulary_than_a_dozen():
     assert len(FORMS) >= 12
     assert not set(FORMS) & set(VOCABULARY)
