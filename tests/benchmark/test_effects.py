@@ -334,7 +334,10 @@ def test_the_oracle_knows_that_a_bench_does_not_turn():
 
 
 def test_what_is_counted_with_its_remainder_carried_is_no_random_walk():
-    """Pulses of 8e-6 rad: what the oracle whitens of a bench has unit variance, to 6 %: rounding of an even turn is not white."""
+    """Pulses of 8e-6 rad: what the oracle whitens of a bench has unit variance.
+
+    To 6 %, since the rounding of an even turn is not white.
+    """
     unit = a_unit(np.random.default_rng(4), "plain", pulses=False)
     unit.noise["gyro_quantum_rad"] = 8e-6
     felt = feel(np.random.default_rng(7), "static", RATE, False)
