@@ -38,6 +38,9 @@ ENOUGH = 3.0  # sigmas
 MOST_REFUSED = 6  # of 200, upper end of the 95 % interval at the 1 that was measured
 BEFORE_TAKE_OFF_S = 190.0  # it taxies, and begins to take off within the last minute of them
 TURNED_RAD = 20.0 * DEG
+AFTER_S = 120.0
+# what the window shows of the heading, and what turn-on biases make of it in minutes
+CARRIED_RAD = {"tactical": 1.0 * DEG, "consumer": 5.0 * DEG}
 ROUNDING_MPS = 1e-5
 JUMPS_AFTER_S = 10.0
 KEPT_MPS = 0.3  # whatever the instant within a piece of half a minute at which it jumps
@@ -327,6 +330,27 @@ def test_a_stated_attitude_is_carried_to_a_window_that_begins_later(tmp_path: Pa
     end = made.felt.truth.state([found.start.time_s])[2][0]
     assert abs(np.sin(made.felt.truth.state([found.window.start_s])[2][0, 2] - euler[2])) > TURNED_RAD
     assert abs(np.sin(found.start.attitude_rad[2] - end[2])) < ENOUGH * found.sigmas[ATTITUDE][2]
+
+
+@pytest.mark.parametrize("grade", ["tactical", "consumer"])
+def test_a_path_is_carried_back_to_the_start_of_who_turns_before_it_moves_fast(tmp_path: Path, grade: str) -> None:
+    """Nothing is stated; the window that shows the start begins minutes after the aircraft began to taxi."""
+    made = a_recording(np.random.default_rng(5), grade, "climb, cruise, landing", RATE_HZ)
+    made.save(tmp_path / "r")
+    whole = form.read(tmp_path / "r")
+    taxi_s = first_window(whole)[1] - BEFORE_TAKE_OFF_S
+    recording, rows = whole.between(taxi_s, taxi_s + BEFORE_TAKE_OFF_S + AFTER_S)
+    increments = whole.imu.gyro[rows], whole.imu.accelerometer[rows]
+    found = find(recording, *increments)
+    path = track(recording, found, *increments)
+    assert path.time_s[0] == recording.start.time_s < found.window.start_s - 60.0
+    _, velocity, euler, _ = made.felt.truth.state(path.time_s)
+    before = path.time_s < found.window.start_s
+    assert np.abs(np.sin(euler[before, 2] - euler[before, 2][-1])).max() > TURNED_RAD
+    seen = Rotation.from_quat(path.quaternion_nb[before], scalar_first=True)
+    true = Rotation.from_euler("ZYX", euler[before][:, ::-1])
+    assert np.linalg.norm((true * seen.inv()).as_rotvec(), axis=1).max() < CARRIED_RAD[grade]
+    assert np.sqrt(((path.velocity_n - velocity)[before] ** 2).mean(axis=0)).max() < KEPT_MPS
 
 
 @pytest.mark.parametrize(("accelerometer_ug", "gyro_deg_per_h"), [(15000.0, 0.0), (0.0, 3000.0)])

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ins_eval.errors import DataRefused
-from ins_eval.initialization.guess import first_guess, first_variances, stated_heading_sigma, turned
+from ins_eval.initialization.guess import (
+    carried_back,
+    first_guess,
+    first_variances,
+    stated_heading_sigma,
+    turned,
+)
 from ins_eval.initialization.smoother import one_pass, scatter, settle
 from ins_eval.initialization.state import (
     ACCELEROMETER_BIAS,
@@ -70,7 +76,7 @@ def _carried(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray, begin
     rows = time_s < begin_s + 1e-6
     if start.attitude_rad is None or recording.kind in PARKED or not rows.any():
         return recording
-    if any(s.start_s <= start.time_s + 1.0 and begin_s <= s.end_s for s in standstills(recording)):
+    if _stands_until(recording, begin_s, standstills(recording)):
         return recording
     stated = recording.belief.gyro.bias_sigma_deg_per_h
     bias = WIDE_GYRO_BIAS_RADPS if stated is None else DEG_PER_H * stated
@@ -176,18 +182,38 @@ def _of_a_jump(window: Window) -> np.ndarray:
 
 
 def track(recording: Recording, begin: Initialization, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Solution:
-    """The whole way, from what was measured on it: smoothed over the window of `begin`, and piece by piece after it.
+    """The whole way, from what was measured on it: smoothed over the window of `begin`, and by pieces around it."""
+    first_s, at_s = recording.start.time_s, float(begin.path.time_s[0])
+    still, increments = standstills(recording), (dtheta_b, dv_b)
+    before = []
+    if at_s - first_s > LEAST_PIECE_S and not _stands_until(recording, at_s, still):
+        rows = recording.imu.time_s < at_s + 1e-6
+        part = window_of(recording, *increments, first_s, min(at_s, first_s + PIECE_S), still)
+        state = carried_back(recording, begin, part, dtheta_b[rows], dv_b[rows])
+        before = list(_followed(recording, state, increments, at_s, still))
+    after = _followed(recording, begin, increments, float(recording.imu.time_s[-1]), still)
+    pieces = [*before, begin.path, *after]
+    parts = {name: [getattr(one, name)[:-1] for one in pieces] for name in Solution.__dataclass_fields__}
+    return Solution(**{name: np.concatenate([*of, getattr(pieces[-1], name)[-1:]]) for name, of in parts.items()})
 
-    Before the window the vehicle stands as it does at its begin.
-    """
-    last_s = float(recording.imu.time_s[-1])
-    state, pieces, still = begin, [begin.path], standstills(recording)
+
+def _followed(
+    recording: Recording,
+    state: Initialization,
+    increments: tuple[np.ndarray, np.ndarray],
+    last_s: float,
+    still: Sequence[Stretch],
+) -> Iterator[Solution]:
+    """The way from `state` on until `last_s`, smoothed within each piece."""
     while state.start.time_s < last_s - LEAST_PIECE_S:
         end_s = state.start.time_s + PIECE_S
         end_s = last_s if end_s > last_s - LEAST_PIECE_S else end_s
         part, rows = recording.between(state.start.time_s, end_s)
         # no fix is left out: one that is late looks like an outlier wherever the motion is fast
-        state = follow(part, state, dtheta_b[rows], dv_b[rows], end_s, still, np.inf)
-        pieces.append(state.path)
-    parts = {name: [getattr(one, name)[:-1] for one in pieces] for name in Solution.__dataclass_fields__}
-    return Solution(**{name: np.concatenate([*of, getattr(pieces[-1], name)[-1:]]) for name, of in parts.items()})
+        state = follow(part, state, *(one[rows] for one in increments), end_s, still, np.inf)
+        yield state.path
+
+
+def _stands_until(recording: Recording, time_s: float, still: Sequence[Stretch]) -> bool:
+    """Whether a vehicle stands from the start of the recording until then."""
+    return any(s.start_s <= recording.start.time_s + 1.0 and time_s <= s.end_s for s in still)
