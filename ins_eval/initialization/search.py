@@ -184,14 +184,14 @@ def _of_a_jump(window: Window) -> np.ndarray:
 def track(recording: Recording, begin: Initialization, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Solution:
     """The whole way, from what was measured on it: smoothed over the window of `begin`, and by pieces around it."""
     first_s, at_s = recording.start.time_s, float(begin.path.time_s[0])
-    still, increments = standstills(recording), (dtheta_b, dv_b)
+    still = standstills(recording)
     before = []
     if at_s - first_s > LEAST_PIECE_S and not _stands_until(recording, at_s, still):
         rows = recording.imu.time_s < at_s + 1e-6
-        part = window_of(recording, *increments, first_s, min(at_s, first_s + PIECE_S), still)
+        part = window_of(recording, dtheta_b, dv_b, first_s, min(at_s, first_s + PIECE_S), still)
         state = carried_back(recording, begin, part, dtheta_b[rows], dv_b[rows])
-        before = list(_followed(recording, state, increments, at_s, still))
-    after = _followed(recording, begin, increments, float(recording.imu.time_s[-1]), still)
+        before = list(_followed(recording, state, dtheta_b, dv_b, at_s, still))
+    after = _followed(recording, begin, dtheta_b, dv_b, float(recording.imu.time_s[-1]), still)
     pieces = [*before, begin.path, *after]
     parts = {name: [getattr(one, name)[:-1] for one in pieces] for name in Solution.__dataclass_fields__}
     return Solution(**{name: np.concatenate([*of, getattr(pieces[-1], name)[-1:]]) for name, of in parts.items()})
@@ -200,7 +200,8 @@ def track(recording: Recording, begin: Initialization, dtheta_b: np.ndarray, dv_
 def _followed(
     recording: Recording,
     state: Initialization,
-    increments: tuple[np.ndarray, np.ndarray],
+    dtheta_b: np.ndarray,
+    dv_b: np.ndarray,
     last_s: float,
     still: Sequence[Stretch],
 ) -> Iterator[Solution]:
@@ -210,7 +211,7 @@ def _followed(
         end_s = last_s if end_s > last_s - LEAST_PIECE_S else end_s
         part, rows = recording.between(state.start.time_s, end_s)
         # no fix is left out: one that is late looks like an outlier wherever the motion is fast
-        state = follow(part, state, *(one[rows] for one in increments), end_s, still, np.inf)
+        state = follow(part, state, dtheta_b[rows], dv_b[rows], end_s, still, np.inf)
         yield state.path
 
 
