@@ -77,7 +77,6 @@ def first_guess(recording: Recording, window: Window, begin_s: float, still: boo
     start = _placed(start, fixes, begin_s)
     if still:
         start = replace(start, velocity_n=(0.0, 0.0, 0.0))
-    if still:
         first = window.dv_b[rest & (window.time_s <= window.still_s[0, 0] + 10.0)]
         down = -first.sum(axis=0) / np.linalg.norm(first.sum(axis=0))
         attitude = (float(np.arctan2(down[1], down[2])), float(np.arcsin(np.clip(-down[0], -1.0, 1.0))), 0.0)
