@@ -8,13 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ins_eval.errors import DataRefused
-from ins_eval.initialization.guess import (
-    carried_back,
-    first_guess,
-    first_variances,
-    stated_heading_sigma,
-    turned,
-)
+from ins_eval.initialization.guess import carried_back, first_guess, first_variances, stated_heading_sigma, turned
 from ins_eval.initialization.smoother import one_pass, scatter, settle
 from ins_eval.initialization.state import (
     ACCELEROMETER_BIAS,
