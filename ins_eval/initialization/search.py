@@ -27,7 +27,7 @@ from ins_eval.recording import Recording
 from ins_eval.recording.consistency.rest import PARKED
 from ins_eval.recording.stillness import Stretch
 from ins_eval.strapdown import Solution, navigate
-from ins_eval.units import DEG, DEG_PER_H
+from ins_eval.units import DEG, DEG_PER_H, HOUR
 
 ENOUGH_HEADING_RAD = 3.0 * DEG
 HEADINGS = 12  # first guesses
@@ -37,6 +37,7 @@ PASSES = 8
 WIDENED = 2.0  # times what is believed that fixes scatter, from which the first part is settled again: by reasoning
 APART = np.log(20.0)  # a heading whose likelihood is nearer than this to the best's is a rival
 PIECE_S, LEAST_PIECE_S = 30.0, 1.0  # of a recording that is followed from its first window on
+RARE = np.log(HOUR / PIECE_S)  # of biases that jump, once in an hour: by reasoning
 
 
 def find(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Initialization:
@@ -158,14 +159,20 @@ def follow(
     first = one_pass(window, begin, covariance, gate)
     wide = covariance + _of_a_jump(window)
     jumped = one_pass(window, begin, wide, gate)
-    if jumped.log_likelihood > first.log_likelihood + APART:
-        covariance, first = wide, jumped
+    if _leads(jumped, first):  # and also where fixes scatter as much as beside it, for they may do so without any jump
+        shown = _wider(window, scatter(window, replace(begin, about=jumped.about), wide))
+        if _leads(*(one_pass(shown, begin, one, gate) for one in (wide, covariance))):
+            covariance, first = wide, jumped
     if not np.isfinite(first.log_likelihood):
         raise DataRefused(
             f"{recording.name}: between {begin.start.time_s:.6g} and {until_s:.6g} s the samples carry the INS away, "
             "expected increments that can be navigated; look at gyros and accelerometers there"
         )
     return replace(one_pass(window, replace(begin, about=first.about), covariance, gate), about=None)
+
+
+def _leads(jumped: Initialization, first: Initialization) -> bool:
+    return bool(jumped.log_likelihood > first.log_likelihood + APART + RARE)
 
 
 def _of_a_jump(window: Window) -> np.ndarray:

@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from benchmark.runners.imported import recorded
 from benchmark.worlds.real import SOURCES
-from ins_eval.diagnosis.answer.judge import Diagnosis, judge
+from ins_eval.analysis.diagnose import diagnose_folders
+from ins_eval.diagnosis.answer.verdict import Diagnosis
 from ins_eval.error_model import null
 from ins_eval.estimation import arcs
 from ins_eval.estimation import case as cases
@@ -52,8 +53,9 @@ def imported(name: str, folder: Path) -> Recording:
     return form.read(folder)
 
 
-def judged(recording: Recording, folder: Path) -> Diagnosis:
-    return judge([cases.prepare(recording, folder)])
+def diagnosed(recording: Recording, folder: Path) -> Diagnosis:
+    """As a user has it, from a folder: what is described wrongly is mended, and a receiver settles first."""
+    return diagnose_folders([form.write(recording, folder)]).diagnosis
 
 
 def values(found: Diagnosis) -> dict[tuple[str, str | None], float]:
@@ -231,14 +233,17 @@ def warm_up(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Path]:
 
 @pytest.mark.slow
 def test_a_parked_unit_that_warms_up_has_its_laws_of_temperature(warm_up) -> None:
-    recording, folder = warm_up
-    found = values(judged(recording, folder))
-    imu, interval_s = recording.imu, recording.interval_s
+    """Of gyro z the temperature and its rate are too much alike in one warm-up to say which: one is named or listed."""
+    found = diagnosed(*warm_up)
+    imu, interval_s = warm_up[0].imu, warm_up[0].interval_s
     temperature = np.asarray(imu.temperature_c).reshape(len(imu.time_s), -1)[:, 0]
     gyro = slope(imu.time_s, imu.gyro[:, 2] / interval_s / DEG_PER_H, temperature)
     force = slope(imu.time_s, imu.accelerometer[:, 2] / interval_s / UG, temperature)
-    assert found["gyro.bias_temperature", "z"] == pytest.approx(gyro, rel=SLOPE_AGREES)
-    assert found["accelerometer.bias_temperature", "z"] == pytest.approx(force, rel=SLOPE_AGREES)
+    assert values(found)["accelerometer.bias_temperature", "z"] == pytest.approx(force, rel=SLOPE_AGREES)
+    said = ((one.hypothesis.candidate, one.value) for one in (*found.effects, *found.rivals))
+    laws = {one.name: value for one, value in said if one.axis == "z"}
+    assert laws["gyro.bias_temperature"] * gyro > 0.0
+    assert "gyro.bias_temperature_rate" in laws
 
 
 @pytest.mark.slow
@@ -246,7 +251,7 @@ def test_a_temperature_of_another_time_is_no_cause(warm_up) -> None:
     recording, folder = warm_up
     temperature = np.roll(recording.imu.temperature_c, len(recording.imu.time_s) // 2, axis=0)
     elsewhere = replace(recording, imu=replace(recording.imu, temperature_c=temperature))
-    assert not [name for name, _ in values(judged(elsewhere, folder)) if "temperature" in name]
+    assert not [name for name, _ in values(diagnosed(elsewhere, folder)) if "temperature" in name]
 
 
 def late_in_flight(found: Diagnosis) -> float:
@@ -260,7 +265,7 @@ def test_the_clock_of_an_autopilot_is_late_and_an_applied_delay_comes_on_top(tmp
     recording = imported("plane", tmp_path / "plane")
     applied = 0.15
     later = replace(recording, gps=replace(recording.gps, time_s=recording.gps.time_s + applied))
-    own, both = (late_in_flight(judged(one, tmp_path / "plane")) for one in (recording, later))
+    own, both = (late_in_flight(diagnosed(one, tmp_path / "plane")) for one in (recording, later))
     assert AUTOPILOT_LATE_S[0] < own < AUTOPILOT_LATE_S[1]
     assert AUTOPILOT_LATE_S[0] < both - applied < AUTOPILOT_LATE_S[1]
 
