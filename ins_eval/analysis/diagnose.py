@@ -20,6 +20,7 @@ from ins_eval.estimation.description import (
     wrong_columns,
     wrong_descriptions,
     wrong_descriptions_of_chamber,
+    wrong_start,
 )
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
@@ -130,6 +131,10 @@ def _made_ready(folder: Path, name: str, belief_file: Path | None = None, unit: 
         recording = mended(replace(recording, belief=with_effects(recording.belief, [one.effect for one in more])))
         case = prepare(recording, where)
     whole = with_effects(recording.belief, stated)
+    if turned := wrong_start(recording, case):
+        wrong = [*wrong, *turned]
+        right = with_effects(recording.belief, [one.effect for one in turned])
+        case = prepare(replace(recording, belief=right), where)
     return _Ready(case, whole, belief_rows(recording), wrong, warnings)
 
 

@@ -174,7 +174,7 @@ def begins_as_stated(recording: Recording, found: Start) -> bool:
     What is stated counts for a parked unit. Of another it does where errors would stay small if it were right, and the
     attitude that was `found` is not so far from it that a linear error model could not follow.
     """
-    start = recording.start
+    start = turned_start(recording.start, recording.belief)
     if start.attitude_rad is None or start.attitude_sigma_rad is None:
         return False
     if recording.kind in PARKED:

@@ -6,7 +6,7 @@ read; every mistake counts against it. A gyro's x and y exchanged are to any nav
 rounding, the accelerometers' exchanged and a sign of either triad turned, in a box on its side: one mistake, not three.
 Then the recording is examined again as it is mended, until nothing contradicts itself. Last, where a scale factor
 that no sensor has would fit best, the other sign of that column is tried, and of two such columns each in the place of
-the other.
+the other. And the attitude of a start may be stated so far from what is shown that no linear error model follows.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ from pathlib import Path
 import numpy as np
 
 from ins_eval.believed import believed
+from ins_eval.effects.start import ROTATIONS
 from ins_eval.error_model.columns import EARTH_TERMS
+from ins_eval.error_model.geometry import cross_matrices, turn, turned
+from ins_eval.error_model.null import LARGEST_ATTITUDE_RAD, begins_as_stated
 from ins_eval.errors import InsEvalError
 from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import indicated
@@ -31,7 +34,7 @@ from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, BEYOND_DOUBT, COUNTED, Finding, mistakes
 from ins_eval.recording.consistency.rest import check_chamber
 from ins_eval.recording.mending import AXES, ENU, SENSORS, mended, mended_chamber
-from ins_eval.units import DEG, DEG_PER_H, PPM, STANDARD_GRAVITY
+from ins_eval.units import ARCSEC, DEG, DEG_PER_H, PPM, STANDARD_GRAVITY
 
 TURNS = 4  # units, order, velocity and a clock may all be wrong
 UNITS = {  # what was read over what is right
@@ -44,11 +47,15 @@ EAST_NORTH = np.array([[0.0, 1.0], [1.0, 0.0]])
 
 @dataclass(frozen=True)
 class WrongDescription:
-    """A wrong description as a belief states it, its log odds, finite also beyond all doubt, and what was seen."""
+    """A wrong description as a belief states it, its log odds, finite also beyond all doubt, and what was seen.
+
+    `sigma` is that of its value; 0 where that is one of a few alternatives.
+    """
 
     effect: EffectBelief
     log_odds: float
     seen: str
+    sigma: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +133,58 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
         f"{done} the fixes agree"
     )
     return [WrongDescription(chosen, leads[best], seen)]
+
+
+def wrong_start(recording: Recording, case: Case) -> list[WrongDescription]:
+    """By what the attitude that is stated of a start is turned from the one that rest, motion and fixes show.
+
+    Only where that is too far for a linear error model, so that the recording does not begin in it; elsewhere it is an
+    effect among others, or is made good by a late clock as well. With phi from the one to the other,
+    C_found = exp(phi x) C_stated, a component is wrong where its nats phi^2 / (sigma_stated^2 + sigma_found^2) / 2 are
+    beyond doubt.
+    """
+    stated, navigated = recording.start, case.believed
+    if navigated is None or stated.attitude_rad is None or stated.attitude_sigma_rad is None:
+        return []
+    far = np.linalg.norm(turn(stated.attitude_rad, navigated.start.attitude_rad)) >= LARGEST_ATTITUDE_RAD
+    if begins_as_stated(recording, navigated.start) or not far:
+        return []
+    off, covariance = _off(case)
+    phi = turn(stated.attitude_rad, turned([navigated.start.attitude_rad], [off])[0])
+    response = _of_further_turn(phi)
+    sigma = np.sqrt(np.diag(response @ covariance @ response.T))
+    nats = 0.5 * phi**2 / (np.square(stated.attitude_sigma_rad) + sigma**2)
+    out = []
+    for (name, axis), k in ROTATIONS.items():
+        if nats[k] > BEYOND_DOUBT:
+            to_deg = stated.attitude_sigma_rad[k] / DEG
+            seen = (
+                f"start: rest, motion and fixes show an attitude that is turned by {phi[k] / DEG:.3g} deg about "
+                f"{axis or 'down'} from the stated one, which is believed to {to_deg:.2g} deg"
+            )
+            effect = EffectBelief(name=name, axis=axis, value=float(phi[k] / ARCSEC))
+            out.append(WrongDescription(effect, float(nats[k]), seen, float(sigma[k] / ARCSEC)))
+    return out
+
+
+def _off(case: Case) -> tuple[np.ndarray, np.ndarray]:
+    """By what the start of a case is still turned about north, east and down, rad (3,), and the covariance of that."""
+    of = [k for k, one in enumerate(case.nuisances) if one.name.startswith("start attitude")]
+    size = np.abs([case.nuisances[k].start[6:] for k in of]).sum(axis=1)
+    whitened = case.whitened([], np.zeros(len(case.noise.free)), case.blocks)
+    covariance = np.linalg.inv(np.eye(len(case.nuisances)) + whitened.normal)
+    return size * (covariance @ whitened.projection)[of], np.outer(size, size) * covariance[np.ix_(of, of)]
+
+
+def _of_further_turn(phi: np.ndarray) -> np.ndarray:
+    """d phi / d delta (3, 3) of exp(delta x) exp(phi x) at delta 0, with 2 t the angle of phi.
+
+    I - [phi x] / 2 + (1 - t / tan t) [phi x]^2 / (2 t)^2
+
+    Source: Barfoot, State Estimation for Robotics, 2017, 7.1.5 (inverse of the left Jacobian).
+    """
+    half, (across,) = 0.5 * float(np.linalg.norm(phi)), cross_matrices(phi[None])
+    return np.eye(3) - 0.5 * across + (1.0 - half / np.tan(half)) / (2.0 * half) ** 2 * across @ across
 
 
 def _left_out(belief: Belief) -> list[tuple[EffectBelief, ...]]:

@@ -24,6 +24,7 @@ from ins_eval.initialization.state import (
 )
 from ins_eval.initialization.windows import WIDE_GYRO_BIAS_RADPS, first_window, standstills, window_of
 from ins_eval.recording import Recording
+from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
 from ins_eval.recording.consistency.rest import PARKED
 from ins_eval.recording.stillness import Stretch
 from ins_eval.strapdown import Solution, navigate
@@ -56,10 +57,18 @@ def find(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Initia
     recording = _carried(recording, dtheta_b, dv_b, begin_s)
     while True:
         window = replace(window_of(recording, dtheta_b, dv_b, begin_s, end_s), moves_s=moves_s)
-        found = _best(recording, window, begin_s)
+        found = _of_any_heading(recording, window, _best(recording, window, begin_s))
         if end_s >= last_s or found.heading_sigma_rad < ENOUGH_HEADING_RAD:
             return found
         end_s = min(last_s, begin_s + 1.6 * (end_s - begin_s))
+
+
+def _of_any_heading(recording: Recording, window: Window, found: Initialization) -> Initialization:
+    """What is `found` with the heading that is stated; where fixes scatter there, with another if it leads by far."""
+    if max(found.fix_scale) < WIDENED or stated_heading_sigma(recording) > KNOWN_HEADING_RAD:
+        return found
+    free = _best(replace(recording, start=replace(recording.start, attitude_rad=None)), window, found.window.start_s)
+    return free if free.log_likelihood > found.log_likelihood + BEYOND_DOUBT else found
 
 
 def _carried(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray, begin_s: float) -> Recording:

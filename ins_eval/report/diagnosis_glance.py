@@ -14,7 +14,7 @@ SPOKEN_ODDS = log(1e6)  # nats, beyond which odds are a power of ten
 MOST_ODDS = log(1e100)
 # what is wrong with columns, and is put right before a recording is navigated
 PUT_RIGHT = tuple(f"recording.{what}" for what in ("axis_sign", "axes_exchanged", "unit", "gps_velocity"))
-DESCRIPTIONS = ("recording", "clock", "gps", "reference")  # whose effects are mended in words
+DESCRIPTIONS = ("recording", "clock", "gps", "reference", "alignment")  # whose effects are mended in words
 
 
 def diagnosis_glance(tree: Mapping) -> Section:

@@ -74,7 +74,7 @@ def _found(wrong: WrongDescription, r: int, count: int) -> FoundEffect:
     return FoundEffect(
         hypothesis=Hypothesis(candidate, tuple(column if k == r else None for k in range(count))),
         value=belief.value,
-        sigma=0.0,  # one of a few alternatives
+        sigma=wrong.sigma,
         probability=1.0 / (1.0 + chance),
         log_evidence_gain=wrong.log_odds,
         false_alarm_probability=chance,
