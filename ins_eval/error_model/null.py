@@ -23,6 +23,7 @@ from ins_eval.initialization import (
     Initialization,
     find,
     standstills,
+    stated_heading_sigma,
     track,
 )
 from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on, without_bias
@@ -164,25 +165,26 @@ def _wide(recording: Recording, start: Start, increments, folder: str | Path) ->
         turned = turned_start(recording.start, recording.belief)
         return _begun(recording, turned, increments, _given_sigma(turned), folder)
     start = replace(start, position_sigma_m=WIDE_POSITION_M, velocity_sigma_mps=WIDE_VELOCITY_MPS)
-    sigma_n = np.array([TILT_SIGMA_RAD, TILT_SIGMA_RAD, HEADING_SIGMA_RAD])
+    heading = (
+        stated_heading_sigma(recording) if recording.kind in PARKED else HEADING_SIGMA_RAD
+    )  # no fix shows it there
+    sigma_n = np.array([TILT_SIGMA_RAD, TILT_SIGMA_RAD, heading])
     return _begun(recording, start, increments, sigma_n, folder)
 
 
 def begins_as_stated(recording: Recording, found: Start) -> bool:
     """Whether a recording in arcs begins in what is believed of its start, and not in a first guess.
 
-    What is stated counts for a parked unit. Of another it does where errors would stay small if it were right, and the
-    attitude that was `found` is not so far from it that a linear error model could not follow.
+    Not where the attitude that was `found` is so far from it that a linear error model could not follow. Else what is
+    stated counts for a parked unit, and for another where errors would stay small if it were right.
     """
     start = turned_start(recording.start, recording.belief)
     if start.attitude_rad is None or start.attitude_sigma_rad is None:
         return False
-    if recording.kind in PARKED:
-        return True
-    off_rad = float(np.linalg.norm(turn(start.attitude_rad, found.attitude_rad)))
+    if np.linalg.norm(turn(start.attitude_rad, found.attitude_rad)) >= LARGEST_ATTITUDE_RAD:
+        return False
     duration_s = float(recording.imu.time_s[-1]) - start.time_s
-    small = stays_small(recording.belief, max(start.attitude_sigma_rad), duration_s)
-    return small and off_rad < LARGEST_ATTITUDE_RAD
+    return recording.kind in PARKED or stays_small(recording.belief, max(start.attitude_sigma_rad), duration_s)
 
 
 def stays_small(belief: Belief, attitude_sigma_rad: float, duration_s: float) -> bool:

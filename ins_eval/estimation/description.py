@@ -140,8 +140,11 @@ def wrong_start(recording: Recording, case: Case) -> list[WrongDescription]:
 
     Only where that is too far for a linear error model, so that the recording does not begin in it; elsewhere it is an
     effect among others, or is made good by a late clock as well. With phi from the one to the other,
-    C_found = exp(phi x) C_stated, a component is wrong where its nats phi^2 / (sigma_stated^2 + sigma_found^2) / 2 are
-    beyond doubt.
+    C_found = exp(phi x) C_stated, and P its covariance, components k are wrong, the clearest first, where the nats
+
+        z^2 / (S_kk + p) / 2,    z = phi_k - P_ko (P_oo + S_oo)^-1 phi_o,    p = P_kk - P_ko (P_oo + S_oo)^-1 P_ok
+
+    are beyond doubt, S the variances that are stated, o the others but for those that are wrong.
     """
     stated, navigated = recording.start, case.believed
     if navigated is None or stated.attitude_rad is None or stated.attitude_sigma_rad is None:
@@ -152,19 +155,43 @@ def wrong_start(recording: Recording, case: Case) -> list[WrongDescription]:
     off, covariance = _off(case)
     phi = turn(stated.attitude_rad, turned([navigated.start.attitude_rad], [off])[0])
     response = _of_further_turn(phi)
-    sigma = np.sqrt(np.diag(response @ covariance @ response.T))
-    nats = 0.5 * phi**2 / (np.square(stated.attitude_sigma_rad) + sigma**2)
+    covariance = response @ covariance @ response.T
+    stated_sigma = np.asarray(stated.attitude_sigma_rad)
+    wrong: list[int] = []
+    while len(wrong) < 3:
+        rightly = [k for k in range(3) if k not in wrong]
+        z, sigma = _given(phi, covariance, stated_sigma, rightly)
+        nats = 0.5 * z**2 / (stated_sigma**2 + sigma**2)
+        k = max(rightly, key=nats.__getitem__)
+        if not nats[k] > BEYOND_DOUBT:
+            break
+        wrong.append(k)
+    z, sigma = _given(phi, covariance, stated_sigma, [k for k in range(3) if k not in wrong])
     out = []
     for (name, axis), k in ROTATIONS.items():
-        if nats[k] > BEYOND_DOUBT:
-            to_deg = stated.attitude_sigma_rad[k] / DEG
+        if k in wrong:
             seen = (
-                f"start: rest, motion and fixes show an attitude that is turned by {phi[k] / DEG:.3g} deg about "
-                f"{axis or 'down'} from the stated one, which is believed to {to_deg:.2g} deg"
+                f"start: rest, motion and fixes show an attitude that is turned by {z[k] / DEG:.3g} deg about "
+                f"{axis or 'down'} from the stated one, which is believed to {stated_sigma[k] / DEG:.2g} deg"
             )
-            effect = EffectBelief(name=name, axis=axis, value=float(phi[k] / ARCSEC))
-            out.append(WrongDescription(effect, float(nats[k]), seen, float(sigma[k] / ARCSEC)))
+            effect = EffectBelief(name=name, axis=axis, value=float(z[k] / ARCSEC))
+            nats = 0.5 * z[k] ** 2 / (stated_sigma[k] ** 2 + sigma[k] ** 2)
+            out.append(WrongDescription(effect, float(nats), seen, float(sigma[k] / ARCSEC)))
     return out
+
+
+def _given(
+    phi: np.ndarray, covariance: np.ndarray, stated_sigma: np.ndarray, rightly: Sequence[int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """z and sqrt(p) (3,) of each component, where the others of those that are stated `rightly` are known to that."""
+    z, sigma = np.empty(3), np.empty(3)
+    for k in range(3):
+        o = [other for other in rightly if other != k]
+        known = covariance[np.ix_(o, o)] + np.diag(stated_sigma[o] ** 2)
+        gain = np.linalg.solve(known, covariance[o, k])
+        z[k] = phi[k] - gain @ phi[o]
+        sigma[k] = np.sqrt(covariance[k, k] - gain @ covariance[o, k])
+    return z, sigma
 
 
 def _off(case: Case) -> tuple[np.ndarray, np.ndarray]:

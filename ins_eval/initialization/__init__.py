@@ -15,7 +15,7 @@ nothing of the heading, the heading is unknown and its sigma says so.
 Source: Titterton and Weston, 2nd ed., chapters 10 and 12; Groves, 2nd ed., chapters 5 and 14.
 """
 
-from ins_eval.initialization.guess import TILT_SIGMA_RAD
+from ins_eval.initialization.guess import TILT_SIGMA_RAD, stated_heading_sigma
 from ins_eval.initialization.search import find, follow, track
 from ins_eval.initialization.smoother import filtered
 from ins_eval.initialization.state import (
@@ -48,5 +48,6 @@ __all__ = [
     "find",
     "follow",
     "standstills",
+    "stated_heading_sigma",
     "track",
 ]
