@@ -20,8 +20,8 @@ from ins_eval.estimation.description import (
     wrong_columns,
     wrong_descriptions,
     wrong_descriptions_of_chamber,
-    wrong_start,
 )
+from ins_eval.estimation.stated_start import wrong_start
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency import WARNING

@@ -8,7 +8,7 @@
     refine, placing          the best of them navigated with
     linearisation, best_set  a search around a refined set, and searches in turn until the set stays
     held_out, scatter, instants, forecast   how it does on data not used, over stretches, at instants, in other flights
-    description              what is wrong in how a recording is described
+    description, stated_start   what is wrong in how a recording and its start are described
 
 The residual y is INS minus what was measured. Under a hypothesis with parameters p it is
 

@@ -6,7 +6,7 @@ read; every mistake counts against it. A gyro's x and y exchanged are to any nav
 rounding, the accelerometers' exchanged and a sign of either triad turned, in a box on its side: one mistake, not three.
 Then the recording is examined again as it is mended, until nothing contradicts itself. Last, where a scale factor
 that no sensor has would fit best, the other sign of that column is tried, and of two such columns each in the place of
-the other. And the attitude of a start may be stated so far from what is shown that no linear error model follows.
+the other.
 """
 
 from __future__ import annotations
@@ -19,10 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from ins_eval.believed import believed
-from ins_eval.effects.start import ROTATIONS
 from ins_eval.error_model.columns import EARTH_TERMS
-from ins_eval.error_model.geometry import cross_matrices, turn, turned
-from ins_eval.error_model.null import LARGEST_ATTITUDE_RAD, begins_as_stated
 from ins_eval.errors import InsEvalError
 from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import indicated
@@ -34,7 +31,7 @@ from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, BEYOND_DOUBT, COUNTED, Finding, mistakes
 from ins_eval.recording.consistency.rest import check_chamber
 from ins_eval.recording.mending import AXES, ENU, SENSORS, mended, mended_chamber
-from ins_eval.units import ARCSEC, DEG, DEG_PER_H, PPM, STANDARD_GRAVITY
+from ins_eval.units import DEG, DEG_PER_H, PPM, STANDARD_GRAVITY
 
 TURNS = 4  # units, order, velocity and a clock may all be wrong
 UNITS = {  # what was read over what is right
@@ -133,85 +130,6 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
         f"{done} the fixes agree"
     )
     return [WrongDescription(chosen, leads[best], seen)]
-
-
-def wrong_start(recording: Recording, case: Case) -> list[WrongDescription]:
-    """By what the attitude that is stated of a start is turned from the one that rest, motion and fixes show.
-
-    Only where that is too far for a linear error model, so that the recording does not begin in it; elsewhere it is an
-    effect among others, or is made good by a late clock as well. With phi from the one to the other,
-    C_found = exp(phi x) C_stated, and P its covariance, components k are wrong, the clearest first, where the nats
-
-        z^2 / (S_kk + p) / 2,    z = phi_k - P_ko (P_oo + S_oo)^-1 phi_o,    p = P_kk - P_ko (P_oo + S_oo)^-1 P_ok
-
-    are beyond doubt, S the variances that are stated, o the others but for those that are wrong.
-    """
-    stated, navigated = recording.start, case.believed
-    if navigated is None or stated.attitude_rad is None or stated.attitude_sigma_rad is None:
-        return []
-    far = np.linalg.norm(turn(stated.attitude_rad, navigated.start.attitude_rad)) >= LARGEST_ATTITUDE_RAD
-    if begins_as_stated(recording, navigated.start) or not far:
-        return []
-    off, covariance = _off(case)
-    phi = turn(stated.attitude_rad, turned([navigated.start.attitude_rad], [off])[0])
-    response = _of_further_turn(phi)
-    covariance = response @ covariance @ response.T
-    stated_sigma = np.asarray(stated.attitude_sigma_rad)
-    wrong: list[int] = []
-    while len(wrong) < 3:
-        rightly = [k for k in range(3) if k not in wrong]
-        z, sigma = _given(phi, covariance, stated_sigma, rightly)
-        nats = 0.5 * z**2 / (stated_sigma**2 + sigma**2)
-        k = max(rightly, key=nats.__getitem__)
-        if not nats[k] > BEYOND_DOUBT:
-            break
-        wrong.append(k)
-    z, sigma = _given(phi, covariance, stated_sigma, [k for k in range(3) if k not in wrong])
-    out = []
-    for (name, axis), k in ROTATIONS.items():
-        if k in wrong:
-            seen = (
-                f"start: rest, motion and fixes show an attitude that is turned by {z[k] / DEG:.3g} deg about "
-                f"{axis or 'down'} from the stated one, which is believed to {stated_sigma[k] / DEG:.2g} deg"
-            )
-            effect = EffectBelief(name=name, axis=axis, value=float(z[k] / ARCSEC))
-            nats = 0.5 * z[k] ** 2 / (stated_sigma[k] ** 2 + sigma[k] ** 2)
-            out.append(WrongDescription(effect, float(nats), seen, float(sigma[k] / ARCSEC)))
-    return out
-
-
-def _given(
-    phi: np.ndarray, covariance: np.ndarray, stated_sigma: np.ndarray, rightly: Sequence[int]
-) -> tuple[np.ndarray, np.ndarray]:
-    """z and sqrt(p) (3,) of each component, where the others of those that are stated `rightly` are known to that."""
-    z, sigma = np.empty(3), np.empty(3)
-    for k in range(3):
-        o = [other for other in rightly if other != k]
-        known = covariance[np.ix_(o, o)] + np.diag(stated_sigma[o] ** 2)
-        gain = np.linalg.solve(known, covariance[o, k])
-        z[k] = phi[k] - gain @ phi[o]
-        sigma[k] = np.sqrt(covariance[k, k] - gain @ covariance[o, k])
-    return z, sigma
-
-
-def _off(case: Case) -> tuple[np.ndarray, np.ndarray]:
-    """By what the start of a case is still turned about north, east and down, rad (3,), and the covariance of that."""
-    of = [k for k, one in enumerate(case.nuisances) if one.name.startswith("start attitude")]
-    size = np.abs([case.nuisances[k].start[6:] for k in of]).sum(axis=1)
-    whitened = case.whitened([], np.zeros(len(case.noise.free)), case.blocks)
-    covariance = np.linalg.inv(np.eye(len(case.nuisances)) + whitened.normal)
-    return size * (covariance @ whitened.projection)[of], np.outer(size, size) * covariance[np.ix_(of, of)]
-
-
-def _of_further_turn(phi: np.ndarray) -> np.ndarray:
-    """d phi / d delta (3, 3) of exp(delta x) exp(phi x) at delta 0, with 2 t the angle of phi.
-
-    I - [phi x] / 2 + (1 - t / tan t) [phi x]^2 / (2 t)^2
-
-    Source: Barfoot, State Estimation for Robotics, 2017, 7.1.5 (inverse of the left Jacobian).
-    """
-    half, (across,) = 0.5 * float(np.linalg.norm(phi)), cross_matrices(phi[None])
-    return np.eye(3) - 0.5 * across + (1.0 - half / np.tan(half)) / (2.0 * half) ** 2 * across @ across
 
 
 def _left_out(belief: Belief) -> list[tuple[EffectBelief, ...]]:

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from benchmark.worlds.cases import a_recording as of_navigation_grade
 from benchmark.worlds.cases import a_unit
@@ -22,27 +21,17 @@ from ins_eval.cli import main
 from ins_eval.diagnosis.answer.verdict import NO_MISMATCH
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.parts import SENSORS, conditions
-from ins_eval.effects.start import ROTATIONS
 from ins_eval.effects.vocabulary import VOCABULARY
-from ins_eval.error_model import geometry
 from ins_eval.error_model.library import COARSEST_PPM, LARGEST_OF, sized
 from ins_eval.estimation import description
 from ins_eval.estimation.case import prepare, with_effects
-from ins_eval.estimation.description import (
-    _evidence,
-    _of_further_turn,
-    _of_matrix,
-    wrong_columns,
-    wrong_descriptions,
-    wrong_start,
-)
+from ins_eval.estimation.description import _evidence, _of_matrix, wrong_columns, wrong_descriptions
 from ins_eval.interface.diagnose import diagnose
 from ins_eval.readers import apm_mat
 from ins_eval.recording import Imu, Recording, Start, form
 from ins_eval.recording.belief import AccelerometerBelief, Belief, EffectBelief, GyroBelief
 from ins_eval.recording.consistency.alternatives import MATRICES, Finding, mistakes
 from ins_eval.recording.mending import mended
-from ins_eval.units import ARCSEC
 
 RATE_HZ = 20.0
 SIGN, EXCHANGED, UNIT = "recording.axis_sign", "recording.axes_exchanged", "recording.unit"
@@ -52,7 +41,6 @@ TURNS_LITTLE = (51, 68)  # seed and number of the journey, whose gyro z has the 
 TURNS_ALIKE = (55, 11)  # another, in which gyro y seems to have what gyro z has
 TWIN_FLIGHT = (53, 72)  # of a flight whose gyros x and y stand for each other, and whose antenna is where the IMU is
 LEFT_OUT = 2  # seed of a straight flight in which a reversed gyro z looks like the rotation of the Earth
-STATED_SIGMA_DEG, SMALL_RAD = 0.1, 1e-6  # of a start; of a numerical derivative
 ROUNDING = 1e-5  # of the evidence of a navigation, in nats
 
 
@@ -162,43 +150,6 @@ def test_a_gyro_that_feels_an_earth_that_is_left_out_is_not_turned_over(tmp_path
     assert wrong_columns(recording, case) == []
     monkeypatch.setattr(description, "_left_out", lambda belief: [])
     assert [(one.effect.name, one.effect.axis) for one in wrong_columns(recording, case)] == [(SIGN, "z")]
-
-
-@pytest.mark.parametrize(
-    ("grade", "off_deg"),
-    [
-        ("navigation", (0.0, 0.0, 0.0)),
-        ("navigation", (0.0, 15.0, 20.0)),
-        ("industrial", (0.0, 0.0, 0.0)),
-        ("industrial", (-25.0, 0.0, 0.0)),
-        *(
-            pytest.param(grade, off_deg, marks=pytest.mark.slow)
-            for grade in GRADES
-            for off_deg in [(170.0, 0.0, 0.0), (0.0, -12.0, 0.0), (0.0, 0.0, 170.0), (60.0, 0.0, 90.0)]
-        ),
-    ],
-)
-def test_a_start_that_is_stated_far_from_the_truth(tmp_path, grade: str, off_deg: tuple[float, ...]) -> None:
-    """By what it is turned, against the truth of the simulation, and nothing where the truth is stated."""
-    one = made(grade)
-    one.save(tmp_path / "drive")
-    recording = believed(form.read(tmp_path / "drive"))
-    true_rad = np.array(one.felt.truth.state(np.array([recording.start.time_s]))[2][0])
-    stated_rad = tuple(true_rad + np.radians(off_deg))
-    sigma_rad = np.radians(STATED_SIGMA_DEG)
-    start = replace(recording.start, attitude_rad=stated_rad, attitude_sigma_rad=(sigma_rad,) * 3)
-    recording = replace(recording, start=start)
-    found = wrong_start(recording, prepare(recording))
-    off = dict(zip(ROTATIONS, geometry.turn(stated_rad, true_rad) / ARCSEC, strict=True))
-    assert {(one.effect.name, one.effect.axis) for one in found} == {key for key, phi in off.items() if abs(phi) > 1.0}
-    for one in found:
-        assert abs(one.effect.value - off[one.effect.name, one.effect.axis]) < SIGMAS * one.sigma
-
-
-def test_a_small_turn_after_a_large_one_moves_the_rotation_vector() -> None:
-    for large in ([0.3, -0.2, 0.1], [1.0, 2.0, -1.5]):
-        moved = (Rotation.from_rotvec(SMALL_RAD * np.eye(3)) * Rotation.from_rotvec(large)).as_rotvec() - large
-        np.testing.assert_allclose(moved.T / SMALL_RAD, _of_further_turn(np.array(large)), atol=10.0 * SMALL_RAD)
 
 
 @pytest.mark.parametrize("turn", [m for m in MATRICES if np.linalg.det(m) > 0.0])
