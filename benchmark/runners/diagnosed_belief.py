@@ -106,7 +106,7 @@ class InverseProblem:
         for number in range(FLIGHTS):
             streams = self.world.streams(index).at("another day", number)
             recording = self.later.record(self.world.instrument(index), streams)
-            seen, interval_s = samples(recording), recording.interval_s
+            seen, interval_s = list(samples(recording)), recording.interval_s  # for each arm
             for name, triad in triads.items():
                 of_arm = replace(recording, belief=after if name == "diagnosed" else believed)
                 found.setdefault(name, []).append(errors(of_arm, compensate(seen, triad, interval_s)))
