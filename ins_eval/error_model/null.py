@@ -165,9 +165,8 @@ def _wide(recording: Recording, start: Start, increments, folder: str | Path) ->
         turned = turned_start(recording.start, recording.belief)
         return _begun(recording, turned, increments, _given_sigma(turned), folder)
     start = replace(start, position_sigma_m=WIDE_POSITION_M, velocity_sigma_mps=WIDE_VELOCITY_MPS)
-    heading = (
-        stated_heading_sigma(recording) if recording.kind in PARKED else HEADING_SIGMA_RAD
-    )  # no fix shows it there
+    # no fix shows the heading of what stands
+    heading = stated_heading_sigma(recording) if recording.kind in PARKED else HEADING_SIGMA_RAD
     sigma_n = np.array([TILT_SIGMA_RAD, TILT_SIGMA_RAD, heading])
     return _begun(recording, start, increments, sigma_n, folder)
 

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ins_eval.effects import turned_start
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.error_model.geometry import cross_matrices, turn, turned
-from ins_eval.error_model.null import LARGEST_ATTITUDE_RAD, begins_as_stated
+from ins_eval.error_model.null import LARGEST_ATTITUDE_RAD
 from ins_eval.estimation.description import WrongDescription
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
@@ -34,17 +35,16 @@ def wrong_start(recording: Recording, case: Case) -> list[WrongDescription]:
 
     are beyond doubt, S the variances that are stated, o the others but for those that are wrong.
     """
-    stated, navigated = recording.start, case.believed
+    stated, navigated = turned_start(recording.start, recording.belief), case.believed
     if navigated is None or stated.attitude_rad is None or stated.attitude_sigma_rad is None:
         return []
-    far = np.linalg.norm(turn(stated.attitude_rad, navigated.start.attitude_rad)) >= LARGEST_ATTITUDE_RAD
-    if begins_as_stated(recording, navigated.start) or not far:
+    if np.linalg.norm(turn(stated.attitude_rad, navigated.start.attitude_rad)) < LARGEST_ATTITUDE_RAD:
         return []
     off, covariance = _off(case)
     phi = turn(stated.attitude_rad, turned([navigated.start.attitude_rad], [off])[0])
     response = _of_further_turn(phi)
     wrong = _wrong_components(phi, response @ covariance @ response.T, np.asarray(stated.attitude_sigma_rad))
-    return [_description(ROTATION_NAMES[k], *wrong[k], stated.attitude_sigma_rad[k]) for k in sorted(wrong)]
+    return [_description(ROTATION_NAMES[k], *wrong[k], stated.attitude_sigma_rad[k]) for k in wrong]
 
 
 def _description(
