@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from filterpy.kalman import KalmanFilter
 from scipy.spatial.transform import Rotation
 from scipy.stats import beta, chi2
 
@@ -20,6 +21,7 @@ from ins_eval.initialization import ATTITUDE, GYRO_BIAS, Initialization, find
 from ins_eval.initialization import windows as of_windows
 from ins_eval.initialization.rest import Felt, seconds_at_rest, velocity_sigma
 from ins_eval.initialization.search import track
+from ins_eval.initialization.smoother import filtered
 from ins_eval.initialization.windows import first_window, standstills, window_of
 from ins_eval.navigation import beginning, evaluate
 from ins_eval.readers import apm_mat, apm_text
@@ -42,6 +44,7 @@ AFTER_S = 120.0
 # what the window shows of the heading, and what turn-on biases make of it in minutes
 CARRIED_RAD = {"tactical": 1.0 * DEG, "consumer": 5.0 * DEG}
 ROUNDING_MPS = 1e-5
+ROUNDING = 1e-9  # of numbers of order 1
 JUMPS_AFTER_S = 10.0
 KEPT_MPS = 0.3  # whatever the instant within a piece of half a minute at which it jumps
 DRIVES_OFF_UNSEEN = (53, 12)  # seed and number of a journey of a consumer unit that begins as its car comes to rest
@@ -420,3 +423,37 @@ def test_real_mems_flights_begin_where_their_autopilot_was(reader, parts: tuple[
     theirs = Rotation.from_euler("ZYX", reference.attitude_rad[at][::-1])
     off = Rotation.from_euler("ZYX", begin.start.attitude_rad[::-1]) * theirs.inv()
     assert off.magnitude() < ONBOARD_RAD
+
+
+def test_the_filter_and_its_smoother_are_those_of_another_library() -> None:
+    """filterpy's, where some rows measure nothing, some channels are not measured, and two states stay as they are."""
+    rng = np.random.default_rng(5)
+    n, rows = 6, 14
+    transition = np.tile(np.eye(n), (rows - 1, 1, 1))
+    transition[:, :4] += 0.3 * rng.normal(size=(rows - 1, 4, n)) * (rng.random((rows - 1, 4, n)) < 0.6)
+    noise = rng.uniform(0.1, 1.0, (rows - 1, n)) * [1.0, 1.0, 1.0, 1.0, 0.0, 0.1]
+    row = np.array([0, 2, 2, 5, 6, 9, 13])
+    z, h = rng.normal(size=(row.size, 3)), rng.normal(size=(row.size, 3, n))
+    variance = rng.uniform(0.5, 2.0, (row.size, 3))
+    variance[1, 2] = variance[4, 0] = 0.0
+    mean, root = rng.normal(size=n), rng.normal(size=(n, n))
+    other, log_likelihood = KalmanFilter(n, 1), 0.0
+    other.x, other.P = mean.copy(), root @ root.T
+    states, covariances = [], []
+    for k in range(rows):
+        if k:
+            other.predict(F=transition[k - 1], Q=np.diag(noise[k - 1]))
+        for m in np.flatnonzero(row == k):
+            for channel in np.flatnonzero(variance[m] > 0.0):
+                other.update(z[m, channel], R=variance[m, channel], H=h[m, channel : channel + 1])
+                log_likelihood += other.log_likelihood + 0.5 * np.log(2.0 * np.pi)
+        states.append(other.x.copy())
+        covariances.append(other.P.copy())
+    smoothed, *_ = other.rts_smoother(
+        np.array(states), np.array(covariances), [np.eye(n), *transition], [np.eye(n), *map(np.diag, noise)]
+    )
+    found, last, covariance, height, _ = filtered(transition, noise, row, z, h, variance, mean, root @ root.T, np.inf)
+    assert found == pytest.approx(smoothed, abs=ROUNDING)
+    assert last == pytest.approx(states[-1], abs=ROUNDING)
+    assert covariance == pytest.approx(covariances[-1], abs=ROUNDING)
+    assert height == pytest.approx(log_likelihood, abs=ROUNDING)

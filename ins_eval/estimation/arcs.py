@@ -266,7 +266,7 @@ def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.
     f[:, STATE, STATE], f[:, STATE, BIAS] = model.transition, model.coupling
     walk = np.zeros(states)
     walk[3:6], walk[6:9], walk[BIAS] = here.walks[1], here.walks[0], here.bias_walk / np.sqrt(60.0)
-    noise = walk**2 * model.interval_s[:, None, None] * np.eye(states)
+    noise = walk**2 * model.interval_s[:, None]
     # what is known to have been done to the solution: carried open loop it would grow for hours as heights do
     f[:, STATE, KNOWN] = np.einsum("kij,kj->ki", model.half, model.known)
     h = np.zeros((nodes, 9, states))
@@ -308,4 +308,4 @@ def _place(stands: Sequence[Stretch], nodes_s: np.ndarray, f: np.ndarray, noise:
         entered = inside[0] - 1
         if entered >= 0:
             f[entered, PLACE, PLACE] = 0.0
-            noise[entered, PLACE, PLACE] = np.diag(PLACE_SIGMAS**2)
+            noise[entered, PLACE] = PLACE_SIGMAS**2

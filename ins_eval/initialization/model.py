@@ -89,7 +89,7 @@ def specific_force(solution: Solution, velocity_n: np.ndarray) -> np.ndarray:
 
 
 def dynamics(window: Window, solution: Solution, about, force_b, rate_b) -> tuple[np.ndarray, np.ndarray]:
-    """Transitions (steps, 21, 21) and process noise (steps, 21, 21) from row to row; linear `about` C and C f."""
+    """Transitions (steps, 21, 21) and variances (steps, 21) that each step adds; linear `about` C and C f."""
     c, force_n = about
     rest = np.zeros(len(force_n), dtype=bool)
     for begin_s, end_s in window.still_s:
@@ -118,9 +118,7 @@ def dynamics(window: Window, solution: Solution, about, force_b, rate_b) -> tupl
     q = np.zeros((len(dt), STATES))
     q[:, VELOCITY], q[:, ATTITUDE] = window.velocity_walk**2, window.angle_walk**2
     q[:, GYRO_BIAS], q[:, ACCELEROMETER_BIAS] = (BIAS_WALK**2 / 60.0 * sigma**2 for sigma in window.bias_sigma)
-    noise = np.zeros_like(f)
-    noise[:, diagonal, diagonal] = q * dt[:, None]
-    return f, noise
+    return f, q * dt[:, None]
 
 
 def measured(window: Window, begin: Initialization, solution: Solution, c, about, rate_b):

@@ -31,6 +31,7 @@ from ins_eval.strapdown import Solution, navigate
 from ins_eval.units import DEG, DEG_PER_H, HOUR
 
 ENOUGH_HEADING_RAD = 3.0 * DEG
+ALIKE_RAD = 1.0 * DEG  # headings nearer to one another are one: by reasoning
 HEADINGS = 12  # first guesses
 KEPT = (12, 6, 4, 2)  # guesses that go on, as the part of the window grows to whole
 GROWTH = (10.0, 20.0, 40.0, np.inf)  # s of motion in each of these parts
@@ -123,8 +124,14 @@ def _best(recording: Recording, window: Window, begin_s: float) -> Initializatio
 
 
 def _settled(window: Window, guesses: list[Initialization], prior: np.ndarray) -> list[Initialization]:
-    """The guesses settled on a window, the most likely first."""
-    return sorted((settle(window, one, prior, PASSES) for one in guesses), key=lambda one: -one.log_likelihood)
+    """The guesses settled on a window, the most likely first; those that come to one heading are one."""
+    ends = sorted((settle(window, one, prior, PASSES) for one in guesses), key=lambda one: -one.log_likelihood)
+    found: list[Initialization] = []
+    for end in ends:
+        heading = end.start.attitude_rad[2]
+        if all(abs(wrapped(one.start.attitude_rad[2] - heading)) > ALIKE_RAD for one in found):
+            found.append(end)
+    return found
 
 
 def _wider(window: Window, scale: tuple[float, float]) -> Window:

@@ -20,60 +20,98 @@ BEYOND_CHANCE = 3.0  # sigmas by which scatter or memory of the fixes must excee
 
 
 @numba.njit(cache=True)
+def _changing(transition):
+    """How many rows of a transition (n, n) come before those that are rows of the identity to the end."""
+    c = transition.shape[0]
+    while c > 0:
+        for j in range(transition.shape[0]):
+            if transition[c - 1, j] != (1.0 if j == c - 1 else 0.0):
+                return c
+        c -= 1
+    return c
+
+
+@numba.njit(cache=True, fastmath={"reassoc", "contract"})
 def filtered(transition, noise, row, z, h, variance, mean, covariance, gate):
     """Smoothed means of all rows (n, 21), mean and covariance of the last, log-likelihood, innovations (k, 3).
 
-    Innovations are in sigmas, NaN where nothing was measured; one beyond `gate` is left out. The smoother is that of
-    Bryson and Frazier: going back, lambda <- (I - K h')' lambda - h e / S at a measurement, F' lambda over a step, and
-    the smoothed mean is x - P lambda.
+    `noise` (steps, n) are the variances that a step adds. Innovations are in sigmas, NaN where nothing was measured;
+    one beyond `gate` is left out. The smoother is that of Bryson and Frazier: going back, lambda <- (I - K h')' lambda
+    - h e / S at a measurement, F' lambda over a step, and the smoothed mean is x - P lambda. States that only stay as
+    they are, the last rows of a transition, and zeros of it and of designs cost nothing.
     """
     n, rows = mean.shape[0], transition.shape[0] + 1
     x, p = mean.copy(), covariance.copy()
     means, covariances = np.empty((rows, n)), np.empty((rows, n, n))
     innovations = np.full((row.shape[0], 3), np.nan)
     gains, weighted = np.zeros((row.shape[0], 3, n)), np.zeros((row.shape[0], 3))
+    fp, ph, root = np.empty((n, n)), np.empty(n), np.empty(n)
     logs = 0.0
     m = 0
     for k in range(rows):
         if k > 0:
             f = transition[k - 1]
-            x = f @ x
-            p = f @ p @ f.T + noise[k - 1]
+            c = _changing(f)
+            x[:c] = f[:c] @ x
+            for a in range(c):  # F P of the rows that change
+                fp[a] = 0.0
+                for j in range(n):
+                    if f[a, j] != 0.0:
+                        for b in range(n):
+                            fp[a, b] += f[a, j] * p[j, b]
+            for a in range(c):  # F P F'
+                for b in range(c, n):
+                    p[a, b] = p[b, a] = fp[a, b]
+                for b in range(a + 1):
+                    total = 0.0
+                    for j in range(n):
+                        total += fp[a, j] * f[b, j]
+                    p[a, b] = p[b, a] = total
+            for a in range(n):
+                p[a, a] += noise[k - 1, a]
         while m < row.shape[0] and row[m] <= k:
             for i in range(3):
                 if variance[m, i] <= 0.0:
                     continue
-                hi = h[m, i]
-                ph = p @ hi
-                s = hi @ ph + variance[m, i]
-                e = z[m, i] - hi @ x
+                ph[:] = 0.0
+                s, e = variance[m, i], z[m, i]
+                for j in range(n):
+                    if h[m, i, j] != 0.0:
+                        e -= h[m, i, j] * x[j]
+                        for b in range(n):
+                            ph[b] += h[m, i, j] * p[j, b]
+                for j in range(n):
+                    s += h[m, i, j] * ph[j]
                 innovations[m, i] = e / np.sqrt(s)
                 if abs(innovations[m, i]) > gate:
                     logs -= 0.5 * (gate**2 + np.log(s))
                     continue
                 logs -= 0.5 * (e * e / s + np.log(s))
-                gains[m, i] = ph / s
                 weighted[m, i] = e / s
-                x += gains[m, i] * e
-                p -= np.outer(gains[m, i], ph)
                 for a in range(n):
-                    for b in range(a):
-                        p[a, b] = p[b, a] = 0.5 * (p[a, b] + p[b, a])
+                    gains[m, i, a] = ph[a] / s
+                    x[a] += gains[m, i, a] * e
+                    root[a] = ph[a] / np.sqrt(s)
+                for a in range(n):
+                    for b in range(n):
+                        p[a, b] -= root[a] * root[b]
             m += 1
         means[k] = x
         covariances[k] = p
     smoothed = means.copy()
     back = np.zeros(n)
     for k in range(rows - 1, -1, -1):
-        smoothed[k] = means[k] - covariances[k] @ back
+        smoothed[k] -= covariances[k] @ back
         while m > 0 and row[m - 1] >= k:
             m -= 1
             for i in range(2, -1, -1):
                 if weighted[m, i] != 0.0 or gains[m, i].any():
-                    hi = h[m, i]
-                    back = back - hi * (gains[m, i] @ back) - hi * weighted[m, i]
+                    back -= h[m, i] * (gains[m, i] @ back + weighted[m, i])
         if k > 0:
-            back = transition[k - 1].T @ back
+            c = _changing(transition[k - 1])
+            head = back[:c].copy()
+            back[:c] = 0.0
+            back += head @ transition[k - 1, :c]
     return smoothed, x, p, logs, innovations
 
 
