@@ -58,9 +58,11 @@ def find(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray) -> Initia
     recording = _carried(recording, dtheta_b, dv_b, begin_s)
     while True:
         window = replace(window_of(recording, dtheta_b, dv_b, begin_s, end_s), moves_s=moves_s)
-        found = _of_any_heading(recording, window, _best(recording, window, begin_s))
+        found = _best(recording, window, begin_s)
         if end_s >= last_s or found.heading_sigma_rad < ENOUGH_HEADING_RAD:
-            return found
+            found = _of_any_heading(recording, window, found)
+            if end_s >= last_s or found.heading_sigma_rad < ENOUGH_HEADING_RAD:
+                return found
         end_s = min(last_s, begin_s + 1.6 * (end_s - begin_s))
 
 
