@@ -99,10 +99,12 @@ def _else(tree: Mapping) -> list[str]:
     if not found["effects"]:
         return []
     lines = []
-    together = [one for one in found["indistinguishable"] if "together_with" in one]
+    of_noise = [one for one in found["indistinguishable"] if one["from"] is None]
+    of_effects = [one for one in found["indistinguishable"] if one["from"] is not None]
+    together = [one for one in of_effects if "together_with" in one]
     if together:
         lines.append(_together(together))
-    apart = [one for one in found["indistinguishable"] if "together_with" not in one]
+    apart = [one for one in of_effects if "together_with" not in one]
     for one in apart[:3]:
         tie = "separated only by what was expected before the recording" if one["told_apart_by_prior_only"] else ""
         below = f"{nats(one['log_evidence_below_best'])} nats below the best"
@@ -113,7 +115,7 @@ def _else(tree: Mapping) -> list[str]:
         lines.append(sentence(f"Nor can {effect_words(rest[0])} be excluded; it is listed below"))
     elif rest:
         lines.append(sentence(f"{len(rest)} further ones cannot be excluded; they are listed below"))
-    lines += _unnamed_near(tree)
+    lines += [*_of_noise(of_noise), *_unnamed_near(tree)]
     families = tree["evidence"]["families"]
     if not lines and families[0]["named"]:  # else what is wrong was mended before these were tried
         near = next((one for one in families if not one["named"]), None)
@@ -151,6 +153,20 @@ def _together(rivals: Sequence[Mapping]) -> str:
         f"{nats(first['log_evidence_below_best'])} nats, by what was believed before the recording only. "
         f"{experiment[:1].upper()}{experiment[1:]}"
     )
+
+
+def _of_noise(rivals: Sequence[Mapping]) -> list[str]:
+    """Effects that are named where the sensors have other noise, each set of them in a sentence."""
+    lines = []
+    for below in dict.fromkeys(one["log_evidence_below_best"] for one in rivals):
+        words = [f"{effect_words(one)}: {amount(one)}" for one in rivals if one["log_evidence_below_best"] == below]
+        lines.append(
+            sentence(
+                f"What is noise of the sensors here may be effects, if they have other noise ({'; '.join(words)}): "
+                f"{nats(below)} nats below the best. In another recording an effect would come back, noise would not"
+            )
+        )
+    return lines
 
 
 def _experiment(one: Mapping) -> str:

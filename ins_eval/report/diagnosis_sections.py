@@ -155,7 +155,7 @@ def _evidence(tree: Mapping) -> list[Block]:
 
 def _rivals(tree: Mapping) -> list[Block]:
     rows = [
-        (effect_words(one), effect_words({"name": one["from"]}), nats(one["log_evidence_below_best"]),
+        (effect_words(one), effect_words({"name": one["from"] or "noise"}), nats(one["log_evidence_below_best"]),
          probability(one["probability"]), "yes" if one["told_apart_by_prior_only"] else "no",
          one["experiment"] or MISSING,
          nats(one["expected_log_bayes_factor"]))
@@ -167,7 +167,8 @@ def _rivals(tree: Mapping) -> list[Block]:
     )  # fmt: skip
     note = (
         "Prior only: both fit equally well; only what was expected before the recording separates them. Experiment: "
-        "the cheapest of the catalogue that would separate them, by its planned motion and temperatures."
+        "the cheapest of the catalogue that would separate them, by its planned motion and temperatures. What could "
+        "stand instead of noise is told by any further recording: an effect comes back."
     )
     return table("Rivals", header, rows, note, align="llrrllr")
 

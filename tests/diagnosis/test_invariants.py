@@ -37,6 +37,7 @@ from ins_eval.policy import Policy
 from tests.diagnosis.linearisations import INFORMATION, linearisation
 
 PROBLEMS = 150
+LARGE, HALF = 6.0, 1.0  # coefficients: 24 sigma; one that fits nearly as well as another that is alike
 SHRUNK = 0.1  # of a size, what a prior takes
 NAMES = (
     "accelerometer.bias_temperature", "accelerometer.scale_temperature", "accelerometer.quadratic", "gyro.bias",
@@ -309,6 +310,27 @@ def test_a_rival_has_the_size_that_it_would_have() -> None:
     precision, pull = INFORMATION + 1.0 / SCALES[-1] ** 2, found.here.projection[1]
     assert rival.value == pytest.approx(of * pull / precision, rel=0.05)
     assert rival.sigma == pytest.approx(of / np.sqrt(precision), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("below", "alike", "listed"), [(1.0, None, True), (3.5, None, False), (3.5, (0, 3), True), (-0.1, None, False)]
+)
+def test_what_is_an_effect_at_another_noise_is_listed_where_it_is_near(
+    monkeypatch, below: float, alike: tuple[int, int] | None, listed: bool
+) -> None:
+    """Within 3 nats, and within 4.6 where there is a rival anyway; the one that both have is none."""
+    effects = [("gyro.bias", axis, {}) for axis in "xyz"] + [("gyro.g_sensitivity", "x", {})]
+    ours = linearisation(effects, {0: HALF if alike else LARGE}, alike)
+    other = linearisation(effects[:3], {0: LARGE, 1: LARGE, 2: -LARGE})
+    monkeypatch.setattr("ins_eval.diagnosis.answer.rivals.more_probable", lambda a, b: below)
+    of_noise = {one.hypothesis: one for one in rivals(ours, Policy(), None, [other]) if one.of is None}
+    _, y, z = other.hypotheses
+    assert set(of_noise) == ({y, z} if listed else set())
+    for hypothesis, beside, size in ((y, z, LARGE), (z, y, -LARGE)) if listed else ():
+        one = of_noise[hypothesis]
+        assert one.beside == (beside,)
+        assert one.value == pytest.approx(size, rel=0.05)
+        assert one.probability == pytest.approx(1.0 / (1.0 + np.exp(below)))
 
 
 def test_an_effect_at_another_time_begins_where_the_recordings_were_navigated() -> None:

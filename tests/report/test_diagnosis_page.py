@@ -211,6 +211,9 @@ def test_odds_are_spoken_until_they_are_powers_of_ten() -> None:
     assert [odds(x) for x in (0.0, 3.0, 150.0, 312.4)] == ["1.0 to 1", "20 to 1", "10⁶⁵ to 1", "more than 10¹⁰⁰ to 1"]
 
 
+SIZE = {"value": 12.0, "interval95": [10.0, 14.0], "unit": "ug/h"}
+
+
 def test_a_rival_comes_with_the_experiment_that_would_tell() -> None:
     told = tree("not identifiable")
     said, sections = diagnosis_content(told)
@@ -219,6 +222,16 @@ def test_a_rival_comes_with_the_experiment_that_would_tell() -> None:
         "temperatures would separate them (expected log Bayes factor 21.0)." in said
     )
     assert "Nothing else" not in said
+    of_noise = {"from": None, "experiment": None, "parameters": SIZE}
+    told["diagnosis"]["indistinguishable"] = [drift(**of_noise), drift(**of_noise, axis="x")]
+    said, sections = diagnosis_content(told)
+    assert (
+        "What is noise of the sensors here may be effects, if they have other noise (accelerometer bias drift, z: 12 "
+        "ug/h [10, 14]; accelerometer bias drift, x: 12 ug/h [10, 14]): 2.1 nats below the best. In another recording "
+        "an effect would come back, noise would not." in said
+    )
+    rivals = blocks(sections, "What else it could be", Table)[0]
+    assert [row[1] for row in rivals.rows] == ["noise", "noise"]
     told["diagnosis"]["indistinguishable"] = [
         drift(experiment=None, expected_log_bayes_factor=None, told_apart_by_prior_only=True)
     ]

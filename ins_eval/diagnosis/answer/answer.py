@@ -95,7 +95,7 @@ def _rival(one: Rival) -> dict[str, Any]:
     return (
         ({"together_with": together} if together else {})
         | {
-            "from": one.of.candidate.name,
+            "from": None if one.of is None else one.of.candidate.name,
             "name": candidate.name,
             "axis": candidate.axis,
             **{name: candidate.parameters[name] for name in WORDS if name in candidate.parameters},

@@ -72,9 +72,9 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     around_belief = linearise(Point(cases, (), np.zeros(0), tuple(known)), policy)
     begin = begun(around_belief, known, policy)
     alone = () if _of_earth(begin) else _alone(cases, null, policy)
-    linearisation = searched(cases, begin, policy)
+    searches = [linearisation := searched(cases, begin, policy)]
     for noise in other_noise(cases, linearisation, alone):
-        other = searched(cases, at_noise(begin, noise, policy), policy)
+        searches.append(other := searched(cases, at_noise(begin, noise, policy), policy))
         better, worse = (other, linearisation) if more_probable(linearisation, other) > 0.0 else (linearisation, other)
         linearisation = joined(cases, better, worse, policy)
     linearisation = linearisation.sure(policy)
@@ -86,6 +86,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
         linearisation=linearisation,
         gain=_gain(cases, known, linearisation, policy),
         around_belief=around_belief,
+        others=tuple(_near(searches, linearisation, policy)),
     )
     suspects = None
     if not is_heard(findings, policy):
@@ -109,6 +110,11 @@ def _unnamed_near(findings: Findings) -> bool:
     Then it is weighed at a noise of its own, as rivals are.
     """
     return findings.instead.gain > findings.linearisation.best.log_posterior - NEAR
+
+
+def _near(searches: Sequence[Linearisation], best: Linearisation, policy: Policy) -> Iterator[Linearisation]:
+    """The searches that found further effects, nearly as probable as the best set."""
+    return (one for one in searches if one.keys - best.keys and more_probable(one, best) < policy.listed)
 
 
 def other_noise(

@@ -31,6 +31,7 @@ class Findings:
     suspects : disturbances without a name, None where the effects explain and nothing without a name is near
     places : where each suspect is
     around_belief : every effect as it looks before any is tried further, noise that of the null within its grade
+    others : searches at other noise, whose best sets were within `Policy.listed` nats of the best one
     """
 
     cases: tuple[Case, ...]
@@ -45,6 +46,7 @@ class Findings:
     suspects: tuple[Suspect, ...] | None = None
     places: tuple[Mismatch, ...] = ()
     around_belief: Linearisation | None = None
+    others: tuple[Linearisation, ...] = ()
 
     @property
     def statistics(self) -> dict[str, float | str]:

@@ -160,7 +160,7 @@ def _said(findings: Findings, decision: Decision, policy: Policy, departure_sigm
     examined = findings.beside is not None and decision.verdict != NO_MISMATCH
     linearisation = findings.linearisation if examined else None
     named = linearisation is not None and decision.named
-    others = rivals(linearisation, policy, findings.around_belief) if named else ()
+    others = rivals(linearisation, policy, findings.around_belief, findings.others) if named else ()
     near = decision.verdict == EXPLAINED and any(one.below_best < policy.near for one in others)
     return Diagnosis(
         cases=findings.cases,

@@ -2,12 +2,13 @@
 
 A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the sizes that are expected.
 Where there is one, all that is within `Policy.listed` is listed too. A twin, what at any size leaves at most
-`Policy.twin` more of chi-square than the effect, is always listed.
+`Policy.twin` more of chi-square than the effect, is always listed. So is a set of effects at another noise that is
+nearly as probable as the best one: what is an effect there is noise here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ins_eval.diagnosis.answer.verdict import Rival
+from ins_eval.estimation.linearisation import more_probable
 from ins_eval.estimation.search import log_bayes_factor, posterior
 from ins_eval.navigation import PARKED
 
@@ -25,15 +27,45 @@ if TYPE_CHECKING:
 
 
 def rivals(
-    linearisation: Linearisation, policy: Policy, around_belief: Linearisation | None = None
+    linearisation: Linearisation,
+    policy: Policy,
+    around_belief: Linearisation | None = None,
+    others: Sequence[Linearisation] = (),
 ) -> tuple[Rival, ...]:
-    """Every family that could stand in the place of an effect of the best set, best first."""
+    """Every family that could stand in the place of an effect of the best set, best first, then those of `others`."""
     ranked = sorted(
         (one for k in linearisation.best.members for one in _in_the_place(linearisation, k, policy)),
         key=lambda one: one.below_best,
     )
     believed = around_belief or linearisation
-    return (*ranked, *(one for k in linearisation.best.members for one in _three_biases(linearisation, k, believed)))
+    ranked += [one for k in linearisation.best.members for one in _three_biases(linearisation, k, believed)]
+    reach = policy.listed if any(one.below_best < policy.near for one in ranked) else policy.near
+    named = linearisation.keys
+    for other in others:
+        below = more_probable(other, linearisation)
+        if 0.0 <= below < reach:
+            ranked += _at_other_noise(other, named, below)
+            named = named | other.keys
+    return tuple(ranked)
+
+
+def _at_other_noise(other: Linearisation, named: Collection[tuple], below: float) -> list[Rival]:
+    """The effects of another set that are not `named`, each beside the others of them."""
+    mean, covariance = other.coefficients
+    here = [(i, other.hypotheses[k]) for i, k in enumerate(other.best.members) if other.hypotheses[k].key not in named]
+    return [
+        Rival(
+            of=None,
+            hypothesis=one,
+            probability=float(1.0 / (1.0 + np.exp(below))),
+            below_best=below,
+            by_prior_only=False,
+            beside=tuple(beside for _, beside in here if beside is not one),
+            value=float(mean[i] * one.candidate.nominal),
+            sigma=float(np.sqrt(covariance[i, i]) * one.candidate.nominal),
+        )
+        for i, one in here
+    ]
 
 
 def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[Rival]:
@@ -77,7 +109,12 @@ def _size(linearisation: Linearisation, k: int, rival: int) -> dict[str, float]:
 
 
 def with_experiments(linearisation: Linearisation, found: Sequence[Rival], catalogue: Catalogue) -> tuple[Rival, ...]:
-    """The same with the cheapest experiment of the catalogue that would separate each from the answer."""
+    """The same with the cheapest experiment of the catalogue that would separate each from the answer.
+
+    What is noise here and an effect at another noise any further recording tells: it comes back, or does not.
+    """
+    of_noise = [one for one in found if one.of is None]
+    found = [one for one in found if one.of is not None]
     m = list(linearisation.best.members)
     place = {linearisation.hypotheses[k]: i for i, k in enumerate(m)}
     index = {one: k for k, one in enumerate(linearisation.hypotheses)}
@@ -100,12 +137,13 @@ def with_experiments(linearisation: Linearisation, found: Sequence[Rival], catal
         ],
         [one.by_prior_only for one in found],
     )
-    return tuple(
+    told = (
         one
         if best is None
         else replace(one, experiment=best.experiment, expected_log_bayes_factor=best.expected_log_bayes_factor)
         for one, best in zip(found, given, strict=True)
     )
+    return (*told, *of_noise)
 
 
 def _three_biases(linearisation: Linearisation, k: int, around_belief: Linearisation) -> list[Rival]:

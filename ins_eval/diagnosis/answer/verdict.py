@@ -43,9 +43,9 @@ class FoundEffect:
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """What could stand in the place of an effect."""
+    """What could stand in the place of an effect; `of` None: in that of noise, as other sensors have it."""
 
-    of: Hypothesis
+    of: Hypothesis | None
     hypothesis: Hypothesis
     probability: float
     below_best: float
