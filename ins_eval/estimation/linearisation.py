@@ -82,6 +82,15 @@ class Linearisation:
         model = [self.hypotheses[k] for k in m]
         return scattered(self.cases, model, noise_points, mean - self.point[m], covariance)
 
+    def trust(self, k: int) -> float:
+        """By how much nats in the place of member `k` count: the share of its variance that is noise.
+
+        Where it scatters more than the noise allows for, so does all that could stand in its place.
+        """
+        i = self.best.members.index(k)
+        by_noise = self.coefficients[1][i, i]
+        return float(by_noise / max(by_noise, self.scatter[i]))
+
     def chosen(self, scaled: bool = True) -> list[Hypothesis]:
         """The effects of the best set, each with a prior as wide as what was found."""
         m = list(self.best.members)

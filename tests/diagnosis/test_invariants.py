@@ -312,6 +312,20 @@ def test_a_rival_has_the_size_that_it_would_have() -> None:
     assert rival.sigma == pytest.approx(of / np.sqrt(precision), rel=0.05)
 
 
+def test_nats_count_as_far_as_scatter_is_noise_for_effects_and_rivals_alike() -> None:
+    """An effect that scatters twice as far as noise allows for: a quarter of the nats, and probabilities of them."""
+    found = linearisation([("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {})], {0: LARGE}, (0, 1))
+    assert not rivals(found, Policy())
+    (k,), places = found.best.members, found.places(found.best.members[0])[0]
+    found.__dict__["scatter"] = 4.0 * np.diag(found.coefficients[1])
+    assert found.trust(k) == pytest.approx(0.25)
+    (rival,) = rivals(found, Policy(near=np.inf, listed=np.inf))
+    assert rival.below_best == pytest.approx(0.25 * abs(places[0] - places[1]))
+    odds = np.exp(0.25 * (places - places.max()))
+    nothing = np.exp(found.space.cost - 0.25 * places.max())
+    assert rival.probability == pytest.approx(odds.min() / (odds.sum() + nothing))
+
+
 @pytest.mark.parametrize(
     ("below", "alike", "listed"), [(1.0, None, True), (3.5, None, False), (3.5, (0, 3), True), (-0.1, None, False)]
 )

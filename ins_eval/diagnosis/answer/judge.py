@@ -203,7 +203,7 @@ def _effects(linearisation: Linearisation) -> tuple[FoundEffect, ...]:
                 hypothesis=one,
                 value=float(mean[i] * one.candidate.nominal),
                 sigma=float(np.sqrt(variance) * one.candidate.nominal),
-                probability=_probability(linearisation, k, float(covariance[i, i] / scattered)),
+                probability=_probability(linearisation, k),
                 log_evidence_gain=float(gain),
                 false_alarm_probability=float(min(1.0, np.exp(min(0.0, linearisation.space.cost - gain)))),
                 spread=spread.get(one.key, {}),
@@ -212,11 +212,8 @@ def _effects(linearisation: Linearisation) -> tuple[FoundEffect, ...]:
     return tuple(sorted(found, key=lambda one: -one.log_evidence_gain))
 
 
-def _probability(linearisation: Linearisation, k: int, trust: float) -> float:
-    """Posterior probability of effect `k` among all families in its place.
-
-    Where it scatters more than the noise allows for, nats count by `trust`, the share of its variance that is noise.
-    """
-    of_family, _ = linearisation.places(k)
-    own = trust * of_family[linearisation.space.families[k]]
-    return float(np.exp(own - logsumexp(np.append(trust * of_family, linearisation.space.cost))))
+def _probability(linearisation: Linearisation, k: int) -> float:
+    """Posterior probability of effect `k` among all families in its place."""
+    of_family = linearisation.trust(k) * linearisation.places(k)[0]
+    own = of_family[linearisation.space.families[k]]
+    return float(np.exp(own - logsumexp(np.append(of_family, linearisation.space.cost))))

@@ -1,6 +1,7 @@
 """What else it could be: every family in the place of each effect of an answer, and what would separate them.
 
-A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the sizes that are expected.
+A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the sizes that are expected;
+nats count as far as its scatter is noise (`Linearisation.trust`). What then gains less than its choice costs has none.
 Where there is one, all that is within `Policy.listed` is listed too. A twin, what at any size leaves at most
 `Policy.twin` more of chi-square than the effect, is always listed. So is a set of effects at another noise that is
 nearly as probable as the best one: what is an effect there is noise here.
@@ -72,13 +73,15 @@ def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[
     """The rivals and twins of member `k`."""
     of_family, members = linearisation.places(k)
     gains, space = linearisation.chi_square_gains(k), linearisation.space
+    of_family = linearisation.trust(k) * of_family
     own = int(space.families[k])
     log_sum = logsumexp(np.append(of_family, space.cost))
     below = of_family[own] - of_family
     likeliest = np.maximum.reduceat(gains[space.order], space.first)
     unlikelier = 0.5 * (gains[k] - likeliest)  # nats of likelihood, where no size is expected of either
     reach = policy.listed if np.delete(below, own).min(initial=np.inf) < policy.near else policy.near
-    listed = np.isfinite(below) & ((below < reach) | (2.0 * unlikelier <= policy.twin))
+    near = (below < reach) & (of_family[own] > space.cost)
+    listed = np.isfinite(below) & (near | (2.0 * unlikelier <= policy.twin))
     listed[own] = False
     return [
         Rival(
