@@ -71,9 +71,8 @@ def _at_other_noise(other: Linearisation, named: Collection[tuple], below: float
 
 def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[Rival]:
     """The rivals and twins of member `k`."""
-    of_family, members = linearisation.places(k)
-    gains, space = linearisation.chi_square_gains(k), linearisation.space
-    of_family = linearisation.trust(k) * of_family
+    nats, members = linearisation.places(k)
+    gains, space, of_family = linearisation.chi_square_gains(k), linearisation.space, linearisation.trust(k) * nats
     own = int(space.families[k])
     log_sum = logsumexp(np.append(of_family, space.cost))
     below = of_family[own] - of_family
