@@ -39,6 +39,7 @@ UNITS = {  # what was read over what is right
     "accelerometer": {1.0 / STANDARD_GRAVITY: "g", 1e3 / STANDARD_GRAVITY: "mg", STANDARD_GRAVITY: "m/s^2, read as g"},
 }
 SAME_UNIT = 1e-3  # of a factor
+HALF = 0.5  # of what a column shows is off by less than this: it is its own, for another's or its opposite is 1 to 2 off
 EAST_NORTH = np.array([[0.0, 1.0], [1.0, 0.0]])
 
 
@@ -156,17 +157,18 @@ def _what_else(tried: Sequence[tuple[str, str, float]]) -> Iterator[EffectBelief
 
 
 def _beyond_sensors(case: Case) -> list[tuple[str, str, float]]:
-    """Sensor and axis of each scale factor error that alone would fit beyond doubt, and beyond what any sensor has."""
+    """Sensor and axis of each scale factor error that alone would fit beyond doubt, and is more than `HALF`."""
     if case.believed is None or case.kind in PARKED:
         return []
     ones = [case.member(f"{sensor}.scale", axis, {}) for sensor in SENSORS for axis in AXES]
     whitened = case.whitened([one.column for one in ones], np.zeros(len(case.noise.free)), case.blocks)
     left = reduce(whitened, len(case.nuisances))
     coefficients = left.projection / np.maximum(np.diag(left.normal), 1e-300)
+    shares = PPM * coefficients * np.array([one.nominal for one in ones])
     return [
-        (one.name.partition(".")[0], str(one.axis), float(PPM * coefficient * one.nominal))
-        for one, coefficient, score in zip(ones, coefficients, left.score, strict=True)
-        if 0.5 * score**2 > BEYOND_DOUBT and abs(coefficient) > one.largest
+        (one.name.partition(".")[0], str(one.axis), float(share))
+        for one, share, score in zip(ones, shares, left.score, strict=True)
+        if 0.5 * score**2 > BEYOND_DOUBT and abs(share) > HALF
     ]
 
 

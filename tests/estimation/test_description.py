@@ -25,7 +25,7 @@ from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.library import COARSEST_PPM, LARGEST_OF, sized
 from ins_eval.estimation import description
 from ins_eval.estimation.case import prepare, with_effects
-from ins_eval.estimation.description import _evidence, _of_matrix, wrong_columns, wrong_descriptions
+from ins_eval.estimation.description import _beyond_sensors, _evidence, _of_matrix, wrong_columns, wrong_descriptions
 from ins_eval.interface.diagnose import diagnose
 from ins_eval.readers import apm_mat
 from ins_eval.recording import Imu, Recording, Start, form
@@ -138,6 +138,23 @@ def test_a_sign_that_only_navigation_tells(tmp_path, journey) -> None:
         found = [one.effect for one in wrong_columns(recording, prepare(believed(recording), recording.folder))]
         wrong = [] if case.effect is None else [(case.effect.name, case.effect.axis, case.effect.parameters["sensor"])]
         assert [(one.name, one.axis, one.sensor) for one in found] == wrong
+
+
+@pytest.mark.parametrize(
+    ("wrong", "axes"),
+    [
+        (EffectBelief(name="accelerometer.scale", axis="x", value=2e5), []),
+        (EffectBelief(name=SIGN, axis="x", value=-1.0, sensor="accelerometer"), ["x"]),
+    ],
+)
+def test_an_accelerometer_that_is_off_by_a_fifth_is_no_other_column(tmp_path, wrong: EffectBelief, axes: list) -> None:
+    """One that was turned over is off by twice what it shows."""
+    made("consumer", "climb, cruise, landing").save(tmp_path / "flight")
+    read = form.read(tmp_path / "flight", doubted=True)
+    case = prepare(believed(replace(read, belief=with_effects(read.belief, [wrong]))))
+    found = [(axis, share) for sensor, axis, share in _beyond_sensors(case) if sensor == "accelerometer"]
+    assert [axis for axis, _ in found] == axes
+    assert all(1.0 < share < 2.5 for _, share in found)
 
 
 def test_a_gyro_that_feels_an_earth_that_is_left_out_is_not_turned_over(tmp_path, monkeypatch) -> None:

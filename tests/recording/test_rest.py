@@ -20,16 +20,16 @@ UP, NORTH = np.array([0.05, -0.03, -1.0]), np.array([0.8, 0.6, 0.0])  # in body 
 SMALL, POOR, LARGE = 0.02 * DEG_PER_H, 100.0 * DEG_PER_H, 1000.0 * DEG_PER_H
 
 
-def parked(bias: float = SMALL, rate: float = 1.0, force: float = 1.0, signs=(1.0, 1.0, 1.0)) -> Recording:
+def parked(bias: float = SMALL, rate=1.0, force=1.0, signs=(1.0, 1.0, 1.0), step_s: float = STEP_S) -> Recording:
     """A unit with a gyro bias on every axis, its columns times factors and signs."""
     rng = np.random.default_rng(1)
     up = UP / np.linalg.norm(UP)
     north = NORTH - (NORTH @ up) * up
     north /= np.linalg.norm(north)
     spin = EARTH_RATE * (np.cos(LATITUDE_RAD) * north + np.sin(LATITUDE_RAD) * up) + bias
-    gyro = rate * np.array(signs) * (spin * STEP_S + 1e-9 * rng.standard_normal((SAMPLES, 3)))
-    velocity = force * (GRAVITY * up * STEP_S + 1e-5 * rng.standard_normal((SAMPLES, 3)))
-    imu = Imu(STEP_S * np.arange(1, SAMPLES + 1), gyro, velocity, "increment")
+    gyro = rate * np.array(signs) * (spin * step_s + 1e-9 * rng.standard_normal((SAMPLES, 3)))
+    velocity = force * (GRAVITY * up * step_s + 1e-5 * rng.standard_normal((SAMPLES, 3)))
+    imu = Imu(step_s * np.arange(1, SAMPLES + 1), gyro, velocity, "increment")
     return Recording("parked", "static", Start(0.0, LATITUDE_RAD, 0.0, 0.0), imu)
 
 
@@ -41,6 +41,7 @@ def parked(bias: float = SMALL, rate: float = 1.0, force: float = 1.0, signs=(1.
         ({"rate": 1.0 / STEP_S}, "gyro.unit", STEP_S),
         ({"force": 1.0 / 9.80665}, "accelerometer.unit", 9.80665),
         ({"force": 1.0 / STEP_S}, "accelerometer.unit", STEP_S),
+        ({"force": 1.05 / 9.80665}, "accelerometer.unit", 9.80665),  # and a bias of 50 mg
     ],
 )
 def test_another_unit_is_named_with_its_factor(spoilt, key, factor) -> None:
@@ -67,6 +68,12 @@ def test_another_sign_of_the_vertical_gyro_is_named() -> None:
 @pytest.mark.parametrize("bias", [0.0, SMALL, 0.5 * DEG_PER_H, POOR, -POOR])
 def test_a_sound_unit_has_nothing_wrong_whatever_its_bias(bias: float) -> None:
     assert [one for one in check_rest(parked(bias)) if one.log_odds > LIKELY] == []
+
+
+@pytest.mark.parametrize("bias_of_gravity", [-0.06, 0.02, 0.047])
+def test_a_bias_is_no_unit_where_two_mix_ups_come_to_nearly_one(bias_of_gravity: float) -> None:
+    """At 10 Hz increments given as rates in g are 1.02 of what they should be."""
+    assert list(check_rest(parked(force=1.0 + bias_of_gravity, step_s=0.1))) == []
 
 
 def test_what_moves_is_not_judged_by_a_standstill() -> None:

@@ -19,8 +19,9 @@ from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
 
 SHORTEST_REST_S = 10.0
-GRAVITY_TOLERANCE = 0.03  # of gravity: far above any accelerometer error, far below any mix-up of units
-GYRO_TOLERANCE = 0.35  # of the logarithm of a factor: a gyro shows its bias beside Earth rate
+GRAVITY_TOLERANCE = 0.03  # of gravity: what the accelerometers of a navigator may be off by
+BIAS_OF_GRAVITY = 0.1  # of the logarithm of a factor: a bias of 100 mg beside gravity, as the coarsest units have it
+GYRO_TOLERANCE = 0.35  # of the logarithm of a factor: a gyro shows its bias beside Earth rate; so much is no mix-up
 EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degrees for radians is a factor 57
 EARTH_DIRECTION = 0.1  # part along gravity, from sin(latitude): Earth rate in another unit
 LARGE_BIAS, SAME_DIRECTION = 5.0, 0.95  # of Earth rate; cosine to the bias
@@ -40,7 +41,11 @@ OF_CHAMBER = {
 
 
 def mix_up(factor: float, step_s: float, sensor: str) -> tuple[float, str] | None:
-    """The mix-up of units that makes `factor`, exact and in words, if one does."""
+    """The mix-up of units that makes `factor`, exact and in words, if one does.
+
+    None is taken for one that a bias or a scale factor could make: of increments at 10 Hz the two of g and the interval
+    are 1.02 together.
+    """
     known = {
         "accelerometer": {
             1.0 / STANDARD_GRAVITY: "g given for m/s^2",
@@ -57,9 +62,10 @@ def mix_up(factor: float, step_s: float, sensor: str) -> tuple[float, str] | Non
             1.0 / step_s / DEG: "rates in degrees given for increments in radians",
         },
     }[sensor]
-    if factor <= 0.0:
+    known = {one: words for one, words in known.items() if abs(np.log(one)) > GYRO_TOLERANCE}
+    if factor <= 0.0 or not known:
         return None
-    tolerance = GRAVITY_TOLERANCE if sensor == "accelerometer" else GYRO_TOLERANCE
+    tolerance = BIAS_OF_GRAVITY if sensor == "accelerometer" else GYRO_TOLERANCE
     near = min(known, key=lambda one: abs(np.log(factor / one)))
     return (near, known[near]) if abs(np.log(factor / near)) < tolerance else None
 
@@ -106,7 +112,7 @@ def check_rest(recording: Recording) -> Iterator[Finding]:
     force_b, rate_b = imu.accelerometer.sum(axis=0) / duration_s, imu.gyro.sum(axis=0) / duration_s
     step_s = duration_s / len(imu.time_s)
     size = float(np.linalg.norm(force_b)) / float(gravity(recording.start.latitude_rad, recording.start.height_m))
-    unit = mix_up(size, step_s, "accelerometer") if abs(size - 1.0) > GRAVITY_TOLERANCE else None
+    unit = mix_up(size, step_s, "accelerometer")
     if unit is not None:
         yield Finding("accelerometer.unit", f"at rest the specific force is {size:.3g} times gravity: {unit[1]}",
                       "convert the accelerometer to m/s over the sample", factor=1.0 / unit[0])  # fmt: skip
