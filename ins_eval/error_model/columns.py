@@ -99,7 +99,7 @@ class Assembled:
     """Columns as the filter takes them, the residual first; terms as rows of indices.
 
     `acting` (count, 2) are the first node and the one behind the last at which something acts on a column: it is 0
-    before the first, and after the last nothing but the equations moves it. `walks` are as in
+    before the first, and after the last nothing but the equations moves it. `walks` and `spread` are as in
     `ins_eval.error_model.propagation`. Where it is `still` there is no navigation error, and nothing drives one.
     """
 
@@ -110,6 +110,7 @@ class Assembled:
     transition: np.ndarray
     half: np.ndarray
     walks: np.ndarray
+    spread: np.ndarray
     coupling: np.ndarray
     interval_s: np.ndarray
     sources: np.ndarray
@@ -186,6 +187,7 @@ def assemble(
         transition=model.transition,
         half=model.half,
         walks=model.walks,
+        spread=model.spread,
         coupling=model.coupling,
         interval_s=model.interval_s,
         sources=model.sources,

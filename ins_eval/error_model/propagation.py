@@ -51,7 +51,8 @@ class ErrorModel:
     `drives`; `missing` (k, 5, 6) what the equations lack where a term of the Earth is left out, to velocity and phi;
     `known` (k, 9) what was done to the solution and is no error: by the height loop, by arcs that begin afresh; `arc`
     (nodes,) the arc to whose end each node belongs; `elapsed` (k, 3, 3) what the equations alone
-    add to position, velocity and phi.
+    add to position, velocity and phi; `loudness` (k, 3) by how much each gyro is noisier than most, None where
+    they are alike.
     """
 
     nodes_s: np.ndarray
@@ -63,6 +64,7 @@ class ErrorModel:
     known: np.ndarray
     arc: np.ndarray
     elapsed: np.ndarray
+    loudness: np.ndarray | None = None
 
     @property
     def middle_s(self) -> np.ndarray:
@@ -75,7 +77,17 @@ class ErrorModel:
     @cached_property
     def walks(self) -> np.ndarray:
         """As `walks` says of its epochs."""
-        return walks(self.transition, self.half)
+        return walks(self.transition, self.half, self.spread)
+
+    @cached_property
+    def spread(self) -> np.ndarray:
+        """Covariance (k, 2, 3, 3) in n of the random walks of velocity and phi, as a share of that of equal sensors."""
+        out = np.tile(np.eye(3), (self.half.shape[0], 2, 1, 1))
+        if self.loudness is not None:
+            gyros = np.stack([self.integrals[:, drives.source("gyro", axis, "1")] for axis in range(3)], axis=2)
+            louder = gyros / self.interval_s[:, None, None] * np.sqrt(self.loudness[:, None] ** 2 - 1.0)
+            out[:, 1] += louder @ np.swapaxes(louder, 1, 2)
+        return out
 
     @cached_property
     def driven(self) -> np.ndarray:
@@ -99,8 +111,8 @@ class ErrorModel:
         return np.concatenate([of.reshape(self.half.shape[0], -1, 3) for of in each], axis=1)
 
 
-def walks(transition: np.ndarray, half: np.ndarray) -> np.ndarray:
-    """Covariance (k, 2, 9, 9) that a random walk of velocity, and one of phi, of unit variance each adds in an epoch.
+def walks(transition: np.ndarray, half: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """Covariance (k, 2, 9, 9) that random walks of velocity and of phi, of `spread` (k, 2, 3, 3) each, add in an epoch.
 
     The mean over the epoch of Phi Q Phi', from `transition` and `half` (k, 9, 9) over it and over its second half, by
     Simpson's rule: what begins at its start, its middle and its end. So a walk q of velocity moves a position by
@@ -108,9 +120,9 @@ def walks(transition: np.ndarray, half: np.ndarray) -> np.ndarray:
     """
     out = np.empty((len(transition), 2, STATES, STATES))
     for n, part in enumerate((slice(3, 6), slice(6, 9))):
-        whole, second = transition[:, :, part], half[:, :, part]
-        out[:, n] = (whole @ np.swapaxes(whole, 1, 2) + 4.0 * second @ np.swapaxes(second, 1, 2)) / 6.0
-        out[:, n, part, part] += np.eye(3) / 6.0
+        whole, second, of = transition[:, :, part], half[:, :, part], spread[:, n]
+        out[:, n] = (whole @ of @ np.swapaxes(whole, 1, 2) + 4.0 * second @ of @ np.swapaxes(second, 1, 2)) / 6.0
+        out[:, n, part, part] += of / 6.0
     return out
 
 

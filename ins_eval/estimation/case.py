@@ -196,6 +196,7 @@ def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) ->
 def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:
     """A case around the solution of what is `navigated` of a recording; it keeps no increments, which are large."""
     model, seen = arcs.observed(navigated)
+    model = replace(model, loudness=noise.loudness(navigated, model.nodes_s))
     seen, outliers = noise.without_outliers(seen)
     slow = SlowFactor()
     agitation = noise.agitation(navigated, model.nodes_s)

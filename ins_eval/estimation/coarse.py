@@ -42,9 +42,10 @@ def coarse(fine: Assembled, of: Blocks, known: Assembled | None = None) -> Assem
     observed = np.zeros((blocks + 1, m, 9))
     if known is None:
         transition, second_half, coupling = _composed(block, fine.transition, fine.half, fine.coupling)
-        added = walks(transition, second_half)
+        spread = fine.spread[: blocks * block].reshape(blocks, block, 2, 3, 3).mean(axis=1)
+        added = walks(transition, second_half, spread)
     else:
-        transition, added, coupling = known.transition, known.walks, known.coupling
+        transition, coupling, added, spread = known.transition, known.coupling, known.walks, known.spread
         sources[:, : 3 * made], observed[:, :made] = known.sources, known.observed
     each = np.arange(m)
     first, last = fine.acting[:, 0], fine.acting[:, 1] - 1
@@ -67,6 +68,7 @@ def coarse(fine: Assembled, of: Blocks, known: Assembled | None = None) -> Assem
         transition=transition,
         half=np.tile(np.eye(9), (blocks, 1, 1)),
         walks=added,
+        spread=spread,
         coupling=coupling,
         interval_s=np.diff(np.append(0.0, time_s[middle])),
         sources=sources,

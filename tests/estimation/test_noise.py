@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import UNEXPLAINED
@@ -25,6 +26,8 @@ STICKING_UG, STICKING_G = 400.0, 0.03
 STOOD_S, WALK_AGREES = 1800.0, 0.2
 AWRY_S, AWRY_UG = (4100.0, 4800.0), 1000.0
 ROUGH_S, SHAKE_MPS2, SHARE, SHARE_AGREES = 200.0, 2.0, 0.5, 0.3
+MEMS_ANGLE_WALK, LOUDER, LOUDNESS_AGREES, EDGE_EPOCHS = 0.3, 3.0, 0.3, 40
+SHORT_EPOCH = 1e-3  # of a walk of phi, that the Earth turns within an epoch
 COARSE = {"bias_sigma_deg_per_h": 20.0}
 
 
@@ -155,6 +158,32 @@ def test_a_standstill_shows_the_random_walks_of_its_sensors(recording_at_rest) -
     found = case.noise.values(case.fitted().noise_point)
     assert found["velocity_random_walk"] == pytest.approx(UG * VELOCITY_RANDOM_WALK_UG, rel=WALK_AGREES)
     assert found["angle_random_walk"] == pytest.approx(DEG_PER_SQRT_H * ANGLE_RANDOM_WALK, rel=WALK_AGREES)
+
+
+def test_a_parked_coarse_unit_shows_which_of_its_gyros_is_louder_and_when(recording_at_rest) -> None:
+    """Gyro y is three times as noisy as the others in the first half."""
+    rng, parked = np.random.default_rng(9), recording_at_rest(STOOD_S, 3, np.zeros_like)
+    time_s = parked.imu.time_s
+    louder = np.ones((time_s.size, 3))
+    louder[time_s < parked.start.time_s + 0.5 * STOOD_S, 1] = LOUDER
+    root_dt = np.sqrt(np.diff(time_s, prepend=parked.start.time_s))[:, None]
+    walk = DEG_PER_SQRT_H * MEMS_ANGLE_WALK
+    gyro = parked.imu.gyro + walk * louder * root_dt * rng.standard_normal(louder.shape)
+    coarse = {**COARSE, "angle_random_walk_deg_per_sqrt_h": MEMS_ANGLE_WALK}
+    belief = parked.belief.model_copy(update={"gyro": parked.belief.gyro.model_copy(update=coarse)})
+    case = cases.prepare(replace(parked, imu=replace(parked.imu, gyro=gyro), belief=belief))
+    found, half = case.model.loudness, len(case.model.loudness) // 2
+    for rows, of_y in ((slice(0, half - EDGE_EPOCHS), LOUDER), (slice(half + EDGE_EPOCHS, None), 1.0)):
+        assert np.median(found[rows], axis=0) == pytest.approx([1.0, of_y, 1.0], rel=LOUDNESS_AGREES)
+    c = Rotation.from_euler("ZYX", parked.start.attitude_rad[::-1]).as_matrix()
+    turned = c @ np.diag(np.square(found[0])) @ c.T
+    np.testing.assert_allclose(case.model.walks[0, 1, 6:, 6:], turned, atol=SHORT_EPOCH * LOUDER**2)
+    assert case.noise.values(case.fitted().noise_point)["angle_random_walk"] == pytest.approx(walk, rel=WALK_AGREES)
+
+
+def test_the_gyros_of_a_good_unit_are_alike(recording_at_rest) -> None:
+    """What a vehicle sways by is far above the noise of laser gyros, and about roll more than in heading."""
+    assert cases.prepare(recording_at_rest(STOOD_S, 3, np.zeros_like)).model.loudness is None
 
 
 def test_what_a_rough_road_shakes_is_noise_of_a_coarse_unit_in_one_arc_too(flight) -> None:
