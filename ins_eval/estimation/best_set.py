@@ -100,14 +100,15 @@ def searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Poli
         keys = linearisation.keys
         linearisation = linearise(refined, policy)
         own = linearisation.own_first(len(refined.taken))
-        most = own if most is None or more_probable(most, own) > 0.0 else most
+        if most is None or not most.settled or (own.settled and more_probable(most, own) > 0.0):
+            most = own
         placed = set(linearisation.best.members) == set(range(len(refined.taken)))
         last = turn == ROUNDS - 1
         if linearisation.keys == keys and not placed and not last:
             continue  # at the noise of the answer another time, width or lag is better
         if last or linearisation.best.judged <= own.best.judged + policy.stay:
             linearisation = own
-        if linearisation.keys == keys:
+        if linearisation.keys == keys and own.settled:
             break
     return linearisation if most is None else most
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ins_eval.estimation.placing import Point
     from ins_eval.policy import Policy
 
+SETTLED = 5.0  # sigmas: what the fit of the noise may move a coefficient by; by reasoning
 CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
 
 
@@ -72,6 +73,16 @@ class Linearisation:
         a, b, centre = self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m]
         _, scales = log_bayes_factor(a, b, centre)
         return posterior(a, b, centre, scales)
+
+    @property
+    def settled(self) -> bool:
+        """Whether the best set has the coefficients with which the recordings were navigated, to `SETTLED` sigmas.
+
+        At the noise beside it others may be best, so far off that the sums around that point do not tell what they do.
+        """
+        mean, covariance = self.coefficients
+        moved = np.abs(mean - self.point[list(self.best.members)])
+        return bool((moved < SETTLED * np.sqrt(np.diag(covariance))).all())
 
     @cached_property
     def scatter(self) -> np.ndarray:

@@ -13,6 +13,7 @@ from ins_eval.estimation.best_set import joined, navigated_with, searched
 from ins_eval.estimation.case import Case, prepare
 from ins_eval.estimation.linearisation import Linearisation, linearise
 from ins_eval.estimation.placing import Point
+from ins_eval.estimation.refine import _navigated, refine
 from ins_eval.estimation.search import explanation
 from ins_eval.estimation.study import Hypothesis, fit_noise
 from ins_eval.policy import Policy
@@ -20,6 +21,7 @@ from ins_eval.units import UG
 
 LARGE_UG, SMALL_UG, AT_S = 200.0, 60.0, {"x": 1440.0, "y": 2160.0, "z": 960.0}
 SIGMAS = 4.0
+SHORT = 0.3  # of the way to where a fit should end
 
 
 @pytest.fixture(scope="module")
@@ -81,3 +83,29 @@ def test_a_search_that_was_led_to_a_less_probable_set_comes_back(stepped, monkey
     assert visited[0][:1] == ["z"]
     assert ["y"] in visited
     assert axes_of(found) == visited[0]
+
+
+def test_sums_around_quite_other_sizes_are_no_answer(stepped, monkeypatch) -> None:
+    """A fit that ends far from the sizes that are best beside its noise: what is linear there is not trusted."""
+    right, short = with_steps(stepped, "z"), []
+    assert right.settled
+
+    def stopped(cases, model, fitted, point=None) -> Point:
+        at = refine(cases, model, fitted, point)
+        if short:
+            return at
+        short.append(at.point)
+        back = SHORT * at.point
+        return Point(*_navigated(cases, at.taken, back), back, at.fitted)
+
+    null = tuple(fit_noise([stepped], [], [None]))
+    around_belief = linearise(Point((stepped,), (), np.zeros(0), null), Policy())
+    monkeypatch.setattr(best_set, "refine", stopped)
+    monkeypatch.setattr(best_set, "more_probable", lambda a, b: -1.0)  # the sums around the first point promise more
+    found = searched((stepped,), around_belief, Policy())
+    assert short
+    assert found.settled
+    k = axes_of(found).index("z")
+    mean, covariance = found.coefficients
+    nominal = found.chosen(scaled=False)[k].candidate.nominal
+    assert abs(mean[k] * nominal - LARGE_UG) < SIGMAS * nominal * np.sqrt(covariance[k, k])
