@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
@@ -39,12 +39,19 @@ SETTLED = 5.0  # sigmas: what the fit of the noise may move a coefficient by; by
 CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
 
 
+class OwnNoise(NamedTuple):
+    """The noise of each recording that is fitted beside a set, and the nats that the set gains more at it."""
+
+    more: float
+    fitted: tuple[Fitted, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Linearisation:
     """Recordings navigated with some effects, all hypotheses around that point, and the sums at the noise there.
 
     What was taken off at `refined` are the first hypotheses; `point` (m,) are their coefficients, 0 elsewhere.
-    `own_noise` are the nats that a family beside a set gains more at a noise of its own (module `own_noise`).
+    `own_noise` is the noise of its own that a family has beside a set, where it gains more there (module `own_noise`).
     """
 
     cases: tuple[Case, ...]
@@ -55,7 +62,7 @@ class Linearisation:
     here: Sums
     ranked: tuple[Explanation, ...]
     refined: Point | None = None
-    own_noise: Mapping[tuple[frozenset[int], int], float] = field(default_factory=dict)
+    own_noise: Mapping[tuple[frozenset[int], int], OwnNoise] = field(default_factory=dict)
 
     @property
     def best(self) -> Explanation:
@@ -160,9 +167,9 @@ class Linearisation:
                 of_family[family] = -np.inf
         if own in self.space.families[others]:  # jumps at two instants are of one family
             of_family[own], members[own] = self.gain(self.best.members) - self.gain(others), k
-        for (beside, family), more in self.own_noise.items():
+        for (beside, family), own_noise in self.own_noise.items():
             if beside == frozenset(others):
-                of_family[family] += more
+                of_family[family] += own_noise.more
         return of_family, members
 
     @cached_property
@@ -199,7 +206,7 @@ class Linearisation:
         shifted = b - a[:, out] @ centre[out]
         normal, projection = a - a[:, out] @ across, shifted - across.T @ shifted[out]
         normal[out], normal[:, out], projection[out] = 0.0, 0.0, 0.0
-        own_noise = {(them - {*out}, f): nats for (them, f), nats in self.own_noise.items() if them.issuperset(out)}
+        own_noise = {(them - {*out}, f): one for (them, f), one in self.own_noise.items() if them.issuperset(out)}
         here = replace(self.here, normal=normal, projection=projection)
         return replace(self, here=here, own_noise=own_noise).without(out)
 
@@ -220,10 +227,18 @@ class Linearisation:
         return one
 
     def exchanged(self, k: int, other: int) -> Linearisation:
-        """The same with hypothesis `other` in the place of member `k` of the best set; what was taken off stays."""
+        """The same with hypothesis `other` in the place of member `k` of the best set; what was taken off stays.
+
+        At the noise of its own, where it gains more at that.
+        """
         members = tuple(other if member == k else member for member in self.best.members)
-        gain = self.gain(members)
-        return replace(self, ranked=(explanation(members, gain, self.space.cost), *self.ranked))
+        own = self.own_noise.get((frozenset(members) - {other}, int(self.space.families[other])))
+        one = self
+        if own is not None:
+            point = self.point if self.point.any() else None
+            here = sums(self.cases, [noise.noise_point for noise in own.fitted], self.hypotheses, point)
+            one = replace(self, fitted=own.fitted, here=here, own_noise={})
+        return replace(one, ranked=(explanation(members, one.gain(members), self.space.cost), *self.ranked))
 
     def excluding(self, key: tuple) -> Linearisation:
         """The same without the sets that hold effects of the family `key`."""

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.estimation.evidence import Gained, mixture
-from ins_eval.estimation.linearisation import log_evidence_of_best
+from ins_eval.estimation.linearisation import OwnNoise, log_evidence_of_best
 from ins_eval.estimation.search import log_bayes_factor, one_more
 from ins_eval.estimation.study import space, sums
 
@@ -45,9 +45,23 @@ def with_own_noise(linearisation: Linearisation, policy: Policy) -> Linearisatio
         beside = frozenset(j for j in linearisation.best.members if j != k)
         for family, j, start in _near(linearisation, k, here, policy):
             other = replace(linearisation.exchanged(k, j), fitted=start)
-            there = log_evidence_of_best(replace(other, fitted=_fitted(other, (k, j)))) - other.gain(other.best.members)
-            own_noise[beside, family] = max(there - at_its_noise, 0.0)
+            fitted = _fitted(other, (k, j))
+            there = log_evidence_of_best(replace(other, fitted=fitted)) - other.gain(other.best.members)
+            more = there - at_its_noise - _beside(linearisation, j, fitted)
+            if more > 0.0:
+                own_noise[beside, family] = OwnNoise(more, fitted)
     return replace(linearisation, own_noise=own_noise)
+
+
+def _beside(linearisation: Linearisation, j: int, fitted: Sequence[Fitted]) -> float:
+    """What hypothesis `j` gains beside the whole best set at a noise: that it would in no effect's place."""
+    m = [*linearisation.best.members, j, *linearisation.taken_beside]
+    model, points = [linearisation.hypotheses[i] for i in m], [noise.noise_point for noise in fitted]
+    here = sums(linearisation.cases, points, model, linearisation.point[m])
+    own = len(linearisation.best.members)
+    centre = linearisation.space.centre[m]
+    gains = [log_bayes_factor(here.normal[:n, :n], here.projection[:n], centre[:n])[0] for n in (own, own + 1)]
+    return max(gains[1] - gains[0], 0.0)
 
 
 def _near(

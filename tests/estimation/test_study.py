@@ -18,8 +18,8 @@ from ins_eval.error_model.library import Candidate
 from ins_eval.estimation import study
 from ins_eval.estimation.blocks import EACH, Blocks
 from ins_eval.estimation.evidence import SCALES, log_evidence_with
-from ins_eval.estimation.linearisation import Linearisation
-from ins_eval.estimation.own_noise import with_own_noise
+from ins_eval.estimation.linearisation import Linearisation, log_evidence_of_best
+from ins_eval.estimation.own_noise import _beside, with_own_noise
 from ins_eval.estimation.search import search
 from ins_eval.estimation.study import Hypothesis
 from ins_eval.estimation.whitening import Whitened
@@ -198,6 +198,27 @@ def test_noise_is_integrated_out_around_recordings_navigated_with_effects() -> N
     assert found == pytest.approx(quadrature(cases, ones, [0, 1]), abs=LAPLACE)
 
 
+def linearised(cases, at: list[np.ndarray], ones, coefficients: np.ndarray) -> Linearisation:
+    families = study.space(ones, Policy())
+    here = study.sums(cases, at, ones, coefficients)
+    sets = tuple(search(here.normal, here.projection, families, 0.0, Policy()))
+    return Linearisation(tuple(cases), tuple(ones), families, coefficients, tuple(map(Noise, at)), here, sets)
+
+
+def test_what_an_effect_gains_beside_all_that_was_found_is_no_ground_against_one_of_them() -> None:
+    """Two that have nothing in common, of which one was found."""
+    rng = np.random.default_rng(5)
+    x = np.column_stack([np.tile([1.0, 1.0], 20), np.tile([1.0, -1.0], 20)])
+    case = Regression("r", x @ [2.0, 1.0] + 0.5 * rng.standard_normal(40), rng.standard_normal((40, 1)), (0.8,))
+    ones = [replace(one, candidate=replace(one.candidate, axis=axis))
+            for axis, one in zip("xy", map(hypothesis, x.T), strict=True)]  # fmt: skip
+    (at,) = most_probable([case], ones, [0])
+    found = linearised([case], [at], ones, np.zeros(2)).own_first(1)
+    both = evidence([case], ones, [0, 1], at) - evidence([case], ones, [0], at)
+    assert both > 5.0
+    assert _beside(found, 1, (Noise(at),)) == pytest.approx(both, abs=ONE_SCALE)
+
+
 def test_another_effect_is_weighed_at_a_noise_of_its_own() -> None:
     """Two that are much alike, navigated with the right one: at its noise the other seems farther off than it is.
 
@@ -211,23 +232,21 @@ def test_another_effect_is_weighed_at_a_noise_of_its_own() -> None:
     own, theirs = (most_probable([case], ones, [k]) for k in (0, 1))
     point = np.array([3.0, 0.0, 0.0])
     navigated = replace(case, data=case.data - taken(ones, point, 0))
-    families = study.space(ones, Policy())
-
-    def linearised(cases, at: list[np.ndarray], coefficients: np.ndarray) -> Linearisation:
-        here = study.sums(cases, at, ones, coefficients)
-        sets = tuple(search(here.normal, here.projection, families, 0.0, Policy()))
-        return Linearisation(tuple(cases), tuple(ones), families, coefficients, tuple(map(Noise, at)), here, sets)
-
-    found = linearised([navigated], own, point).own_first(1)
+    found = linearised([navigated], own, ones, point).own_first(1)
     of_family, _ = found.places(0)
     navigated.fits.clear()
-    weighed, _ = with_own_noise(found, Policy()).places(0)
+    known = with_own_noise(found, Policy())
+    weighed, _ = known.places(0)
     assert navigated.fits == [1, 2]  # without any, and with the other
     expected = evidence([case], ones, [0], own[0]) - evidence([case], ones, [1], theirs[0])
     assert of_family[0] - of_family[1] > expected + 3.0
     assert weighed[0] - weighed[1] == pytest.approx(expected, abs=ONE_SCALE)
     assert weighed[0] == of_family[0]
     assert weighed[2] == of_family[2]
+    in_its_place = known.exchanged(0, 1)  # at its own noise, and the first then at that
+    assert in_its_place.best.members == (1,)
+    assert log_evidence_of_best(found) - log_evidence_of_best(in_its_place) == pytest.approx(expected, abs=ONE_SCALE)
+    assert in_its_place.gain([1]) - in_its_place.gain([0]) > found.gain([1]) - found.gain([0]) + 1.0
 
 
 def test_hypotheses_of_all_recordings() -> None:

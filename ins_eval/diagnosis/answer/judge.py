@@ -27,6 +27,7 @@ from ins_eval.diagnosis.answer.verdict import (
 )
 from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance
 from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.estimation.own_noise import with_own_noise
 from ins_eval.policy import Policy
 
 if TYPE_CHECKING:
@@ -110,7 +111,8 @@ def _least(offending: Sequence[Withdrawn]) -> tuple[Withdrawn, ...]:
 def exchanged(findings: Findings, decision: Decision, rival: Rival, policy: Policy) -> tuple[Decision, Findings]:
     """The decision and the findings with a `rival`, the more probable of the two, in the place of its effect.
 
-    Beside it another may gain too little to be sure.
+    Beside it another may gain too little to be sure. Where it is the more probable at a noise of its own, that is the
+    noise of the answer, and the set before is one of another noise.
     """
     linearisation, members = findings.linearisation, findings.linearisation.best.members
     number = {one: k for k, one in enumerate(linearisation.hypotheses)}
@@ -123,6 +125,9 @@ def exchanged(findings: Findings, decision: Decision, rival: Rival, policy: Poli
     )
     changed = linearisation.exchanged(k, number[rival.hypothesis])
     lessened = changed.sure(policy)
+    if changed.fitted is not linearisation.fitted:
+        lessened = with_own_noise(lessened, policy)
+        findings = replace(findings, others=(*findings.others, linearisation))
     gone = [one for j, one in zip(changed.best.members, shown, strict=True) if j not in lessened.best.members]
     shown, mismatches = (tuple(one for one in places if one not in gone) for places in (shown, mismatches))
     return replace(decision, mismatches=mismatches), replace(findings, linearisation=lessened, shown=shown)
