@@ -39,9 +39,7 @@ UNITS = {  # what was read over what is right
     "accelerometer": {1.0 / STANDARD_GRAVITY: "g", 1e3 / STANDARD_GRAVITY: "mg", STANDARD_GRAVITY: "m/s^2, read as g"},
 }
 SAME_UNIT = 1e-3  # of a factor
-HALF = (
-    0.5  # of what a column shows is off by less than this: it is its own, for another's or its opposite is 1 to 2 off
-)
+HALF = 0.5  # of what a column shows: off by less it is its own, one turned over or another's is off by 1 to 2
 EAST_NORTH = np.array([[0.0, 1.0], [1.0, 0.0]])
 
 

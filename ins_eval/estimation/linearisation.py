@@ -40,7 +40,7 @@ CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
 
 
 class OwnNoise(NamedTuple):
-    """The noise of each recording that is fitted beside a set, and the nats that the set gains more at it."""
+    """The noise of each recording that is fitted beside a set, () where none is kept, and what the set gains more."""
 
     more: float
     fitted: tuple[Fitted, ...]
@@ -206,7 +206,11 @@ class Linearisation:
         shifted = b - a[:, out] @ centre[out]
         normal, projection = a - a[:, out] @ across, shifted - across.T @ shifted[out]
         normal[out], normal[:, out], projection[out] = 0.0, 0.0, 0.0
-        own_noise = {(them - {*out}, f): one for (them, f), one in self.own_noise.items() if them.issuperset(out)}
+        own_noise = {
+            (them - {*out}, f): one._replace(fitted=())  # what is set aside is so at this noise
+            for (them, f), one in self.own_noise.items()
+            if them.issuperset(out)
+        }
         here = replace(self.here, normal=normal, projection=projection)
         return replace(self, here=here, own_noise=own_noise).without(out)
 
@@ -234,7 +238,7 @@ class Linearisation:
         members = tuple(other if member == k else member for member in self.best.members)
         own = self.own_noise.get((frozenset(members) - {other}, int(self.space.families[other])))
         one = self
-        if own is not None:
+        if own is not None and own.fitted:
             point = self.point if self.point.any() else None
             here = sums(self.cases, [noise.noise_point for noise in own.fitted], self.hypotheses, point)
             one = replace(self, fitted=own.fitted, here=here, own_noise={})
