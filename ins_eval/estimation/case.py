@@ -21,6 +21,7 @@ from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs, noise
 from ins_eval.estimation.blocks import EACH, Blocks, few_blocks, short_blocks
 from ins_eval.estimation.coarse import coarse, coarse_noise
+from ins_eval.estimation.loudness import loudness
 from ins_eval.estimation.noise_fit import Ready, fit
 from ins_eval.estimation.whitening import Known, Whitened, known_at, whiten, with_more
 from ins_eval.navigation import PARKED
@@ -196,7 +197,7 @@ def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) ->
 def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:
     """A case around the solution of what is `navigated` of a recording; it keeps no increments, which are large."""
     model, seen = arcs.observed(navigated)
-    model = replace(model, loudness=noise.loudness(navigated, model.nodes_s))
+    model = replace(model, loudness=loudness(navigated, model.nodes_s))
     seen, outliers = noise.without_outliers(seen)
     slow = SlowFactor()
     agitation = noise.agitation(navigated, model.nodes_s)

@@ -17,16 +17,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.ndimage import uniform_filter1d
 
 from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model import drives
-from ins_eval.error_model.geometry import CLOCK_S
 from ins_eval.error_model.null import is_coarse
 from ins_eval.error_model.observations import CHANNELS, Observations
 from ins_eval.estimation.kalman import NoiseLevels
 from ins_eval.estimation.receiver_jumps import jumps
-from ins_eval.navigation import PARKED
 from ins_eval.recording.belief import UNSTATED_DENSITY_UG
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
@@ -50,8 +48,6 @@ NORMAL_MAD = 0.6745
 WANDER_TIME_S = 1800.0
 COARSE_WANDER_TIME_S = 200.0  # of gyros that flicker within a minute: the plateau of their Allan deviation
 ALONE, ALONE_SPREAD = "wander_alone", 1.0  # of the logarithm by which sensors of a kind differ: by reasoning
-SHOWN = 0.03  # of the believed noise: less is none, by reasoning
-LOUD_EPOCHS = 61  # that tell how noisy a gyro is for the time being, to a sixth; by reasoning
 AGITATION_S = 1.0  # within which motion changes faster than fixes tell
 SAMPLING = 0.3  # of what changes within a second: between the twelfth that a trapezoid misses and all that is felt
 JITTER_S = 0.01  # of stamps that a log gives when a message has arrived; both by reasoning, with wide priors
@@ -218,7 +214,7 @@ def noise_model(
             "slow_attitude": Prior(0.5 * typical[6], 1.2 if attitude else 0.0),
             "slow_attitude_time": Prior(300.0, 1.2 if attitude else 0.0),
             "velocity_random_walk": Prior(UG * (density or UNSTATED_DENSITY_UG), 0.7 if density else 1.2),
-            "angle_random_walk": Prior(_rate_walk(belief), 0.7),
+            "angle_random_walk": Prior(angle_random_walk(belief), 0.7),
             "accelerometer_wander": Prior(0.2 * UG * max(accelerometer.bias_sigma_ug, 1.0), 1.0),
             "gyro_wander": Prior(0.2 * DEG_PER_H * max(gyro.bias_sigma_deg_per_h, 1e-4), 1.0),
             "wander_time": Prior(WANDER_TIME_S, 1.0),
@@ -257,27 +253,7 @@ def agitation(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
     return out
 
 
-def loudness(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray | None:
-    """By how much (epochs, 3) each gyro is noisier than the middle one of the three; None where that is not told.
-
-    The three of a MEMS unit are not alike, nor for long. Where a coarse unit is parked its readings show it: by the
-    second differences of their means over epochs, of `LOUD_EPOCHS` of them each time. What is far quieter than
-    believed, as a recording that is planned, shows no noise. What accelerometers have of vibration returns within an
-    epoch: it is white noise of the velocity, which is read off for each channel.
-    """
-    belief, interval_s = navigated.recording.belief, np.diff(nodes_s)
-    if navigated.recording.kind not in PARKED or not is_coarse(belief) or interval_s.size < LOUD_EPOCHS:
-        return None
-    ends = np.searchsorted(navigated.time_s, nodes_s + CLOCK_S)
-    turned = np.concatenate([np.zeros((1, 3)), np.cumsum(navigated.gyro, axis=0)])[ends]
-    second = np.abs(np.diff(np.diff(turned, axis=0) / interval_s[:, None], 2, axis=0))
-    level = median_filter(second, (LOUD_EPOCHS, 1), mode="reflect") / (NORMAL_MAD * SECOND_DIFFERENCE)
-    least = SHOWN * _rate_walk(belief) / np.sqrt(np.median(interval_s))
-    usual = max(float(np.median(np.median(level, axis=0))), least)
-    return np.maximum(np.pad(level, ((1, 1), (0, 0)), mode="edge") / usual, 1.0)
-
-
-def _rate_walk(belief: Belief) -> float:
+def angle_random_walk(belief: Belief) -> float:
     """Believed angle random walk, rad/sqrt(s)."""
     return DEG_PER_SQRT_H * max(belief.gyro.angle_random_walk_deg_per_sqrt_h, 1e-5)
 
