@@ -17,7 +17,6 @@ from ins_eval.recording import Fixes, Imu, Recording, consistency
 from ins_eval.recording.consistency.limits import ROUND_OFF, changes
 from ins_eval.recording.consistency.rest import (
     EARTH_RATE_FACTOR,
-    GRAVITY_TOLERANCE,
     at_rest,
     mix_up,
     rests,
@@ -26,6 +25,7 @@ from ins_eval.recording.consistency.rest import (
 from ins_eval.recording.stamps import LONGEST_STEP, gaps
 from ins_eval.units import DEG, DEG_PER_H
 
+GRAVITY_TOLERANCE = 0.03  # of gravity: what the accelerometers of a navigator may be off by; by reasoning
 BIAS_SIGMAS = 5.0  # of the believed gyro bias
 LARGEST_BIAS_RADPS = 20.0 * DEG  # of any gyro in use: the tolerance of the coarsest data sheet (MPU-6050)
 LARGEST_BIAS_G = 0.25  # of any accelerometer in use: likewise (z of ADXL350)

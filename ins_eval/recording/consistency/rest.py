@@ -19,9 +19,12 @@ from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
 
 SHORTEST_REST_S = 10.0
-GRAVITY_TOLERANCE = 0.03  # of gravity: what the accelerometers of a navigator may be off by
-BIAS_OF_GRAVITY = 0.1  # of the logarithm of a factor: a bias of 100 mg beside gravity, as the coarsest units have it
-GYRO_TOLERANCE = 0.35  # of the logarithm of a factor: a gyro shows its bias beside Earth rate; so much is no mix-up
+BIAS_OF_GRAVITY = (
+    0.1  # of the logarithm of a factor: a bias of 100 mg beside gravity, as MEMS units have it; by reasoning
+)
+GYRO_TOLERANCE = (
+    0.35  # of the logarithm of a factor: a gyro shows its bias beside Earth rate; so much is no mix-up; by reasoning
+)
 EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degrees for radians is a factor 57
 EARTH_DIRECTION = 0.1  # part along gravity, from sin(latitude): Earth rate in another unit
 LARGE_BIAS, SAME_DIRECTION = 5.0, 0.95  # of Earth rate; cosine to the bias
