@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ins_eval.error_model import drives
+from ins_eval.error_model.geometry import POSITION
 from ins_eval.error_model.observations import CHANNELS, Observations
 from ins_eval.error_model.propagation import STATES, ErrorModel
 
@@ -24,7 +25,7 @@ _EARTH = drives.SOURCES
 _KNOWN = _EARTH + 2 * len(EARTH_TERMS)
 _ELAPSED = _KNOWN + 3
 # what a node can show, before the nine channels themselves
-_RESIDUAL, _DELAY, _ARM, _MOUNT, _CHANNEL = 0, 1, 2, 5, 8
+_RESIDUAL, _DELAY, _LAG, _ARM, _MOUNT, _CHANNEL = 0, 1, 2, 3, 6, 9
 
 
 class Drive(NamedTuple):
@@ -47,7 +48,8 @@ class Missing(NamedTuple):
 class Measured(NamedTuple):
     """weight x slow(t) x what a measurement shows.
 
-    Of "delay", "arm_x" (y, z), "mount_x" (y, z: reference not parallel, 1 rad), and "channel_0" to "channel_8".
+    Of "delay", "lag" (positions that are older than the velocities beside them, 1 s), "arm_x" (y, z), "mount_x" (y, z:
+    reference not parallel, 1 rad), and "channel_0" to "channel_8".
     """
 
     response: str
@@ -208,6 +210,7 @@ def observed_of(model: ErrorModel, seen: Observations) -> np.ndarray:
     observed = np.zeros((model.nodes_s.size, _CHANNEL + CHANNELS, CHANNELS))
     observed[:, _RESIDUAL] = np.nan_to_num(seen.residual)
     observed[:, _DELAY] = seen.of_delay
+    observed[:, _LAG, POSITION] = seen.of_delay[:, POSITION]
     observed[:, _ARM : _ARM + 3] = seen.of_arm
     if model.states is not None:
         observed[:, _MOUNT:_CHANNEL, 6:] = np.swapaxes(model.states.mat_nb, 1, 2)  # boxes that are not parallel
@@ -225,6 +228,8 @@ def _other_than_0(values: np.ndarray) -> np.ndarray:
 def _response(name: str) -> int:
     if name == "delay":
         return _DELAY
+    if name == "lag":
+        return _LAG
     if name.startswith("arm_"):
         return _ARM + "xyz".index(name[-1])
     if name.startswith("mount_"):

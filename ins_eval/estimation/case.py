@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 LEAST_VELOCITY_SIGMA_MPS = 1e-3  # of a start that is said to be exact
 LEAST_POSITION_SIGMA_M = 0.01
 MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
+LAG_S = 0.05  # of positions against velocities of one receiver: real ones of two autopilots are 15 and 90 ms younger
 REFERENCE_ARM_M = 0.3  # between the points at which two boxes navigate, beyond what is stated
 
 
@@ -254,6 +255,9 @@ def nuisances(believed: Believed) -> list[Column]:
         begin = np.zeros(9)
         begin[k] = sigma
         out.append(Column(f"start {what}", start=tuple(begin)))
+    fixes = believed.recording.gps
+    if fixes is not None and np.isfinite(fixes.velocity_n).any() and null.is_coarse(belief):
+        out.append(Column("positions of GPS older than its velocities", (Measured("lag", LAG_S),)))
     reference = believed.recording.reference
     if reference is not None:
         for k, axis in enumerate("NED"):  # of its datum, and of where in its box it navigates

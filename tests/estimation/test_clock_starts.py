@@ -19,6 +19,7 @@ LATITUDE, LONGITUDE, HEIGHT = 0.7, 0.3, 100.0  # rad, rad, m
 RADIUS_M, GRAVITY = 6.38e6, 9.8016
 SHAKE_MPS2, SCALE = 2.0, 0.03  # of accelerometers beside an engine; of consumer sheets
 SIGMAS = 4.0
+NOISE, SMOOTH = (1.0, 0.07), (0.1, 1.0)  # m and m/s of a fix; of one whose positions are filtered
 
 
 def motion(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -35,8 +36,18 @@ def motion(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.column_stack([flies * roll, flies * pitch, heading]), velocity_n
 
 
-def flight(seconds: float, late_s: float, drift_ppm: float = 0.0, shakes_mps2: float = SHAKE_MPS2) -> Recording:
-    """A consumer unit with scale factors off by three hundredths; its clock is fast, its fixes are late."""
+def flight(
+    seconds: float,
+    late_s: float,
+    drift_ppm: float = 0.0,
+    shakes_mps2: float = SHAKE_MPS2,
+    older_s: float = 0.0,
+    fix: tuple[float, float] = NOISE,
+) -> Recording:
+    """A consumer unit with scale factors off by three hundredths; its clock is fast, its fixes are late.
+
+    Positions are older than the velocities of the same fix by `older_s`.
+    """
     rng, step_s = np.random.default_rng(1), 1.0 / (RATE_HZ * FINE)
     t = step_s * np.arange(round(seconds / step_s) + 1)
     attitude, velocity_n = motion(t)
@@ -53,13 +64,15 @@ def flight(seconds: float, late_s: float, drift_ppm: float = 0.0, shakes_mps2: f
     force = force + (np.array([0.05, -0.1, 0.1]) + shakes * rng.standard_normal(force.shape)) / RATE_HZ
     way = np.vstack([np.zeros(3), np.cumsum(0.5 * (velocity_n[1:] + velocity_n[:-1]) * step_s, axis=0)])
     every = slice(round(RATE_HZ * FINE / FIX_HZ), None, round(RATE_HZ * FINE / FIX_HZ))
-    place = way[every] + rng.standard_normal(way[every].shape)
+    was = np.clip(t[every] - older_s, 0.0, None)
+    place = np.column_stack([np.interp(was, t, along) for along in way.T])
+    place = place + fix[0] * rng.standard_normal(place.shape)
     fixes = Fixes(
         t[every] + late_s,
         LATITUDE + place[:, 0] / RADIUS_M,
         LONGITUDE + place[:, 1] / (RADIUS_M * np.cos(LATITUDE)),
         HEIGHT - place[:, 2],
-        velocity_n[every] + 0.07 * rng.standard_normal(place.shape),
+        velocity_n[every] + fix[1] * rng.standard_normal(place.shape),
         np.ones(len(place), dtype=bool),
     )
     imu = Imu(time_s * (1.0 + 1e-6 * drift_ppm), gyro, force, "increment")
@@ -79,6 +92,16 @@ def test_fixes_that_are_very_late_are_named_as_such() -> None:
     case = prepare(believed(flight(150.0, late_s)))
     (beliefs,) = [one for one in clock_beliefs(case) if len(one) == 1]
     assert beliefs[0].value == pytest.approx(late_s, abs=0.03)
+    clocks = named(judge([case]))
+    assert set(clocks) == {"gps.time_offset"}
+    value, sigma = clocks["gps.time_offset"]
+    assert value == pytest.approx(late_s, abs=SIGMAS * sigma)
+
+
+def test_a_receiver_whose_positions_are_younger_than_its_velocities_is_late_by_its_velocities() -> None:
+    """One delay for both lay between them: 0.168 +- 0.003 s."""
+    late_s = 0.2
+    case = prepare(believed(flight(150.0, late_s, older_s=-0.08, fix=SMOOTH)))
     clocks = named(judge([case]))
     assert set(clocks) == {"gps.time_offset"}
     value, sigma = clocks["gps.time_offset"]
