@@ -33,6 +33,7 @@ from ins_eval.recording.consistency.rest import check_chamber
 from ins_eval.recording.mending import AXES, ENU, SENSORS, mended, mended_chamber
 from ins_eval.units import DEG, DEG_PER_H, PPM, STANDARD_GRAVITY
 
+REFUTED = "navigated, what was read is no less probable"
 TURNS = 4  # units, order, velocity and a clock may all be wrong
 UNITS = {  # what was read over what is right
     "gyro": {1.0 / DEG: "deg", 1.0 / DEG_PER_H: "deg/h", DEG: "rad, read as deg"},
@@ -89,10 +90,14 @@ def wrong_descriptions(recording: Recording) -> tuple[list[WrongDescription], li
     for _ in range(TURNS):
         here = changes.on(recording)
         found = consistency.findings(mended(here))
-        decided = (one for one in found if one.decided)
-        options = next(((one, all_of) for one in decided if (all_of := list(_options(one, changes)))), None)
-        best = None if options is None else _best(recording, changes, *options)
-        if best is None:
+        best = None
+        for k, one in enumerate(found):
+            if one.decided and (options := list(_options(one, changes))):
+                best = _best(recording, changes, one, options)
+                if best is not changes:
+                    break
+                found[k] = replace(one, log_odds=0.0, seen=f"{one.seen}; {REFUTED}")
+        if best is None or best is changes:
             return changes.described, found
         changes = best
     return changes.described, None
@@ -193,13 +198,13 @@ def _wrong(effect: EffectBelief, found: Finding) -> WrongDescription:
 
 
 def _best(recording: Recording, read: _Changes, found: Finding, options: Sequence[_Changes]) -> _Changes | None:
-    """The option that is the most probable once navigated, None where what was `read` is no less so."""
+    """The option that is the most probable once navigated, or what was `read`; None where none can be navigated."""
     if len(options) == 1 and found.log_odds > BEYOND_DOUBT:
         return options[0]
     heights = [_posterior(one, recording) for one in options]
     if max(heights) == -np.inf:  # none can be navigated: its odds alone decide
         return options[0] if found.log_odds > BEYOND_DOUBT else None
-    return options[int(np.argmax(heights))] if max(heights) > _posterior(read, recording) else None
+    return options[int(np.argmax(heights))] if max(heights) > _posterior(read, recording) else read
 
 
 def _posterior(changes: _Changes, recording: Recording) -> float:

@@ -24,6 +24,7 @@ NU = 4.0
 EXPLAINED = 0.85  # a channel is used only where the best residual is below this share of what it should show
 SIZE_FACTOR = 1.35  # between what is read and what should be shown; the units tried differ by more
 SMALLEST = 1e-12  # of anything that a channel shows, m or rad/s: below it there is nothing
+NO_OFFSET = np.zeros(3)
 FEWEST = 8  # residuals of a channel that are worth judging
 AXIS_PRIOR, UNIT_PRIOR = -1.0, -2.0  # log prior of each mistake of `MISTAKES` and of each unit that is not as read
 LARGEST_CORRELATION = 0.98
@@ -82,13 +83,13 @@ def channel_scores(
     observed: np.ndarray,
     factors: np.ndarray,
     floor: np.ndarray,
-    offset: float = 0.0,
+    offset: np.ndarray = NO_OFFSET,
     explained: float = EXPLAINED,
 ) -> np.ndarray:
     """log L (a, 3, 3, 2, s) of channel i read from column j with either sign and each of s factors.
 
     `expected` and `observed` are (a, n, 3) under each of a further alternatives, `floor` (3,) the smallest sigma, and
-    `offset` the sigma of the constant that every channel may have, at its best under each alternative. Zero throughout
+    `offset` (3,) that of the constant that a channel may have, at its best under each alternative. Zero throughout
     where a channel tells nothing: too few finite rows, or no alternative leaves less than the share `explained`.
     """
     signed = np.stack([factors, -factors])
@@ -101,7 +102,7 @@ def channel_scores(
         wanted = expected[:, rows, i][:, None, None, None, :]
         columns = observed[:, rows].transpose(0, 2, 1)[:, :, None, None, :]
         residual = wanted - signed[None, None, :, :, None] * columns  # (a, 3, 2, s, n)
-        constant = _constant(residual, offset)
+        constant = _constant(residual, offset[i])
         residual = residual - constant
         # relative to what the channel should show, so that no alternative wins by making everything small
         shown = np.maximum(_core_size(wanted)[..., None], SMALLEST)  # (a, 1, 1, 1, 1)
@@ -109,15 +110,15 @@ def channel_scores(
         size = _core_size(residual)
         size = np.where(shown[..., 0] < floor[i], np.inf, size)  # too little to be told from noise
         best = np.unravel_index(np.argmin(np.round(size, 6)), size.shape)  # the first of equals
-        sized = _of_that_size(wanted[best[0]].ravel(), residual[best] * shown[best[0]].item())
+        sized = _of_that_size((wanted[best[0]] - constant[best]).ravel(), residual[best] * shown[best[0]].item())
         if not size[best] < explained or not sized:
             continue
         least = float(floor[i]) / float(shown[best[0]].item())
         sigma = max(float(size[best]), least)
         counted = effective_share(residual[best])
         scores[:, i] = -0.5 * (NU + 1.0) * counted * np.log1p(residual**2 / (NU * sigma**2)).sum(axis=-1)
-        if offset > 0.0:
-            scores[:, i] -= 0.5 * (constant[..., 0] / offset) ** 2
+        if offset[i] > 0.0:
+            scores[:, i] -= 0.5 * (constant[..., 0] / offset[i]) ** 2
     return scores
 
 

@@ -34,6 +34,7 @@ from ins_eval.recording.consistency.alternatives import (
 from ins_eval.recording.consistency.limits import changes
 from ins_eval.recording.consistency.track import rows_apart, without_missing_down
 from ins_eval.recording.consistency.windows import (
+    FORCE_OFFSET,
     GYRO_OFFSET,
     HANDED,
     OFFSETS_S,
@@ -44,13 +45,17 @@ from ins_eval.recording.consistency.windows import (
     integrated,
     relative_scores,
 )
-from ins_eval.units import DEG, STANDARD_GRAVITY
+from ins_eval.units import DEG, DEG_PER_SQRT_H, STANDARD_GRAVITY
 
 FORCE_FACTORS = np.array([1.0, STANDARD_GRAVITY, 1.0 / STANDARD_GRAVITY, 1e-3 * STANDARD_GRAVITY,
                           1e3 / STANDARD_GRAVITY, 1e3, 1e-3, 2.0, 0.5])  # fmt: skip
 RATE_FLOOR = np.full(3, 2e-3)  # rad/s
+RATE_OFFSET = np.full(3, GYRO_OFFSET)
 FORCE_FLOOR = np.full(3, 0.1)  # m/s^2
+LEVEL_OFFSET = np.array([FORCE_OFFSET, FORCE_OFFSET, 0.0])  # along and across; down it is little beside gravity
+QUIET = np.log(3.0)  # of the logarithm by which gyros are quieter than their sheet, filtered ones too; by reasoning
 ATTITUDES = {"as read": 1.0, "radians read as degrees": 1.0 / DEG, "degrees read as radians": DEG}
+NORMAL_MAD = 0.6745
 MOST_ROWS = 1500
 MOVING_MPS = 3.0
 FEWEST_FIXES = 20
@@ -129,11 +134,12 @@ def _by_attitude(recording, integrals: Integrals, reference: Fixes, moving: Fixe
     rate, first, last = rate[:, chosen], first[chosen], last[chosen]
     seen = _synchronous(rate[0], lambda o: integrals.rates("angle", time_s[first] - o, time_s[last] - o))
     by_rate = order_scores(
-        channel_scores(rate, np.repeat(seen[None], 3, axis=0), RATE_FACTORS, RATE_FLOOR, GYRO_OFFSET)
+        channel_scores(rate, np.repeat(seen[None], 3, axis=0), RATE_FACTORS, RATE_FLOOR, RATE_OFFSET)
     )
     by_force = np.zeros((3, 48, len(FORCE_FACTORS)))
     if moving is not None:
         by_force = _force_by_attitude(recording, integrals, (time_s, attitude), moving, table)
+    by_rate = by_rate + _quiet(recording)
     return _decided(by_rate, by_force, None, "the attitude of the reference" + (f" and {table}" if table else ""))
 
 
@@ -193,10 +199,11 @@ def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table:
 
     left = EXPLAINED if wheels else IN_AIR
     angle = seen("angle", rate)[None]
-    by_rate = order_scores(channel_scores(rate[None], angle, RATE_FACTORS, RATE_FLOOR, GYRO_OFFSET, left))
-    observed = seen("velocity", force)
-    by_force = order_scores(channel_scores(force[None], observed[None], FORCE_FACTORS, FORCE_FLOOR))
+    by_rate = order_scores(channel_scores(rate[None], angle, RATE_FACTORS, RATE_FLOOR, RATE_OFFSET, left))
+    observed = seen("velocity", force)[None]
+    by_force = order_scores(channel_scores(force[None], observed, FORCE_FACTORS, FORCE_FLOOR, LEVEL_OFFSET))
     arm_m = np.asarray(getattr(recording.belief, table).lever_arm_m, dtype=float)
+    by_rate = by_rate + _quiet(recording)
     relative = relative_scores(integrals, at_s, velocity_n, down, arm_m)
     return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table)
 
@@ -210,6 +217,19 @@ def _velocities(recording: Recording, moving: Fixes, table: str) -> tuple[np.nda
 
 def _rotations(attitude_rad: np.ndarray) -> Rotation:
     return Rotation.from_euler("ZYX", attitude_rad[:, ::-1])
+
+
+def _quiet(recording: Recording) -> np.ndarray:
+    """Log prior (s,) of each unit of the gyros by their noise: motion makes it more than is believed, nothing less.
+
+    It is -1/2 (log(n) / QUIET)^2 where n < 1 of the believed angle random walk of a sample is left.
+    """
+    density = recording.belief.gyro.angle_random_walk_deg_per_sqrt_h
+    noise = float(np.median(np.abs(np.diff(recording.imu.gyro, axis=0)))) / (NORMAL_MAD * np.sqrt(2.0))
+    if not density or noise == 0.0:  # nothing is stated, or rounding hides it
+        return np.zeros(len(RATE_FACTORS))
+    believed = DEG_PER_SQRT_H * density * np.sqrt(float(np.median(recording.interval_s)))
+    return -0.5 * (np.minimum(0.0, np.log(RATE_FACTORS * noise / believed)) / QUIET) ** 2
 
 
 def _liveliest(values: np.ndarray) -> np.ndarray:
