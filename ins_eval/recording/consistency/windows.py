@@ -31,7 +31,7 @@ WINDOW_S, STEP_S, MARGIN_S = 8.0, 0.05, 0.6
 MOST_WINDOWS, FEWEST_WINDOWS = 16, 3
 WINDOW_FLOOR_MPS = 0.05  # of a difference of two velocities
 ARM_HALF_S = 0.1  # half of the time over which a receiver's velocity is a mean, of 5 to 10 Hz receivers
-ITERATIONS, CLOCKS = 3, 2  # of the fit, and of the clock about which it is one
+ITERATIONS, ROUNDS = 3, 3  # of the fit, and of the clock and the offsets about which it is one
 # Nats behind the best after one step of the fit, beyond which there is no second: the steps to come gain below 70 in
 # flights, drives and the real one.
 HOPELESS = 150.0
@@ -104,33 +104,48 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: 
     wanted[:, :, 2] -= down * (at_s[last] - at_s[first])
     # the offset that rotations alone like best is a wrong one where the vehicle rocks
     starts = _best_clock(turned, at_s[rows], grid_s, wanted), _at_clock(0.0, at_s[rows], grid_s, 2 * len(turned))
-    mirrored = turned, -turned  # by a set of accelerometers of the other hand
+    hands = 1.0, -1.0  # of the set of accelerometers
     parts = [
-        (attitude, angle, felt, at) for start in starts for felt, at in zip(mirrored, np.split(start, 2), strict=True)
+        ((attitude, angle, hand * turned, at), hand * speed)
+        for start in starts
+        for hand, at in zip(hands, np.split(start, 2), strict=True)
     ]
     freedom = wanted[0].size - 3.0
-    squares, log_prior = map(np.stack, zip(*(_refined(part, wanted, arm_m, 1, 1) for part in parts), strict=True))
+    squares, log_prior = map(np.stack, zip(*(_refined(*part, wanted, arm_m, 1, 1) for part in parts), strict=True))
     log = _window_scores(squares, log_prior, freedom)
-    for k, part in enumerate(parts):
-        near = np.flatnonzero(log[k] > log.max() - HOPELESS)
+    hopeful = log > log.max() - HOPELESS
+    hopeful[:: len(hands), 0] = True  # what was read
+    for k, (part, felt) in enumerate(parts):
+        near = np.flatnonzero(hopeful[k])
         if near.size:
             chosen = [each[near] for each in part]
-            squares[k, near], log_prior[k, near] = _refined(chosen, wanted, arm_m, ITERATIONS, CLOCKS)
+            squares[k, near], log_prior[k, near] = _refined(chosen, felt, wanted, arm_m, ITERATIONS, ROUNDS)
     log = _window_scores(squares, log_prior, freedom)
     return log.reshape(len(starts), 2, len(RELATIVE_FACTORS), 48).max(axis=0).transpose(0, 2, 1)
 
 
 def _refined(
-    part: Sequence[np.ndarray], wanted: np.ndarray, arm_m: np.ndarray, iterations: int, clocks: int
+    part: Sequence[np.ndarray], speed: np.ndarray, wanted: np.ndarray, arm_m: np.ndarray, iterations: int, rounds: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Squares of residuals (a, w) and log prior (a,) of alternatives: attitudes, angles, sums of R f and begin."""
+    """Squares of residuals (a, w) and log prior (a,) of alternatives: attitudes, angles, sums of R f and begin.
+
+    After each round but the last it begins again at the clock that was found, and without the offsets of the gyros that
+    were: 2 deg/s over half a window turn by 8 degrees, which is no first order.
+    """
     attitude, angle, turned, at = part  # the last: rows (a, w, m) of the grid
-    for _ in range(clocks):
+    centre = np.zeros((len(angle), len(SPREAD)))
+    centre[:, ARM] = arm_m
+    here = np.arange(at.shape[0])[:, None, None], np.arange(at.shape[1])[None, :, None]
+    for left in reversed(range(rounds)):
         slope = _slopes(attitude, angle, turned, at)
-        here = np.arange(at.shape[0])[:, None, None], np.arange(at.shape[1])[None, :, None], at
-        squares, log_prior, clock_s = _fitted(np.diff(turned[here], axis=2), slope, wanted, arm_m, iterations)
-        ahead = np.rint(clock_s / STEP_S).astype(int)[:, None, None]
-        at = (at + ahead).clip(0, turned.shape[2] - 1)
+        felt = np.diff(turned[*here, at], axis=2)
+        squares, log_prior, state = _fitted(felt, slope, wanted, centre, iterations)
+        if left:
+            ahead = np.rint(state[:, -1] / STEP_S).astype(int)[:, None, None]
+            at = (at + ahead).clip(0, turned.shape[2] - 1)
+            angle = angle - STEP_S * state[:, None, None, GYRO]
+            centre[:, GYRO] -= state[:, GYRO]
+            attitude, turned = _turned(angle, speed)
     return squares, log_prior
 
 
@@ -277,17 +292,15 @@ def _slopes(attitude, angle, turned, index):
     return out
 
 
-def _fitted(felt, slope, wanted, arm_m: np.ndarray, iterations: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Squares of residuals (a, w), log prior and clock, s, (a,) at the best rotations, offsets, scales, arm and clock.
+def _fitted(felt, slope, wanted, centre: np.ndarray, iterations: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Squares of residuals (a, w), log prior (a,) and state (a, 13) at the best rotations, offsets, scales, arm, clock.
 
-    felt (a, w, m - 1, 3) in m/s and its `slope`, wanted (w, m - 1, 3) in m/s, arm_m (3,) believed. The gyros of each
-    window have an offset of their own beside that of all, since offsets jump and drift; what it costs by its prior is
-    part of the squares.
+    felt (a, w, m - 1, 3) in m/s and its `slope`, wanted (w, m - 1, 3) in m/s, centre (a, 13) of the prior. The gyros of
+    each window have an offset of their own beside that of all, since offsets jump and drift; what it costs by its prior
+    is part of the squares.
     """
     a, w = felt.shape[:2]
-    centre = np.zeros(len(SPREAD))
-    centre[ARM] = arm_m
-    state = np.broadcast_to(centre, (a, len(centre))).copy()
+    state = centre.copy()
     own = np.zeros((a, w, 3))
     for _ in range(iterations):
         shown = felt + _times(slope, state, own)
@@ -323,7 +336,7 @@ def _fitted(felt, slope, wanted, arm_m: np.ndarray, iterations: int) -> tuple[np
     square = (wanted**2).sum(axis=(1, 2)) + (shown**2).sum(axis=(2, 3)) - 2.0 * best
     square = np.maximum(square, 0.0) + sigma2[:, None] * ((own / GYRO_OFFSET) ** 2).sum(axis=2)
     log_prior = -0.5 * (((state - centre) / SPREAD)[:, :-1] ** 2).sum(axis=1)  # any clock is as likely as another
-    return square, log_prior, state[:, -1]
+    return square, log_prior, state
 
 
 def _times(slope: np.ndarray, state: np.ndarray, own: np.ndarray) -> np.ndarray:
