@@ -18,6 +18,7 @@ from ins_eval.earth import radii
 from ins_eval.errors import InsEvalError
 from ins_eval.grade import ANGLE_RANDOM_WALK, BIAS, VELOCITY_RANDOM_WALK, VISIBLE_SIGMAS, Grade, measure_grade, typical
 from ins_eval.navigation import compensate, samples
+from ins_eval.random_processes import NORMAL_MAD
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.belief import (
     POSITION_SIGMA_M,
@@ -219,7 +220,7 @@ def _third_differences(time_s: np.ndarray, values: np.ndarray) -> float:
     even = np.lib.stride_tricks.sliding_window_view(step_s, 3).max(axis=1) < 1.5 * np.median(step_s)
     if not even.any():
         return 0.0
-    return float(np.median(np.abs(third[even]), axis=0).max() / 0.6745 / np.sqrt(20.0))
+    return float(np.median(np.abs(third[even]), axis=0).max() / NORMAL_MAD / np.sqrt(20.0))
 
 
 def velocity_increments(recording: Recording) -> np.ndarray | None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+NORMAL_MAD = 0.6745  # median size of standard normal values
+
 
 @numba.njit(cache=True)
 def _gauss_markov(time_s, sigma, time_constant_s, normal, start):

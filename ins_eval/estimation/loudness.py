@@ -9,8 +9,9 @@ from scipy.ndimage import median_filter
 
 from ins_eval.error_model.geometry import CLOCK_S
 from ins_eval.error_model.null import is_coarse
-from ins_eval.estimation.noise import NORMAL_MAD, SECOND_DIFFERENCE, angle_random_walk
+from ins_eval.estimation.noise import SECOND_DIFFERENCE, angle_random_walk
 from ins_eval.navigation import PARKED
+from ins_eval.random_processes import NORMAL_MAD
 
 if TYPE_CHECKING:
     from ins_eval.error_model.null import Believed

@@ -25,6 +25,7 @@ from ins_eval.error_model.null import is_coarse
 from ins_eval.error_model.observations import CHANNELS, Observations
 from ins_eval.estimation.kalman import NoiseLevels
 from ins_eval.estimation.receiver_jumps import jumps
+from ins_eval.random_processes import NORMAL_MAD
 from ins_eval.recording.belief import UNSTATED_DENSITY_UG
 from ins_eval.units import DEG_PER_H, DEG_PER_SQRT_H, UG
 
@@ -44,7 +45,6 @@ VELOCITIES, HEADING = range(3, 6), 8
 FEWEST = 20  # measurements that tell a level
 AGITATION_ROWS, AGITATED = 9, 3.0
 SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise of one sigma
-NORMAL_MAD = 0.6745
 WANDER_TIME_S = 1800.0
 COARSE_WANDER_TIME_S = 200.0  # of gyros that flicker within a minute: the plateau of their Allan deviation
 ALONE, ALONE_SPREAD = "wander_alone", 1.0  # of the logarithm by which sensors of a kind differ: by reasoning

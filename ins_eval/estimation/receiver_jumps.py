@@ -23,6 +23,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
+from ins_eval.random_processes import NORMAL_MAD
+
 if TYPE_CHECKING:
     from ins_eval.error_model.observations import Observations
     from ins_eval.error_model.propagation import ErrorModel
@@ -31,7 +33,6 @@ POSITION, VELOCITY = slice(0, 3), slice(3, 6)
 STRETCH_S, FEWEST = 30.0, 10  # of each of the four means, and fixes in it: satellites change in minutes; by reasoning
 HOLE = 5.0  # intervals without a fix, over which the integral knows too little: by reasoning
 SHOWS = 5.0  # sigmas: across the way once in some hundred hours of white noise
-NORMAL_MAD = 0.6745  # median size of standard normal values
 MOVING_MPS = 1.0  # below which no clock moves a position: by reasoning
 
 

@@ -19,12 +19,9 @@ from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
 
 SHORTEST_REST_S = 10.0
-BIAS_OF_GRAVITY = (
-    0.1  # of the logarithm of a factor: a bias of 100 mg beside gravity, as MEMS units have it; by reasoning
-)
-GYRO_TOLERANCE = (
-    0.35  # of the logarithm of a factor: a gyro shows its bias beside Earth rate; so much is no mix-up; by reasoning
-)
+# Of the logarithm of a factor, by which what is no mix-up of units may be off, by reasoning: accelerometers of MEMS
+# units by a bias of 100 mg beside gravity; gyros show theirs beside the rate of the Earth.
+BIAS_OF_GRAVITY, GYRO_TOLERANCE = 0.1, 0.35
 EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degrees for radians is a factor 57
 EARTH_DIRECTION = 0.1  # part along gravity, from sin(latitude): Earth rate in another unit
 LARGE_BIAS, SAME_DIRECTION = 5.0, 0.95  # of Earth rate; cosine to the bias

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from ins_eval.earth import gravity
+from ins_eval.random_processes import NORMAL_MAD
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.consistency.alternatives import (
     AXIS_PRIOR,
@@ -55,7 +56,6 @@ FORCE_FLOOR = np.full(3, 0.1)  # m/s^2
 LEVEL_OFFSET = np.array([FORCE_OFFSET, FORCE_OFFSET, 0.0])  # along and across; down it is little beside gravity
 QUIET = np.log(3.0)  # of the logarithm by which gyros are quieter than their sheet, filtered ones too; by reasoning
 ATTITUDES = {"as read": 1.0, "radians read as degrees": 1.0 / DEG, "degrees read as radians": DEG}
-NORMAL_MAD = 0.6745
 MOST_ROWS = 1500
 MOVING_MPS = 3.0
 FEWEST_FIXES = 20

@@ -104,22 +104,22 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: 
     wanted[:, :, 2] -= down * (at_s[last] - at_s[first])
     # the offset that rotations alone like best is a wrong one where the vehicle rocks
     starts = _best_clock(turned, at_s[rows], grid_s, wanted), _at_clock(0.0, at_s[rows], grid_s, 2 * len(turned))
-    hands = 1.0, -1.0  # of the set of accelerometers
+    hands = (turned, speed), (-turned, -speed)  # of the set of accelerometers
     parts = [
-        ((attitude, angle, hand * turned, at), hand * speed)
+        ((attitude, angle, felt, at), of_steps)
         for start in starts
-        for hand, at in zip(hands, np.split(start, 2), strict=True)
+        for (felt, of_steps), at in zip(hands, np.split(start, 2), strict=True)
     ]
     freedom = wanted[0].size - 3.0
     squares, log_prior = map(np.stack, zip(*(_refined(*part, wanted, arm_m, 1, 1) for part in parts), strict=True))
     log = _window_scores(squares, log_prior, freedom)
     hopeful = log > log.max() - HOPELESS
     hopeful[:: len(hands), 0] = True  # what was read
-    for k, (part, felt) in enumerate(parts):
+    for k, (part, of_steps) in enumerate(parts):
         near = np.flatnonzero(hopeful[k])
         if near.size:
             chosen = [each[near] for each in part]
-            squares[k, near], log_prior[k, near] = _refined(chosen, felt, wanted, arm_m, ITERATIONS, ROUNDS)
+            squares[k, near], log_prior[k, near] = _refined(chosen, of_steps, wanted, arm_m, ITERATIONS, ROUNDS)
     log = _window_scores(squares, log_prior, freedom)
     return log.reshape(len(starts), 2, len(RELATIVE_FACTORS), 48).max(axis=0).transpose(0, 2, 1)
 
