@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from benchmark.scores.score import CLEAR, SETS_ALL, SETS_EACH, SETS_EXTRA, SETS_MISSING
+from benchmark.scores.score import CLEAR, SETS_ALL, SETS_EACH, SETS_EXTRA, SETS_MISSING, TWINS
 from ins_eval.report.content import Table
 from ins_eval.tables import pick
 from ins_eval.wording import MISSING, fixed
@@ -47,6 +47,7 @@ TARGETS = (
     Target("6b", "of the detected, truth named or listed", ("naming", "named or listed, of the detected"), 0.98),
     Target("6b", "explanations named or listed, mean", ("set size", "mean"), most=2.5),
     Target("6b", "rivals that cannot be separated, listed", ("naming", "inseparable rival listed"), 0.80),
+    Target("6b", "what at any size fits as well as the truth, listed, D of at least 16", ("naming", TWINS), 0.95),
     Target("6b", "probability given to the truth, mean", ("probability of the truth", "mean"), 0.8),
     Target("6c", "confidently wrong inside the vocabulary", ("confidently wrong", "inside"), most=0.02),
     Target("6e", "said to be not identifiable, with a true rival, D of at least 8",

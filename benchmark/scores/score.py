@@ -27,6 +27,7 @@ SETS_EACH = f"each of at least {PLAIN:g} sigma named or listed"
 SETS_ALL = f"all of at least {PLAIN:g} sigma named or listed"
 SETS_EXTRA = "something named that is not there"
 SETS_MISSING = f"explained, with one of at least {PLAIN:g} sigma missing"
+TWINS = f"twins listed, {CLEAR}"
 SILENT = "no mismatch"
 MEMORY = ("time_constant_s", "branch_width_c", "at_s")
 PROBABILITY_EDGES = (0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.9, 0.97, 1.0)
@@ -109,8 +110,13 @@ def rivals_of(truth: dict) -> set:
 
 def alike(rivals) -> set:
     """Of the oracle's rivals those that it cannot separate, as (name, axis); sets of several are left out."""
-    near = [one["rival"].split() for one in rivals if one["margin"] < ALIKE and "+" not in one["rival"]]
-    return {(said[0], said[1] if len(said) > 1 else None) for said in near}
+    return {explanation(one["rival"]) for one in rivals if one["margin"] < ALIKE and "+" not in one["rival"]}
+
+
+def explanation(said: str) -> tuple:
+    """(name, axis) of the oracle's words NAME [AXIS [OTHER]]."""
+    name, *axes = said.split()
+    return name, axes[0] if axes else None
 
 
 def judged(truth: dict, answer: dict | None, seconds: float | None = None) -> dict:
@@ -155,6 +161,8 @@ def judged(truth: dict, answer: dict | None, seconds: float | None = None) -> di
         record["given"] = given(answer, target)
         record["said"] = [(float(one.get("probability", 0.0)), key(one) == target) for one in explanations(answer)]
         record["rivals"] = [(words(one), one in names) for one in sorted(rivals_of(truth), key=str)]
+        twins = {explanation(one) for one in oracle.get("twins", ())} - targets
+        record["twins"] = [(words(one), one in names) for one in sorted(twins, key=str)]
         rivals = {(one["name"], one["axis"]) for one in truth.get("alike", ())}
         said = answer["verdict"] in ("not identifiable", "partly explained")
         record["told alike"] = said and record["found"] and bool(rivals & names)
@@ -292,6 +300,8 @@ def _hidden(counts: dict, one: dict) -> None:
     name = target.split()[0]
     counts["by effect"].add(f"{name}: detected, {band_}", heard)
     counts["by effect"].add(f"{name}: named, {band_}", one["first"])
+    for _, there in one["twins"] if heard and band_ == CLEAR else ():
+        counts["naming"].add(TWINS, there)
     if kind == "unidentifiable":
         counts["not identifiable"].add("detected", heard)
         for of in ("", f", {band_}", ", D >= 8")[: 3 if seen else 2]:

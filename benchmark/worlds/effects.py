@@ -111,6 +111,7 @@ def _index(axis: str) -> int:
 
 MOVING, HOT, ALL = ("flight", "drive"), ("flight", "oven"), ("flight", "drive", "oven", "static")
 UG, PPM, DPH = "accel_ug", "accel_ppm", "gyro_deg_per_h"
+OF_ONE_SIGN = ("temperature.lag",)
 DESCRIPTION = "description"  # written into the files, see `description`
 rate = lambda f, i, p: f.rate[:, i]  # noqa: E731
 step = lambda f, i, p: (f.time_s >= p["at_s"]).astype(float)  # noqa: E731
@@ -254,6 +255,6 @@ def an_effect(rng, name: str, spread=(0.2, 5.0), axis: str | None = "draw") -> E
     if row.target == DESCRIPTION:
         value, parameters = a_description(rng, name, axis)
         return Effect(name, axis, value, parameters)
-    sign = 1.0 if name == "temperature.lag" else rng.choice((-1.0, 1.0))
+    sign = 1.0 if name in OF_ONE_SIGN else rng.choice((-1.0, 1.0))
     value = float(f"{sign * row.nominal * log_uniform(rng, *spread):.5g}")
     return Effect(name, axis, value, parameters)

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal
 
 from benchmark.scores import oracle, whitened
 from benchmark.worlds import check, earth
@@ -275,17 +277,25 @@ def test_each_of_several_effects_is_as_clear_as_a_regression_with_the_others_say
     every = [Effect(name, axis, 2.0 * VOCABULARY[name].nominal, parameters) for name, axis, parameters in names]
     x = 3.0 * rng.standard_normal((40, 4)) @ (np.eye(4) + 0.3 * rng.standard_normal((4, 4)))
     a, b = x.T @ x, x.T @ (x[:, :2] @ [2.0, 2.0] + rng.standard_normal(40))
-    found = oracle.beside(a, b, every[:2], [oracle.family(one) for one in every[2:]])
+    signed = np.zeros(5, dtype=bool)
+    found = oracle.beside(a, b, every[:2], [oracle.family(one) for one in every[2:]], signed)
     for k, one in enumerate(found):
         other = x[:, [1 - k]]
         own = x[:, k] - (other @ np.linalg.lstsq(other, x[:, [k]])[0])[:, 0]
         assert one["sigma"] == pytest.approx(2.0 * np.linalg.norm(own))
-    pairs = oracle.evidence_pairs(a, b)
-    np.testing.assert_allclose(oracle.evidence_sets(a, b, np.array([[0, 1], [2, 1]])), [pairs[0, 1], pairs[2, 1]])
-    single = oracle.evidence(a, b, np.zeros(4, dtype=bool))
-    np.testing.assert_allclose(oracle.evidence_sets(a, b, np.arange(4)[:, None]), single)
+    two, scales = [2, 1], np.array(oracle.SCALES)  # log N(b; 0, A + A A s^2) - log N(b; 0, A) of a pair
+    by_scale = [
+        multivariate_normal.logpdf(b[two], cov=(of := a[np.ix_(two, two)]) + s**2 * of @ of)
+        - multivariate_normal.logpdf(b[two], cov=of)
+        for s in scales
+    ]
+    found = oracle.evidence_sets(a, b, np.array([two]), signed)
+    assert found[0] == pytest.approx(logsumexp(by_scale) - np.log(len(scales)))
+    single = oracle.evidence(a, b, signed[:4], signed[:4])
+    np.testing.assert_allclose(oracle.evidence_sets(a, b, np.arange(4)[:, None], signed), single)
     alike = np.r_[np.c_[a, a[:, 0]], [np.r_[a[0], a[0, 0]]]]
-    twin = oracle.beside(alike, np.append(b, b[0]), every[:2], [oracle.family(one) for one in (*every[2:], every[2])])
+    families = [oracle.family(one) for one in (*every[2:], every[2])]
+    twin = oracle.beside(alike, np.append(b, b[0]), every[:2], families, signed)
     assert [one["rivals"] for one in twin] == [[{"rival": "gyro.asymmetry x", "margin": pytest.approx(0.0)}], []]
 
 

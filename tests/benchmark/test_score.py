@@ -7,6 +7,7 @@ import json
 import pytest
 
 from benchmark.scores.score import (
+    TWINS,
     band,
     calibration,
     confidently_wrong,
@@ -28,6 +29,7 @@ def truth(case, kind, effects=(), d=20.0, margin=8.0, **more) -> dict:
     oracle = None if kind in ("zero", "null", "adversarial") else {
         "log_bayes_factor": d, "margin": margin,
         "rivals": [{"rival": "accelerometer.bias_drift x", "margin": 1.0}, {"rival": "gyro.scale y", "margin": 4.0}],
+        "twins": ["accelerometer.bias_drift x", "accelerometer.misalignment x y", "gps.time_offset"],
     }  # fmt: skip
     return {"case": case, "kind": kind, "recordings": [{"kind": "flight"}], "effects": list(effects), "outside": False,
             "channel": None, "interval_s": None, "oracle": oracle} | more  # fmt: skip
@@ -75,6 +77,7 @@ def test_a_named_truth_counts_in_its_band():
     assert result["probability of the truth"]["mean"] == pytest.approx(0.75)
     assert result["naming"]["inseparable rival listed"]["hits"] == 1
     assert result["naming"]["inseparable rival listed, D >= 8"] == result["naming"]["inseparable rival listed"]
+    assert (result["naming"][TWINS]["hits"], result["naming"][TWINS]["count"]) == (1, 6)
     faint = score([truth("a", "single", [CREEP], d=3.0)], {"a": answers["a"]})["naming"]
     assert faint["inseparable rival listed"]["count"] == 1
     assert "inseparable rival listed, D >= 8" not in faint
