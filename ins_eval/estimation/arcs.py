@@ -28,6 +28,7 @@ import numpy as np
 
 from ins_eval.error_model import null, observations, propagation
 from ins_eval.error_model.geometry import along, apart, moved, turn, turned
+from ins_eval.errors import DataRefused
 from ins_eval.estimation.noise import white, without_outliers
 from ins_eval.initialization import (
     GYRO_BIAS,
@@ -154,8 +155,14 @@ def settle(
 
 
 def planned(recording: Recording, folder: str | Path = ".") -> Settled:
-    """A recording that is free of errors, in arcs along the path that is believed of it."""
+    """A recording that is free of errors, in arcs along the path that is believed of it.
+
+    Raises DataRefused where its heading is to be found and nothing is left once it is.
+    """
     believed = null.believe(recording, folder)
+    if not believed.time_s.size:
+        whole_s = recording.interval_s.sum()
+        raise DataRefused(f"{recording.name}: its {whole_s:.0f} s are all needed to find its heading")
     (path,) = null.solve(believed)
     begins = _begins(believed, recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H)
     states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]

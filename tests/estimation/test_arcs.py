@@ -19,6 +19,7 @@ from benchmark.worlds.real import SOURCES
 from ins_eval.analysis.diagnose import diagnose_folders
 from ins_eval.diagnosis.answer.verdict import Diagnosis
 from ins_eval.error_model import null
+from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs
 from ins_eval.estimation import case as cases
 from ins_eval.estimation.evidence import log_evidence, sensitivity
@@ -215,6 +216,14 @@ def test_what_an_alignment_uses_up_is_navigated_in_arcs(ideal_recording, monkeyp
     found = cases.prepare(recording)
     assert len(found.believed.arcs) == len(expected.believed.arcs) > 3
     np.testing.assert_array_equal(found.seen.residual, expected.seen.residual)
+
+
+def test_an_experiment_that_an_alignment_uses_up_is_refused(recording_at_rest) -> None:
+    """As long as a short log whose temperatures it repeats, with a heading that nobody knows."""
+    parked = recording_at_rest(95.0, 3, np.zeros_like)
+    unknown = replace(parked.start, attitude_sigma_rad=(1e-3, 1e-3, np.pi), still_until_s=None)
+    with pytest.raises(DataRefused, match="95 s are all needed to find its heading"):
+        arcs.planned(replace(parked, start=unknown))
 
 
 def test_arcs_that_begin_after_the_end_by_another_clock_are_gone(ideal_recording) -> None:
