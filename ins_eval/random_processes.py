@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-NORMAL_MAD = 0.6745  # median size of standard normal values
+NORMAL_MAD = 0.6745  # median size of standard normal values: their quantile 0.75
 
 
 @numba.njit(cache=True)

@@ -95,13 +95,8 @@ def reduced(data, candidates, nuisances):
 
 def evidence(a, b, sharp, positive):
     """Log Bayes factor of each single column, (m,); sharp ones have the coefficient 1, positive ones none below 0."""
-    diagonal = np.maximum(np.diag(a), 0.0)
-    scales = np.array(SCALES)[:, None]
-    precise = diagonal + scales**-2.0
-    mixture = -0.5 * np.log(scales**2 * precise) + 0.5 * b**2 / precise
-    mixture += np.where(positive, _above_zero(b / np.sqrt(precise)), 0.0)
-    free = logsumexp(mixture, axis=0) - math.log(len(SCALES))
-    return np.where(sharp, b - 0.5 * diagonal, free)
+    free = evidence_sets(a, b, np.arange(len(b))[:, None], positive)
+    return np.where(sharp, b - 0.5 * np.diag(a), free)
 
 
 def evidence_sets(a, b, sets, positive):

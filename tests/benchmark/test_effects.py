@@ -277,8 +277,8 @@ def test_each_of_several_effects_is_as_clear_as_a_regression_with_the_others_say
     every = [Effect(name, axis, 2.0 * VOCABULARY[name].nominal, parameters) for name, axis, parameters in names]
     x = 3.0 * rng.standard_normal((40, 4)) @ (np.eye(4) + 0.3 * rng.standard_normal((4, 4)))
     a, b = x.T @ x, x.T @ (x[:, :2] @ [2.0, 2.0] + rng.standard_normal(40))
-    signed = np.zeros(5, dtype=bool)
-    found = oracle.beside(a, b, every[:2], [oracle.family(one) for one in every[2:]], signed)
+    positive = np.zeros(5, dtype=bool)
+    found = oracle.beside(a, b, every[:2], [oracle.family(one) for one in every[2:]], positive)
     for k, one in enumerate(found):
         other = x[:, [1 - k]]
         own = x[:, k] - (other @ np.linalg.lstsq(other, x[:, [k]])[0])[:, 0]
@@ -289,13 +289,13 @@ def test_each_of_several_effects_is_as_clear_as_a_regression_with_the_others_say
         - multivariate_normal.logpdf(b[two], cov=of)
         for s in scales
     ]
-    found = oracle.evidence_sets(a, b, np.array([two]), signed)
+    found = oracle.evidence_sets(a, b, np.array([two]), positive)
     assert found[0] == pytest.approx(logsumexp(by_scale) - np.log(len(scales)))
-    single = oracle.evidence(a, b, signed[:4], signed[:4])
-    np.testing.assert_allclose(oracle.evidence_sets(a, b, np.arange(4)[:, None], signed), single)
+    single = oracle.evidence(a, b, positive[:4], positive[:4])
+    np.testing.assert_allclose(oracle.evidence_sets(a, b, np.arange(4)[:, None], positive), single)
     alike = np.r_[np.c_[a, a[:, 0]], [np.r_[a[0], a[0, 0]]]]
     families = [oracle.family(one) for one in (*every[2:], every[2])]
-    twin = oracle.beside(alike, np.append(b, b[0]), every[:2], families, signed)
+    twin = oracle.beside(alike, np.append(b, b[0]), every[:2], families, positive)
     assert [one["rivals"] for one in twin] == [[{"rival": "gyro.asymmetry x", "margin": pytest.approx(0.0)}], []]
 
 
