@@ -39,6 +39,7 @@ from tests.diagnosis.linearisations import INFORMATION, linearisation
 PROBLEMS = 150
 LARGE, HALF = 6.0, 1.0  # coefficients: 24 sigma; one that fits nearly as well as another that is alike
 SHRUNK = 0.1  # of a size, what a prior takes
+SMALL = 0.3  # share of hypotheses, and their largest size
 NAMES = (
     "accelerometer.bias_temperature", "accelerometer.scale_temperature", "accelerometer.quadratic", "gyro.bias",
     "gyro.scale", "alignment.heading", "accelerometer.bias_drift", "earth.coriolis",
@@ -312,6 +313,25 @@ def test_a_rival_has_the_size_that_it_would_have() -> None:
     assert rival.sigma == pytest.approx(of / np.sqrt(precision), rel=0.05)
 
 
+@pytest.mark.parametrize("largest", [1.0, 5.0])
+def test_a_twin_larger_than_any_sensor_is_listed_by_the_sizes_that_sensors_have(largest: float) -> None:
+    """By quadrature over normal priors that end there; the one that nearly reaches the size that it needs leads, and is
+    no rival all the same."""
+    effects = [("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {})]
+    found = linearisation(effects, {0: 6.0}, (0, 1))
+    found = replace(found, space=replace(found.space, largest=np.array([np.inf, largest])))
+    assert np.isneginf(found.places(0)[0][1])
+    (rival,) = rivals(found, Policy(twin=np.inf))
+    a, b = found.here.normal[1, 1], found.here.projection[1]
+    c = np.linspace(-largest, largest, 20_001)
+    priors = [np.exp(-0.5 * (c / s) ** 2) for s in SCALES]
+    each = [np.trapezoid(p * np.exp(b * c - 0.5 * a * c**2), c) / np.trapezoid(p, c) for p in priors]
+    expected = found.gain([0]) - np.log(np.mean(each))
+    assert rival.below_best == pytest.approx(max(expected, Policy.near), rel=1e-3)
+    assert not rival.below_best < Policy.near
+    assert rival.value > largest * rival.hypothesis.candidate.nominal
+
+
 def test_nats_count_as_far_as_scatter_is_noise_for_effects_and_rivals_alike() -> None:
     """An effect that scatters twice as far as noise allows for: a quarter of the nats, and probabilities of them."""
     found = linearisation([("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {})], {0: LARGE}, (0, 1))
@@ -360,8 +380,12 @@ def test_an_effect_at_another_time_begins_where_the_recordings_were_navigated() 
 @pytest.mark.parametrize("seed", range(30))
 def test_every_twin_is_listed(seed: int) -> None:
     """By least squares on the sums: what in the place of an effect leaves at most `Policy.twin` more of chi-square."""
-    found = random_linearisation(np.random.default_rng([9, seed]), NAMES[:-1])  # of free size
+    rng = np.random.default_rng([9, seed])
+    found = random_linearisation(rng, NAMES[:-1])  # of free size
     a, b, m = found.here.normal, found.here.projection, found.best.members
+    small = rng.random(b.size) < SMALL  # than which no sensor's are larger
+    small[list(m)] = False
+    found = replace(found, space=replace(found.space, largest=np.where(small, SMALL, np.inf)))
     listed = {(one.of, one.hypothesis) for one in rivals(found, Policy())}
 
     def taken(columns: list[int]) -> float:

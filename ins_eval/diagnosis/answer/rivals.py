@@ -3,8 +3,9 @@
 A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the sizes that are expected;
 nats count as far as its scatter is noise (`Linearisation.trust`). What then gains less than its choice costs has none.
 Where there is one, all that is within `Policy.listed` is listed too. A twin, what at any size leaves at most
-`Policy.twin` more of chi-square than the effect, is always listed. So is a set of effects at another noise that is
-nearly as probable as the best one: what is an effect there is noise here.
+`Policy.twin` more of chi-square than the effect, is always listed; one that would have to be larger than any sensor's
+has the nats of sizes up to that, and is no rival. So is a set of effects at another noise that is nearly as probable as
+the best one: what is an effect there is noise here.
 """
 
 from __future__ import annotations
@@ -72,15 +73,22 @@ def _at_other_noise(other: Linearisation, named: Collection[tuple], below: float
 def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[Rival]:
     """The rivals and twins of member `k`."""
     nats, members = linearisation.places(k)
-    gains, space, of_family = linearisation.chi_square_gains(k), linearisation.space, linearisation.trust(k) * nats
+    gains, space = linearisation.chi_square_gains(k), linearisation.space
     own = int(space.families[k])
-    log_sum = logsumexp(np.append(of_family, space.cost))
-    below = of_family[own] - of_family
     likeliest = np.maximum.reduceat(gains[space.order], space.first)
     unlikelier = 0.5 * (gains[k] - likeliest)  # nats of likelihood, where no size is expected of either
+    twin = 2.0 * unlikelier <= policy.twin
+    too_large = twin & np.isneginf(nats) & (space.centre[members] == 0.0)
+    too_large[space.families[list(linearisation.best.members)]] = False
+    nats[too_large] = linearisation.within_largest(k, members[too_large])
+    of_family = linearisation.trust(k) * nats
+    below = of_family[own] - of_family
+    below[too_large] = np.maximum(below[too_large], policy.near)  # no sensor is: no rival
+    of_family[too_large] = of_family[own] - below[too_large]
+    log_sum = logsumexp(np.append(of_family, space.cost))
     reach = policy.listed if np.delete(below, own).min(initial=np.inf) < policy.near else policy.near
     near = (below < reach) & (of_family[own] > space.cost)
-    listed = np.isfinite(below) & (near | (2.0 * unlikelier <= policy.twin))
+    listed = np.isfinite(below) & (near | twin)
     listed[own] = False
     return [
         Rival(
