@@ -12,14 +12,16 @@ wide enough for what they were found to be (`WITHIN_PRIOR` sigmas); those that a
 only, are free beside the others.
 
 The noise is that of the maximum of the evidence with all these effects free: the wander of a sensor is then only what
-no effect accounts for. The priors of all effects of one name, on every axis, are larger or smaller than usual by one
-factor, at the maximum of the evidence. It is the product of two, each log-normal: one of the name, and one that all
-effects of its kind share, offsets of a sensor or errors that follow what it feels. For a sensor whose errors are small
-where they show is a finer one, and small where they do not: a flight tells next to nothing of what gravity drives in a
-gyro, and under a prior that is too wide it takes the offset that a switch-on drew over to the next. A constant bias has
-no factor: a calibration leaves of it what a mean over `CALIBRATED_RUNS` switch-ons leaves, and one or two recordings,
-each with a switch-on of its own, do not show it to be more. One recording may
-differ from the next in each coefficient by `OF_DAY` of its prior; that part is integrated out of each.
+no effect accounts for. The prior of each effect is larger or smaller than usual by a factor at the maximum of the
+evidence, the product of three that are log-normal: one of its kind, offsets of a sensor or errors that follow what it
+feels, one of its name, and one of its name on its axis. For a sensor whose errors are small where they show is a finer
+one, and small where they do not: a flight tells next to nothing of what gravity drives in a gyro, and under a prior
+that is too wide it takes the offset that a switch-on drew over to the next. The third is of coarse units alone: three
+equal sensors are mounted in others, while across a chip a micromechanical sensor is built otherwise than along it, and
+may follow temperature ten times as much. A constant bias has no factor: a calibration leaves of it what a mean over
+`CALIBRATED_RUNS` switch-ons leaves, and one or two recordings, each with a switch-on of its own, do not show it to be
+more. One recording may differ from the next in each coefficient by `OF_DAY` of its prior; that part is integrated out
+of each.
 
 Sources: MacKay, Neural Computation 4 (1992) 415 (evidence of the sizes of priors); Bishop 2006, Pattern Recognition and
 Machine Learning, 3.3 to 3.5.
@@ -29,16 +31,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
 from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.columns import Measured
+from ins_eval.error_model.null import is_coarse
 from ins_eval.estimation.study import Hypothesis, fit_noise, of_case, union, wide
 
 if TYPE_CHECKING:
@@ -49,11 +51,11 @@ if TYPE_CHECKING:
 BEGIN, BIAS = "branch_begin", "bias"
 FACTOR_SPREAD = 1.0  # of the logarithm of the factor by which effects of a name are larger than usual
 COMMON = 0.5  # of the variance of that logarithm, which all effects of a kind share; by reasoning
+AXIS_SPREAD = 1.0  # of the logarithm by which it differs from axis to axis of a coarse unit; by reasoning
 WITHIN_PRIOR = 3.0  # sigmas of its prior within which an effect that was named lies
 WANDER = ("accelerometer_wander", "gyro_wander")
 CALIBRATED_RUNS = 4.0  # over which a calibrated constant is a mean: the positions of Paper A, section 3.1
 LEAST = 1e-3  # nominal sizes of a bias that is said to be exact
-ROUNDING = 1e-9  # of a variance
 OF_DAY = 0.1  # of a prior's sigma, by which a coefficient differs from one recording to the next; by reasoning
 
 
@@ -61,12 +63,12 @@ OF_DAY = 0.1  # of a prior's sigma, by which a coefficient differs from one reco
 class Forecast:
     """Effects of the sensors with the posterior of their values.
 
-    `effects` (k,) hypotheses, `mean` (k,) and `covariance` (k, k) of their coefficients in nominal sizes.
+    `effects` (k,) hypotheses, `mean` (k,) of their coefficients in nominal sizes and `root` (k, k) of its covariance.
     """
 
     effects: tuple[Hypothesis, ...]
     mean: np.ndarray
-    covariance: np.ndarray
+    root: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,12 +77,14 @@ class Pool:
 
     `persistent` (k,) hypotheses with `sigma` (k,) of their priors in nominal sizes and `taken` (k,), what of them was
     taken off before the recordings were navigated, in the same; `beside` what is of one recording or of no sensor.
+    `axis_spread` is that of the logarithm by which sizes of one name differ from axis to axis.
     """
 
     persistent: tuple[Hypothesis, ...]
     sigma: np.ndarray
     taken: np.ndarray
     beside: tuple[Hypothesis, ...]
+    axis_spread: float = 0.0
 
     @property
     def columns(self) -> list[Hypothesis]:
@@ -104,8 +108,8 @@ def forecast(
     sized = replace(of, sigma=of.sigma * np.exp(factors(of, *_sums(cases, of, quiet))))
     fitted = fit_noise(cases, sized.columns, quiet)
     a, b = _sums(cases, of, fitted)
-    mean, covariance = posterior_of(a, b, np.exp(factors(of, a, b)))
-    return Forecast(of.persistent, of.sigma * mean, of.sigma[:, None] * covariance * of.sigma)
+    found = posterior_of(a, b, np.exp(factors(of, a, b)))
+    return Forecast(of.persistent, of.sigma * found.mean, of.sigma[:, None] * found.root)
 
 
 def pool(cases: Sequence[Case], named: Sequence[tuple[Hypothesis, float, float]] = ()) -> Pool:
@@ -134,7 +138,9 @@ def pool(cases: Sequence[Case], named: Sequence[tuple[Hypothesis, float, float]]
             own.append(one)
             sigma.append(wide_enough)
             taken.append(off)
-    return Pool(tuple(own), np.array(sigma), np.array(taken), tuple(beside))
+    coarse = any(is_coarse(case.believed.recording.belief) for case in cases if case.believed is not None)
+    spread = AXIS_SPREAD if coarse else 0.0
+    return Pool(tuple(own), np.array(sigma), np.array(taken), tuple(beside), spread)
 
 
 def persistent(one: Hypothesis) -> bool:
@@ -200,16 +206,22 @@ def _of_each_run(case: Case, column: Column) -> list[Column]:
 def shared(of: Pool) -> np.ndarray:
     """Logarithms of the factors of the priors (k,) by independent standard normal numbers (m,): a matrix (k, m).
 
-    One number for each name, on every axis and with every time, and one for each kind; none for a constant bias.
+    One number for each kind, one for each name with every axis and every time, and one for each name on each axis; none
+    for a constant bias.
     """
     names = [one.candidate.name for one in of.persistent]
     kinds = [f"{name.partition('.')[0]} {VOCABULARY[name].multipliers == ('1',)}" for name in names]
+    axes = [f"{one.candidate.name} {one.candidate.axis}" for one in of.persistent]
 
-    def of_each(what: Sequence[str]) -> np.ndarray:
-        return np.equal.outer(np.array(what), np.array(sorted(set(what)))).astype(float)
+    def of_each(what: Sequence[str], spread: float) -> np.ndarray:
+        return spread * np.equal.outer(np.array(what), np.array(sorted(set(what)))).astype(float)
 
     constant = np.array([name.partition(".")[2] == BIAS for name in names])
-    by_number = FACTOR_SPREAD * np.hstack([np.sqrt(1.0 - COMMON) * of_each(names), np.sqrt(COMMON) * of_each(kinds)])
+    by_number = np.hstack([
+        of_each(kinds, FACTOR_SPREAD * np.sqrt(COMMON)),
+        of_each(names, FACTOR_SPREAD * np.sqrt(1.0 - COMMON)),
+        of_each(axes, of.axis_spread),
+    ])  # fmt: skip
     return np.where(constant[:, None], 0.0, by_number)
 
 
@@ -223,27 +235,30 @@ def lessened(a: np.ndarray, b: np.ndarray, variance: np.ndarray) -> tuple[np.nda
     return 0.5 * (out + out.T), inverse @ b
 
 
-def gain(a: np.ndarray, b: np.ndarray, sigma: np.ndarray) -> float:
-    """log B of all columns with priors N(0, sigma^2) against none."""
-    scaled = sigma[:, None] * a * sigma
-    factor = cho_factor(np.eye(b.size) + scaled, lower=True)
-    right = sigma * b
-    return float(0.5 * right @ cho_solve(factor, right) - np.log(np.diag(factor[0])).sum())
+class Posterior(NamedTuple):
+    """Of coefficients with normal priors: log B of all against none, their mean (k,) and a root of its covariance."""
+
+    nats: float
+    mean: np.ndarray
+    root: np.ndarray
 
 
-def posterior_of(a: np.ndarray, b: np.ndarray, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean (k,) and covariance (k, k) of coefficients with priors N(0, sigma^2)."""
-    scaled = sigma[:, None] * a * sigma
-    covariance = sigma[:, None] * cho_solve(cho_factor(np.eye(b.size) + scaled, lower=True), np.diag(sigma))
-    covariance = 0.5 * (covariance + covariance.T)
-    return covariance @ b, covariance
+def posterior_of(a: np.ndarray, b: np.ndarray, sigma: np.ndarray) -> Posterior:
+    """The posterior of coefficients with priors N(0, sigma^2), by the eigenvalues of S A S.
+
+    Rounding makes some of them negative, and a wide prior enlarges these: what no column tells is 0.
+    """
+    values, vectors = np.linalg.eigh(sigma[:, None] * a * sigma)
+    more = 1.0 + np.maximum(values, 0.0)
+    right = vectors.T @ (sigma * b)
+    nats = 0.5 * float((right**2 / more).sum() - np.log(more).sum())
+    return Posterior(nats, sigma * (vectors @ (right / more)), sigma[:, None] * (vectors / np.sqrt(more)))
 
 
-def root_of(covariance: np.ndarray) -> np.ndarray:
-    """A lower root (k, k) of a covariance: L L' = covariance; of one that rounding has made singular, as near as is."""
-    size = np.sqrt(np.diag(covariance))
-    alike = covariance / np.outer(size, size)
-    return size[:, None] * np.linalg.cholesky(alike + ROUNDING * np.eye(size.size))
+def lower(root: np.ndarray) -> np.ndarray:
+    """The lower triangular root (k, k) of the covariance of which this is any `root`, with a diagonal >= 0."""
+    _, upper = np.linalg.qr(root.T)
+    return upper.T * np.where(np.diag(upper) < 0.0, -1.0, 1.0)
 
 
 def _quiet(case: Case, fitted: Fitted) -> Fitted:
@@ -271,12 +286,13 @@ def factors(of: Pool, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     With s the sigma of a prior,  d log B / d log s = E[c^2] / s^2 - 1.
     """
     by_number = shared(of)
+    usual = posterior_of(a, b, np.ones(b.size)).nats  # against which the search sees when it no longer gains
 
     def down(numbers: np.ndarray) -> tuple[float, np.ndarray]:
         sigma = np.exp(by_number @ numbers)
-        mean, covariance = posterior_of(a, b, sigma)
-        slope = ((mean**2 + np.diag(covariance)) / sigma**2 - 1.0) @ by_number
-        return -gain(a, b, sigma) + 0.5 * float(numbers @ numbers), numbers - slope
+        nats, mean, root = posterior_of(a, b, sigma)
+        slope = ((mean**2 + (root**2).sum(axis=1)) / sigma**2 - 1.0) @ by_number
+        return 0.5 * float(numbers @ numbers) - (nats - usual), numbers - slope
 
     return by_number @ minimize(down, np.zeros(by_number.shape[1]), jac=True, method="L-BFGS-B").x
 

@@ -15,9 +15,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmark.runners.imported import recorded
+from benchmark.worlds import recorded as recorded_worlds
 from benchmark.worlds.real import SOURCES
 from ins_eval.analysis.diagnose import diagnose_folders
 from ins_eval.diagnosis.answer.verdict import Diagnosis
+from ins_eval.effects import without_effects
 from ins_eval.error_model import null
 from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs
@@ -38,6 +40,7 @@ SETTLED_S = 65.0  # until which the unit was carried
 MEANS_S = 20.0
 FROM_S, TO_S = 400.0, 520.0  # of a climb
 DRIFT_PPM = 0.05  # of a clock: 6 microseconds in all
+LEFT_UG = 50.0  # of means over a stretch that was not used; a straight line leaves 74
 SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wander
 TURNED_ARCSEC, ROUNDING_ARCSEC = 1000.0, 1e-3
 OFF_M, NEAR, NO_PRIOR = 500.0, 0.2, 1.0  # of a guess, share of it that is left; sigmas of a prior, of 17 for a guess
@@ -67,11 +70,14 @@ def values(found: Diagnosis) -> dict[tuple[str, str | None], float]:
 def slope(time_s: np.ndarray, output: np.ndarray, temperature_c: np.ndarray) -> float:
     """Of a straight line through means over `MEANS_S` of an output against the temperature."""
     rows = time_s > SETTLED_S
-    count = round(MEANS_S / float(np.median(np.diff(time_s))))
-    output, temperature_c = (
-        one[rows][: rows.sum() // count * count].reshape(-1, count).mean(axis=1) for one in (output, temperature_c)
-    )
+    output, temperature_c = (means(one[rows], time_s) for one in (output, temperature_c))
     return float(np.polyfit(temperature_c, output, 1)[0])
+
+
+def means(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """Over `MEANS_S` of values in a row, at the rate of `time_s`."""
+    count = round(MEANS_S / float(np.median(np.diff(time_s))))
+    return values[: len(values) // count * count].reshape(-1, count).mean(axis=1)
 
 
 def climb(ideal_recording) -> Recording:
@@ -260,6 +266,24 @@ def test_a_parked_unit_that_warms_up_has_its_laws_of_temperature(warm_up) -> Non
     # what gyros x and y do by the eye loud wander does nearly as well: it is listed, if not named
     slow = {(one.name, one.axis) for one, _ in said if one.name.startswith("gyro.") and one.axis in "xy"}
     assert {axis for _, axis in slow} == {"x", "y"}
+
+
+@pytest.mark.slow
+def test_what_the_rest_of_a_warm_up_tells_says_its_middle(warm_up, tmp_path) -> None:
+    """The model that is written of the first and the last third, held against means of accelerometer z between."""
+    recording, folder = warm_up
+    whole, third = recorded_worlds.read(folder), 1.0 / 3.0
+    for name, begin in (("first", 0.0), ("last", 2.0 * third)):
+        recorded_worlds.part(whole, begin, begin + third).save(tmp_path / name)
+    told = diagnose_folders([tmp_path / "first", tmp_path / "last"]).diagnosis.forecast
+    imu, interval_s = recording.imu, recording.interval_s
+    believing = replace(recording, belief=recording.belief.model_copy(update={"effects": tuple(told)}))
+    _, velocity = without_effects(believing, imu.accelerometer.copy(), folder)
+    force = velocity[:, 2] / interval_s / UG
+    share = (imu.time_s - whole.start_s) / whole.seconds
+    middle, settled = (share > third) & (share <= 2.0 * third), imu.time_s > SETTLED_S
+    left = means(force[middle], imu.time_s) - means(force[settled & ~middle], imu.time_s).mean()
+    assert np.sqrt(np.mean(left**2)) < LEFT_UG
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ins_eval.estimation.forecast import forecast, persistent, root_of
+from ins_eval.estimation.forecast import forecast, lower, persistent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -135,7 +135,7 @@ class Diagnosis:
 def _with_roots(posterior: Forecast, cases: Sequence[Case]) -> list[EffectBelief]:
     """The effects of a posterior as a belief states them, each with its row of a root of the covariance."""
     nominal = np.array([one.candidate.nominal for one in posterior.effects])
-    root = nominal[:, None] * root_of(posterior.covariance)
+    root = lower(nominal[:, None] * posterior.root)
     return [
         one.believed(float(mean), cases).model_copy(
             update={"root": tuple(float(f"{x:.{DIGITS}g}") for x in row[: k + 1])}
