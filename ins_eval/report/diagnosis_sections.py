@@ -11,6 +11,7 @@ from ins_eval.report.belief import belief_section
 from ins_eval.report.content import Block, Picture, Section, paragraphs, table
 from ins_eval.report.diagnosis_limits import limits
 from ins_eval.report.diagnosis_words import (
+    amount,
     chance,
     channel,
     effect_words,
@@ -155,22 +156,23 @@ def _evidence(tree: Mapping) -> list[Block]:
 
 def _rivals(tree: Mapping) -> list[Block]:
     rows = [
-        (effect_words(one), effect_words({"name": one["from"] or "noise"}), nats(one["log_evidence_below_best"]),
+        (effect_words(one), amount(one) if "parameters" in one else MISSING,
+         effect_words({"name": one["from"] or "noise"}), nats(one["log_evidence_below_best"]),
          probability(one["probability"]), "yes" if one["told_apart_by_prior_only"] else "no",
          one["experiment"] or MISSING,
          nats(one["expected_log_bayes_factor"]))
         for one in tree["diagnosis"]["indistinguishable"]
     ]  # fmt: skip
     header = (
-        "rival", "instead of", "nats below the best", "probability", "prior only", "experiment to separate them",
-        "expected log Bayes factor",
+        "rival", "size it would have", "instead of", "nats below the best", "probability", "prior only",
+        "experiment to separate them", "expected log Bayes factor",
     )  # fmt: skip
     note = (
         "Prior only: both fit equally well; only what was expected before the recording separates them. Experiment: "
         "the cheapest of the catalogue that would separate them, by its planned motion and temperatures. What could "
         "stand instead of noise is told by any further recording: an effect comes back."
     )
-    return table("Rivals", header, rows, note, align="llrrllr")
+    return table("Rivals", header, rows, note, align="lllrrllr")
 
 
 def _written(tree: Mapping) -> list[Block]:

@@ -231,14 +231,14 @@ def test_a_rival_comes_with_the_experiment_that_would_tell() -> None:
         "an effect would come back, noise would not." in said
     )
     rivals = blocks(sections, "What else it could be", Table)[0]
-    assert [row[1] for row in rivals.rows] == ["noise", "noise"]
+    assert [row[1:3] for row in rivals.rows] == [("12 ug/h [10, 14]", "noise")] * 2
     told["diagnosis"]["indistinguishable"] = [
         drift(experiment=None, expected_log_bayes_factor=None, told_apart_by_prior_only=True)
     ]
     said, sections = diagnosis_content(told)
     assert "what was expected before the recording): no experiment of the catalogue would separate them" in said
     rivals = blocks(sections, "What else it could be", Table)[0]
-    assert rivals.rows[0][4:] == ("yes", "–", "–")
+    assert rivals.rows[0][1] == "–" and rivals.rows[0][5:] == ("yes", "–", "–")  # of what is not known
 
 
 @pytest.mark.parametrize(
