@@ -54,9 +54,9 @@ def _parameters(one: Mapping) -> Mapping:
 
 
 def size(one: Mapping) -> tuple[str, str, str]:
-    """The value, its 95 % interval as ``low to high`` and its unit; of a wrong description what is wrong, in words."""
+    """The value, its 95 % interval as ``low to high``, if known, and its unit; of a wrong description what is wrong."""
     of = one["parameters"]
-    low, high = of["interval95"]
+    low, high = of.get("interval95", (0.0, 0.0))
     if one["name"] in DESCRIBED:
         return DESCRIBED[one["name"]][of["value"] < 0.0], "", ""
     if low == high:

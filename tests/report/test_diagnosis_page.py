@@ -330,6 +330,15 @@ def test_words_for_effects_amounts_and_numbers() -> None:
     assert alike(-29341.0, [-41072.0, -17610.0]) == ("−29000", "−41000", "−18000")
 
 
+def test_a_rival_whose_interval_is_not_known_has_its_size_alone() -> None:
+    """As three constant biases in the place of the rotation of the Earth."""
+    told = tree("not identifiable")
+    size = {key: value for key, value in SIZE.items() if key != "interval95"}
+    told["diagnosis"]["indistinguishable"] = [drift(parameters=size)]
+    _, sections = diagnosis_content(told)
+    assert blocks(sections, "What else it could be", Table)[0].rows[0][1] == "12.0 ug/h"
+
+
 def test_a_probability_is_never_0_or_1() -> None:
     assert [probability(x) for x in (0.0, 0.004, 0.04, 0.5, 0.995, 1.0)] == [
         "below 0.001", "0.004", "0.04", "0.50", "0.995", "above 0.999"
