@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.special import softmax
+from scipy.special import log_ndtr, softmax
 
 if TYPE_CHECKING:
     from ins_eval.estimation.whitening import Whitened
@@ -143,23 +143,39 @@ def sensitivity(whitened: Whitened, known: int | None = None, gain: Gain | None 
     return log_evidence_of(whitened, slice(0, n)) + gained.nats, by_sums
 
 
-def log_bayes_factors(a: np.ndarray, b: np.ndarray, centre: np.ndarray | float = 0.0) -> np.ndarray:
+def log_bayes_factors(
+    a: np.ndarray, b: np.ndarray, centre: np.ndarray | float = 0.0, largest: np.ndarray | None = None
+) -> np.ndarray:
     """log B of columns that carry their nominal size in their scale, one by one, prior a mixture over `SCALES`.
 
-    `a` and `b` (m,) are the reduced sums; a `centre` other than 0 is a sharp prior around that coefficient.
+    `a` and `b` (m,) are the reduced sums; a `centre` other than 0 is a sharp prior around that coefficient. Every prior
+    ends at the `largest` coefficients (m,), if given: the shares of posterior and prior within them are then
+
+        log B = log B' + log P(|c| <= largest | data) - log P(|c| <= largest)
     """
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     one = []
     for scale in SCALES if np.ndim(centre) == 0 and centre == 0.0 else (1.0,):
         variance = scale**2
         shifted = b - a * centre
-        one.append(
+        nats = (
             0.5 * shifted**2 * variance / (1.0 + variance * a)
             - 0.5 * np.log1p(variance * a)
             + centre * b
             - 0.5 * a * centre**2
         )
+        if largest is not None:
+            left = variance / (1.0 + variance * a)
+            nats += _log_within(centre + left * shifted, np.sqrt(left), largest)
+            nats -= _log_within(centre, scale, largest)
+        one.append(nats)
     return np.logaddexp.reduce(one, axis=0) - np.log(len(one))
+
+
+def _log_within(mean: np.ndarray | float, sigma: np.ndarray | float, largest: np.ndarray) -> np.ndarray:
+    """log P(|c| <= largest) of normal c, also far in a tail."""
+    high, low = (log_ndtr((end - np.abs(mean)) / sigma) for end in (largest, -largest))
+    return high + np.log1p(-np.exp(low - high))
 
 
 def expected_log_evidence(

@@ -8,16 +8,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.special import log_ndtr, logsumexp, ndtr
+from scipy.special import logsumexp
 
 from ins_eval.effects.accelerometer import AT
+from ins_eval.estimation.evidence import log_bayes_factors
 from ins_eval.estimation.held_out import held_out
 from ins_eval.estimation.instants import innovations, remarkable
 from ins_eval.estimation.placing import again
 from ins_eval.estimation.scatter import scattered
 from ins_eval.estimation.search import (
     NULL,
-    SCALES,
     Explanation,
     Space,
     chi_square_gains,
@@ -175,22 +175,10 @@ class Linearisation:
         return of_family, members
 
     def within_largest(self, k: int, others: np.ndarray) -> np.ndarray:
-        """log B (n,) of hypotheses in the place of member `k` if none is larger than any sensor's.
-
-        That of the prior cut at the largest size: of the posterior and the prior that are not cut the shares within it,
-
-            log B = log B' + log P(|c| <= largest | data) - log P(|c| <= largest)
-        """
+        """log B (n,) of hypotheses in the place of member `k` if none is larger than any sensor's."""
         rest = [j for j in self.best.members if j != k]
-        left = conditional(self.here.normal, self.here.projection, rest, self.space.centre)
-        a, b = (one[others, None] for one in left)
-        largest, scales = self.space.largest[others, None], np.array(SCALES)
-        precision = a + scales**-2.0
-        whole = 0.5 * (b**2 / precision - np.log(precision) - 2.0 * np.log(scales))
-        far, sigma = np.abs(b) / precision, precision**-0.5
-        high, low = log_ndtr((largest - far) / sigma), log_ndtr((-largest - far) / sigma)
-        inside = high + np.log1p(-np.exp(low - high)) - np.log1p(-2.0 * ndtr(-largest / scales))
-        return self.gain(rest) + logsumexp(whole + inside, axis=1) - np.log(scales.size)
+        a, b = conditional(self.here.normal, self.here.projection, rest, self.space.centre)
+        return self.gain(rest) + log_bayes_factors(a[others], b[others], largest=self.space.largest[others])
 
     @cached_property
     def log_posterior_of_names(self) -> float:

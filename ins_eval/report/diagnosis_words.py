@@ -56,12 +56,12 @@ def _parameters(one: Mapping) -> Mapping:
 def size(one: Mapping) -> tuple[str, str, str]:
     """The value, its 95 % interval as ``low to high``, if known, and its unit; of a wrong description what is wrong."""
     of = one["parameters"]
-    low, high = of.get("interval95", (0.0, 0.0))
+    interval = of.get("interval95")
     if one["name"] in DESCRIBED:
         return DESCRIBED[one["name"]][of["value"] < 0.0], "", ""
-    if low == high:
+    if interval is None or interval[0] == interval[1]:
         return significant(of["value"]), "", of["unit"]
-    value, low, high = alike(of["value"], of["interval95"])
+    value, low, high = alike(of["value"], interval)
     return value, f"{low} to {high}", of["unit"]
 
 
