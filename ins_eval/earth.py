@@ -30,7 +30,8 @@ def radii(latitude_rad):
 
     Returns the meridian radius M and the transverse radius N in m, of the shape of `latitude_rad`.
     """
-    return radii_of(np.sin(latitude_rad) ** 2)
+    sine = np.sin(latitude_rad)
+    return radii_of(sine * sine)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -51,7 +52,8 @@ def gravity(latitude_rad, height_m):
     with k = b g_p / (a g_e) - 1 and m = omega^2 a^2 b / GM. The deflection of normal gravity with height
     (5e-8 g at 10 km) is left out, as it is from the mechanization.
     """
-    return gravity_of(np.sin(latitude_rad) ** 2, height_m)
+    sine = np.sin(latitude_rad)
+    return gravity_of(sine * sine, height_m)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -60,4 +62,5 @@ def gravity_of(sine_squared, height_m):
     s2 = sine_squared
     surface = EQUATOR_GRAVITY * (1.0 + _SOMIGLIANA_K * s2) / np.sqrt(1.0 - ECCENTRICITY_SQUARED * s2)
     slope = 2.0 * (1.0 + FLATTENING + _CENTRIFUGAL_RATIO - 2.0 * FLATTENING * s2) / SEMI_MAJOR_AXIS_M
-    return surface * (1.0 - slope * height_m + 3.0 * (height_m / SEMI_MAJOR_AXIS_M) ** 2)
+    part = height_m / SEMI_MAJOR_AXIS_M
+    return surface * (1.0 - slope * height_m + 3.0 * part * part)

@@ -124,7 +124,7 @@ def filtered(motion, measured, noise, tape):
     residual, design = measured.residual, measured.design
     p = np.zeros((24, 24))
     for i in range(9):
-        p[9 + i, 9 + i] = noise.slow_sigma[i] ** 2
+        p[9 + i, 9 + i] = noise.slow_sigma[i] * noise.slow_sigma[i]
     taping = tape.covariance.size > 0
     t = np.zeros((9, 24))
     turned = np.zeros((15, 12))  # transition and coupling, so that inner loops run along rows
@@ -187,7 +187,7 @@ def filtered(motion, measured, noise, tape):
                 for j in range(15):
                     p[9 + i, 9 + j] *= x * decay[j]
                 sigma = noise.slow_sigma[i] if i < 9 else noise.wander_sigma[i - 9]
-                p[9 + i, 9 + i] += sigma**2 * (1.0 - decay[i] ** 2)
+                p[9 + i, 9 + i] += sigma * sigma * (1.0 - decay[i] * decay[i])
             for i in range(9):
                 for j in range(9):
                     p[i, j] += noise.force[e] * motion.walks[e, 0, i, j] + noise.rate[e] * motion.walks[e, 1, i, j]
@@ -202,7 +202,7 @@ def filtered(motion, measured, noise, tape):
                 continue
             for i in range(9):
                 h[i] = design[k, channel, i]
-            s = noise.white[k, channel] ** 2
+            s = noise.white[k, channel] * noise.white[k, channel]
             for i in range(states):
                 ph[i] = p[9 + channel, i]
             for j in range(9):

@@ -135,16 +135,16 @@ def _swept(covariance, mean, best, scales, counts):
             highest, total, chosen = -np.inf, 0.0, 0
             each = np.empty(counts[k])
             for n in range(counts[k]):
-                d = scales[k, n] ** -2.0 - best[k] ** -2.0
+                d = 1.0 / (scales[k, n] * scales[k, n]) - 1.0 / (best[k] * best[k])
                 grown = 1.0 + d * covariance[k, k]
-                each[n] = -0.5 * (d * mean[k] ** 2 / grown + np.log(grown)) - np.log(scales[k, n] / best[k])
+                each[n] = -0.5 * (d * mean[k] * mean[k] / grown + np.log(grown)) - np.log(scales[k, n] / best[k])
                 if each[n] > highest:
                     highest, chosen = each[n], n
             for n in range(counts[k]):
                 total += np.exp(each[n] - highest)
             gain += np.log(total / counts[k])
             if scales[k, chosen] != best[k]:
-                d = scales[k, chosen] ** -2.0 - best[k] ** -2.0
+                d = 1.0 / (scales[k, chosen] * scales[k, chosen]) - 1.0 / (best[k] * best[k])
                 shrunk = d / (1.0 + d * covariance[k, k])
                 column = covariance[k].copy()
                 mean -= shrunk * mean[k] * column

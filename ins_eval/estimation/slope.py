@@ -157,7 +157,7 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
             kept = np.exp(-dt / time)
             decay[i] = kept
             own = spread[9 + i, 9 + i]
-            fresh = sigma**2 + noise.jumps[e, i] if i < 3 else sigma**2
+            fresh = sigma * sigma + noise.jumps[e, i] if i < 3 else sigma * sigma
             by_log_decay = -2.0 * fresh * own  # the covariance on the tape has what is fresh already
             for j in range(24):
                 by_log_decay += 2.0 * spread[9 + i, j] * tape.covariance[k, 9 + i, j]
@@ -165,8 +165,8 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
             for c in range(m):
                 by_log_decay += kept * adjoint[9 + i, c] * tape.slow[k, i, c]
                 before[9 + i, c] = kept * adjoint[9 + i, c]
-            by_sigma = 2.0 * sigma * (1.0 - kept**2) * own
-            by_time = by_log_decay * dt / time**2 if kept > 0.0 else 0.0  # what is forgotten wholly
+            by_sigma = 2.0 * sigma * (1.0 - kept * kept) * own
+            by_time = by_log_decay * dt / (time * time) if kept > 0.0 else 0.0  # what is forgotten wholly
             if i < 9:
                 found.slow_sigma[i] += by_sigma
                 found.slow_time_s[i] += by_time

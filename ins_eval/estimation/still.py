@@ -22,7 +22,7 @@ def filtered(channels, interval_s, measured, noise, tape):
     """Gains and variances onto the `tape`; returns log|S|."""
     residual = measured.residual
     taping = tape.covariance.size > 0
-    p = noise.slow_sigma[channels] ** 2
+    p = noise.slow_sigma[channels] * noise.slow_sigma[channels]
     row = 0
     logs = 0.0
     for k in range(residual.shape[0]):
@@ -30,14 +30,14 @@ def filtered(channels, interval_s, measured, noise, tape):
             i = channels[n]
             if k > 0:
                 kept = np.exp(-2.0 * interval_s[k - 1] / noise.slow_time_s[i])
-                p[n] = kept * p[n] + noise.slow_sigma[i] ** 2 * (1.0 - kept)
+                p[n] = kept * p[n] + noise.slow_sigma[i] * noise.slow_sigma[i] * (1.0 - kept)
                 if i < 3:
                     p[n] += noise.jumps[k - 1, i]
             if taping:
                 tape.covariance[k, n, 0] = p[n]
             if not np.isfinite(residual[k, i]):
                 continue
-            s = p[n] + noise.white[k, i] ** 2
+            s = p[n] + noise.white[k, i] * noise.white[k, i]
             tape.gain[row, 0] = p[n] / s
             tape.variance[row] = s
             p[n] -= tape.gain[row, 0] * p[n]
@@ -110,13 +110,13 @@ def back(channels, interval_s, measured, noise, tape, out, by_out, found):
             i = channels[n]
             time, sigma = noise.slow_time_s[i], noise.slow_sigma[i]
             kept = np.exp(-dt / time)
-            fresh = sigma**2 + noise.jumps[k - 1, i] if i < 3 else sigma**2
+            fresh = sigma * sigma + noise.jumps[k - 1, i] if i < 3 else sigma * sigma
             by_log_decay = 2.0 * spread[n] * (tape.covariance[k, n, 0] - fresh)
             for c in range(m):
                 by_log_decay += kept * adjoint[n, c] * tape.slow[k, n, c]
                 adjoint[n, c] *= kept
-            found.slow_sigma[i] += 2.0 * sigma * (1.0 - kept**2) * spread[n]
-            found.slow_time_s[i] += by_log_decay * dt / time**2 if kept > 0.0 else 0.0  # what is forgotten wholly
-            spread[n] *= kept**2
+            found.slow_sigma[i] += 2.0 * sigma * (1.0 - kept * kept) * spread[n]
+            found.slow_time_s[i] += by_log_decay * dt / (time * time) if kept > 0.0 else 0.0  # what is forgotten wholly
+            spread[n] *= kept * kept
     for n in range(channels.size):
         found.slow_sigma[channels[n]] += 2.0 * noise.slow_sigma[channels[n]] * spread[n]

@@ -84,7 +84,7 @@ def filtered(transition, noise, row, z, h, variance, mean, covariance, gate):
                     s += h[m, i, j] * ph[j]
                 innovations[m, i] = e / np.sqrt(s)
                 if abs(innovations[m, i]) > gate:
-                    logs -= 0.5 * (gate**2 + np.log(s))
+                    logs -= 0.5 * (gate * gate + np.log(s))
                     continue
                 logs -= 0.5 * (e * e / s + np.log(s))
                 weighted[m, i] = e / s

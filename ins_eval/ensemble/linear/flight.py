@@ -208,7 +208,8 @@ def _reduce(x, e, columns, receiver, sums, track):
             continue
         for axis in range(3):
             for i in range(x.shape[2]):
-                sums[axis, arm, i] += (x[3 + axis, arm, i] - velocity[e, axis, i]) ** 2
+                error = x[3 + axis, arm, i] - velocity[e, axis, i]
+                sums[axis, arm, i] += error * error
         if time_h > 0.0:
             for i in range(x.shape[2]):
                 north = metres[e, 0] * x[0, arm, i] - position[e, 0, i]
