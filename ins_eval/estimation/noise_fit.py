@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 WIDEST = 3.0  # prior sigmas that a level may move
 _FIRST = 0.2  # prior sigmas of the first step, before anything is known of the curvature; by reasoning
 _LEVEL = 0.1  # nats for each prior sigma: the slope of a top
-_ENOUGH = 0.05  # nats that two further steps must gain
+# nats that two further steps must gain; the same where tops are compared: along a wander that hardly matters the
+# evidence rises by a hundredth of a nat a step, for two nats in all
+ENOUGH, CLOSE = 0.05, 0.005
 _STEPS, _EVALUATIONS = 60, 80  # of the slope
 _RUNS, _FAR = 4, 0.5  # prior sigmas from the begin of a climb, beyond which it begins anew
 # what measures attitude and what gyros do are told apart by their times alone, and so is a wander from an effect: an
@@ -68,11 +70,18 @@ class Fitted:
     whitened: Whitened
 
 
-def fit(ready: Ready, known: int, gain: Gain | None = None, start: Fitted | None = None, hills: bool = False) -> Fitted:
+def fit(
+    ready: Ready,
+    known: int,
+    gain: Gain | None = None,
+    start: Fitted | None = None,
+    hills: bool = False,
+    enough: float = ENOUGH,
+) -> Fitted:
     """Maximise log evidence + log prior over the free levels, in prior sigmas from the centre.
 
     Of the columns beyond those `known`, `gain` tells what they gain; without it all are known. With `hills` the top is
-    sought on more than the hill where the start lies.
+    sought on more than the hill where the start lies. `enough` are the nats that further steps must gain.
     """
 
     def height(noise_point: np.ndarray) -> float:
@@ -85,12 +94,12 @@ def fit(ready: Ready, known: int, gain: Gain | None = None, start: Fitted | None
         return found - 0.5 * float(noise_point @ noise_point), by - noise_point
 
     free = ready.noise.free
-    top = _top(slope, np.zeros(len(free)) if start is None else start.noise_point)
+    top = _top(slope, np.zeros(len(free)) if start is None else start.noise_point, enough)
     for names, lasting in LASTING if hills else ():
         if lasting not in free:
             continue
         others = _other_hills(height, top, [free.index(one) for one in names if one in free], free.index(lasting))
-        top = max((top, *(_top(slope, other) for other in others)), key=lambda one: one.height)
+        top = max((top, *(_top(slope, other, enough) for other in others)), key=lambda one: one.height)
     return Fitted(top.noise_point, top.height, ready(top.noise_point))
 
 
@@ -99,11 +108,11 @@ class _Top(NamedTuple):
     height: float
 
 
-def _top(slope: Callable[[np.ndarray], tuple[float, np.ndarray]], noise_point: np.ndarray) -> _Top:
+def _top(slope: Callable[[np.ndarray], tuple[float, np.ndarray]], noise_point: np.ndarray, enough: float) -> _Top:
     """The top of the hill on which `noise_point` lies."""
     for _ in range(_RUNS):
         begin = noise_point
-        noise_point, highest = _climbed(slope, begin)
+        noise_point, highest = _climbed(slope, begin, enough)
         if np.abs(noise_point - begin).max() < _FAR:
             break
     return _Top(noise_point, highest)
@@ -126,7 +135,9 @@ def _other_hills(
     return found
 
 
-def _climbed(slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.ndarray) -> tuple[np.ndarray, float]:
+def _climbed(
+    slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.ndarray, enough: float
+) -> tuple[np.ndarray, float]:
     """The highest position found from `begin`, and its height."""
 
     def down(moved: np.ndarray) -> tuple[float, np.ndarray]:
@@ -140,18 +151,19 @@ def _climbed(slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.
         method="L-BFGS-B",  # whose first step is one unit long
         bounds=list(zip((-WIDEST - begin) / _FIRST, (WIDEST - begin) / _FIRST, strict=True)),
         options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": _FIRST * _LEVEL},
-        callback=_Patience(),
+        callback=_Patience(enough),
     )
     return np.clip(begin + _FIRST * found.x, -WIDEST, WIDEST), -float(found.fun)
 
 
 class _Patience:
-    """Stops where two steps together gained next to nothing."""
+    """Stops where two steps together gained less than is `enough`."""
 
-    def __init__(self):
+    def __init__(self, enough: float):
+        self.enough = enough
         self.seen: list[float] = []
 
     def __call__(self, intermediate_result) -> None:
         self.seen.append(float(intermediate_result.fun))
-        if len(self.seen) > 2 and self.seen[-3] - self.seen[-1] < _ENOUGH:
+        if len(self.seen) > 2 and self.seen[-3] - self.seen[-1] < self.enough:
             raise StopIteration

@@ -40,7 +40,8 @@ SETTLED_S = 65.0  # until which the unit was carried
 MEANS_S = 20.0
 FROM_S, TO_S = 400.0, 520.0  # of a climb
 DRIFT_PPM = 0.05  # of a clock: 6 microseconds in all
-LEFT_UG = 50.0  # of means over a stretch that was not used; a straight line leaves 74
+# of means over a stretch that was not used; a straight line through the others leaves 74 ug
+LEFT_UG, VARIES_DEG_PER_H, SECOND_HALF_DEG_PER_H = 50.0, (9.0, 11.0, 9.0), 10.0
 SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wander
 TURNED_ARCSEC, ROUNDING_ARCSEC = 1000.0, 1e-3
 OFF_M, NEAR, NO_PRIOR = 500.0, 0.2, 1.0  # of a guess, share of it that is left; sigmas of a prior, of 17 for a guess
@@ -268,22 +269,40 @@ def test_a_parked_unit_that_warms_up_has_its_laws_of_temperature(warm_up) -> Non
     assert {axis for _, axis in slow} == {"x", "y"}
 
 
+def told(warm_up: tuple[Recording, Path], parts: list[tuple[float, float]], of: tuple[float, float], where: Path):
+    """What the model that is written of `parts` leaves of a stretch `of` a recording; all are shares of its length.
+
+    Means of force z in ug (n,) and of rates in deg/h (n, 3), and that of the force in the parts.
+    """
+    recording, folder = warm_up
+    whole = recorded_worlds.read(folder)
+    folders = [where / str(begin) for begin, _ in parts]
+    for part, (begin, end) in zip(folders, parts, strict=True):
+        recorded_worlds.part(whole, begin, end).save(part)
+    model = diagnose_folders(folders).diagnosis.forecast
+    imu, interval_s = recording.imu, recording.interval_s
+    believing = replace(recording, belief=recording.belief.model_copy(update={"effects": tuple(model)}))
+    compensated, velocity = without_effects(believing, imu.accelerometer.copy(), folder)
+    share = (imu.time_s - whole.start_s) / whole.seconds
+    stretch, settled = (share > of[0]) & (share <= of[1]), imu.time_s > SETTLED_S
+    force, rate = velocity[:, 2] / interval_s / UG, compensated.imu.gyro / interval_s[:, None] / DEG_PER_H
+    rates = np.column_stack([means(rate[stretch, axis], imu.time_s) for axis in range(3)])
+    return means(force[stretch], imu.time_s), rates, means(force[settled & ~stretch], imu.time_s).mean()
+
+
 @pytest.mark.slow
 def test_what_the_rest_of_a_warm_up_tells_says_its_middle(warm_up, tmp_path) -> None:
-    """The model that is written of the first and the last third, held against means of accelerometer z between."""
-    recording, folder = warm_up
-    whole, third = recorded_worlds.read(folder), 1.0 / 3.0
-    for name, begin in (("first", 0.0), ("last", 2.0 * third)):
-        recorded_worlds.part(whole, begin, begin + third).save(tmp_path / name)
-    told = diagnose_folders([tmp_path / "first", tmp_path / "last"]).diagnosis.forecast
-    imu, interval_s = recording.imu, recording.interval_s
-    believing = replace(recording, belief=recording.belief.model_copy(update={"effects": tuple(told)}))
-    _, velocity = without_effects(believing, imu.accelerometer.copy(), folder)
-    force = velocity[:, 2] / interval_s / UG
-    share = (imu.time_s - whole.start_s) / whole.seconds
-    middle, settled = (share > third) & (share <= 2.0 * third), imu.time_s > SETTLED_S
-    left = means(force[middle], imu.time_s) - means(force[settled & ~middle], imu.time_s).mean()
-    assert np.sqrt(np.mean(left**2)) < LEFT_UG
+    """Each part is a recording with constants of its own: gyros are held against their own mean of the stretch."""
+    third = 1.0 / 3.0
+    force, rates, mean = told(warm_up, [(0.0, third), (2.0 * third, 1.0)], (third, 2.0 * third), tmp_path)
+    assert np.sqrt(np.mean((force - mean) ** 2)) < LEFT_UG
+    assert (rates.std(axis=0) < VARIES_DEG_PER_H).all()
+
+
+@pytest.mark.slow
+def test_the_first_half_of_a_warm_up_says_gyro_z_of_the_second(warm_up, tmp_path) -> None:
+    _, rates, _ = told(warm_up, [(0.0, 0.5)], (0.5, 1.0), tmp_path)
+    assert rates[:, 2].std() < SECOND_HALF_DEG_PER_H
 
 
 @pytest.mark.slow
