@@ -63,4 +63,4 @@ def gravity_of(sine_squared, height_m):
     surface = EQUATOR_GRAVITY * (1.0 + _SOMIGLIANA_K * s2) / np.sqrt(1.0 - ECCENTRICITY_SQUARED * s2)
     slope = 2.0 * (1.0 + FLATTENING + _CENTRIFUGAL_RATIO - 2.0 * FLATTENING * s2) / SEMI_MAJOR_AXIS_M
     part = height_m / SEMI_MAJOR_AXIS_M
-    return surface * (1.0 - slope * height_m + 3.0 * part * part)
+    return surface * (1.0 - slope * height_m + 3.0 * (part * part))

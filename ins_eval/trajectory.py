@@ -60,7 +60,8 @@ def _fade(u):
         return 1.0, 0.0, 0.5 + (u - 1.0)
     u3 = u * u * u
     value = u3 * u * (35.0 + u * (-84.0 + u * (70.0 - 20.0 * u)))
-    slope = 140.0 * u3 * (1.0 - u) * (1.0 - u) * (1.0 - u)
+    left = 1.0 - u
+    slope = 140.0 * u3 * (left * left * left)
     integral = u3 * u * u * (7.0 + u * (-14.0 + u * (10.0 - 2.5 * u)))
     return value, slope, integral
 

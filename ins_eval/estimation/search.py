@@ -137,7 +137,7 @@ def _swept(covariance, mean, best, scales, counts):
             for n in range(counts[k]):
                 d = 1.0 / (scales[k, n] * scales[k, n]) - 1.0 / (best[k] * best[k])
                 grown = 1.0 + d * covariance[k, k]
-                each[n] = -0.5 * (d * mean[k] * mean[k] / grown + np.log(grown)) - np.log(scales[k, n] / best[k])
+                each[n] = -0.5 * (d * (mean[k] * mean[k]) / grown + np.log(grown)) - np.log(scales[k, n] / best[k])
                 if each[n] > highest:
                     highest, chosen = each[n], n
             for n in range(counts[k]):
