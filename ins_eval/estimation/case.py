@@ -22,7 +22,7 @@ from ins_eval.estimation import arcs, noise
 from ins_eval.estimation.blocks import EACH, Blocks, few_blocks, short_blocks
 from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.loudness import loudness
-from ins_eval.estimation.noise_fit import ENOUGH, Ready, fit
+from ins_eval.estimation.noise_fit import Ready, fit
 from ins_eval.estimation.whitening import Known, Whitened, known_at, whiten, with_more
 from ins_eval.navigation import PARKED
 from ins_eval.units import DEG_PER_H, UG
@@ -116,10 +116,10 @@ class Case:
         start: Fitted | None = None,
         gain: Gain | None = None,
         hills: bool = False,
-        enough: float = ENOUGH,
+        close: bool = False,
     ) -> Fitted:
         """Noise fitted with nuisances and `columns`, of which `gain` tells what they gain; else as nuisances."""
-        return fit(self.ready(columns), len(self.nuisances), gain, start, hills, enough)
+        return fit(self.ready(columns), len(self.nuisances), gain, start, hills, close)
 
     def ready(self, columns: Sequence[Column]) -> Ready:
         """The pass on `blocks` as a function of the noise point: what it shares is done once."""

@@ -42,10 +42,14 @@ CONSTANTS = ("accelerometer.bias", "accelerometer.scale")
 
 
 class OwnNoise(NamedTuple):
-    """The noise of each recording that is fitted beside a set, () where none is kept, and what the set gains more."""
+    """The noise of each recording that is fitted beside a set, () where none is kept, and what the set gains more.
+
+    `taken` is by how much, there, families lower chi-square in the place of what was fitted: those that could be alike.
+    """
 
     more: float
     fitted: tuple[Fitted, ...]
+    taken: Mapping[int, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,10 +194,21 @@ class Linearisation:
             more += [nats - of_family[own] for nats in np.delete(of_family, own)]
         return self.best.log_posterior + float(logsumexp(more))
 
-    def chi_square_gains(self, k: int) -> np.ndarray:
-        """Of every hypothesis (m,) in the place of member `k`: by how much it lowers chi-square at any size."""
+    def unlikelier(self, k: int) -> np.ndarray:
+        """By how many nats of likelihood each family in the place of member `k` fits worse than it, at any sizes.
+
+        At the noise here, or at that beside another in its place where they are more alike: which noise it is is not
+        known. Half of what chi-square is more, (families,).
+        """
         others = [j for j in self.best.members if j != k]
-        return chi_square_gains(self.here.normal, self.here.projection, others, self.space)
+        gains, space = chi_square_gains(self.here.normal, self.here.projection, others, self.space), self.space
+        behind = 0.5 * (gains[k] - np.maximum.reduceat(gains[space.order], space.first))
+        own = int(space.families[k])
+        for (beside, _), there in self.own_noise.items():
+            if beside == frozenset(others) and own in there.taken:
+                for family, taken in there.taken.items():
+                    behind[family] = min(behind[family], 0.5 * (there.taken[own] - taken))
+        return behind
 
     def without(self, dropped: Collection[int]) -> Linearisation:
         """The same with the best set lessened by the hypotheses `dropped`; what was taken off stays known."""

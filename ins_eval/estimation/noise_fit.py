@@ -27,7 +27,7 @@ _FIRST = 0.2  # prior sigmas of the first step, before anything is known of the 
 _LEVEL = 0.1  # nats for each prior sigma: the slope of a top
 # nats that two further steps must gain; the same where tops are compared: along a wander that hardly matters the
 # evidence rises by a hundredth of a nat a step, for two nats in all
-ENOUGH, CLOSE = 0.05, 0.005
+_ENOUGH, _CLOSE = 0.05, 0.005
 _STEPS, _EVALUATIONS = 60, 80  # of the slope
 _RUNS, _FAR = 4, 0.5  # prior sigmas from the begin of a climb, beyond which it begins anew
 # what measures attitude and what gyros do are told apart by their times alone, and so is a wander from an effect: an
@@ -76,12 +76,12 @@ def fit(
     gain: Gain | None = None,
     start: Fitted | None = None,
     hills: bool = False,
-    enough: float = ENOUGH,
+    close: bool = False,
 ) -> Fitted:
     """Maximise log evidence + log prior over the free levels, in prior sigmas from the centre.
 
     Of the columns beyond those `known`, `gain` tells what they gain; without it all are known. With `hills` the top is
-    sought on more than the hill where the start lies. `enough` are the nats that further steps must gain.
+    sought on more than the hill where the start lies. Where tops are compared it is sought `close`.
     """
 
     def height(noise_point: np.ndarray) -> float:
@@ -93,7 +93,7 @@ def fit(
         found, by = ready.slope(noise_point, lambda w: sensitivity(w) if gain is None else sensitivity(w, known, gain))
         return found - 0.5 * float(noise_point @ noise_point), by - noise_point
 
-    free = ready.noise.free
+    free, enough = ready.noise.free, _CLOSE if close else _ENOUGH
     top = _top(slope, np.zeros(len(free)) if start is None else start.noise_point, enough)
     for names, lasting in LASTING if hills else ():
         if lasting not in free:

@@ -20,7 +20,7 @@ import numpy as np
 
 from ins_eval.estimation.evidence import Gained, mixture
 from ins_eval.estimation.linearisation import OwnNoise, log_evidence_of_best
-from ins_eval.estimation.search import log_bayes_factor, one_more
+from ins_eval.estimation.search import chi_square_gains, log_bayes_factor, one_more
 from ins_eval.estimation.study import space, sums
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 # at its own, which added at most 9 to the better of the two in development; and the most beside which the noise is
 # fitted anew, by reasoning.
 FAR, MOST = 15.0, 6
+ALIKE = 100.0  # more of chi-square, up to which another is asked for at each such noise: by reasoning
 
 
 def with_own_noise(linearisation: Linearisation, policy: Policy) -> Linearisation:
@@ -49,7 +50,7 @@ def with_own_noise(linearisation: Linearisation, policy: Policy) -> Linearisatio
             there = log_evidence_of_best(replace(other, fitted=fitted)) - other.gain(other.best.members)
             more = there - at_its_noise - _beside(linearisation, j, fitted)
             if more > 0.0:
-                own_noise[beside, family] = OwnNoise(more, fitted)
+                own_noise[beside, family] = OwnNoise(more, fitted, _taken(linearisation, k, fitted, policy))
     return replace(linearisation, own_noise=own_noise)
 
 
@@ -62,6 +63,23 @@ def _beside(linearisation: Linearisation, j: int, fitted: Sequence[Fitted]) -> f
     centre = linearisation.space.centre[m]
     gains = [log_bayes_factor(here.normal[:n, :n], here.projection[:n], centre[:n])[0] for n in (own, own + 1)]
     return max(gains[1] - gains[0], 0.0)
+
+
+def _taken(linearisation: Linearisation, k: int, fitted: Sequence[Fitted], policy: Policy) -> dict[int, float]:
+    """By how much families in the place of member `k` lower chi-square at a noise, at any sizes; its own among them.
+
+    Of each the one that does so most at the noise here, if that is within `ALIKE` of what `k` does.
+    """
+    beside, families = [j for j in linearisation.best.members if j != k], linearisation.space.families
+    gains = chi_square_gains(linearisation.here.normal, linearisation.here.projection, beside, linearisation.space)
+    near = [int(j) for j in np.argsort(gains) if gains[j] > gains[k] - ALIKE and j not in beside]
+    chosen = {int(families[j]): j for j in near} | {int(families[k]): k}
+    m = list(dict.fromkeys([*beside, *chosen.values(), *linearisation.taken_beside]))
+    model = [linearisation.hypotheses[j] for j in m]
+    there = sums(linearisation.cases, [noise.noise_point for noise in fitted], model, linearisation.point[m])
+    others = list(range(len(beside)))
+    taken = chi_square_gains(there.normal, there.projection, others, space(model, policy))
+    return {family: float(taken[m.index(j)]) for family, j in chosen.items()}
 
 
 def _near(

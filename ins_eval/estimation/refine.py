@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ins_eval.estimation.arcs import Diverged
-from ins_eval.estimation.noise_fit import CLOSE
 from ins_eval.estimation.placing import Point, again, placed
 from ins_eval.estimation.study import Hypothesis, fit_noise, sums
 
@@ -78,7 +77,7 @@ def refine(
         at = there
     cases, model, point = at.cases, at.taken, at.point
     scaled = [one.scaled(max(1.0, abs(float(p)))) for one, p in zip(model, point, strict=True)]
-    return Point(cases, model, point, tuple(fit_noise(cases, scaled, fitted, enough=CLOSE)))  # noise of the answer
+    return Point(cases, model, point, tuple(fit_noise(cases, scaled, fitted, close=True)))  # at the noise of the answer
 
 
 class _Steps:

@@ -19,7 +19,6 @@ from ins_eval.effects.lag import NAME as LAG
 from ins_eval.effects.parts import SENSORS
 from ins_eval.estimation.blocks import EACH
 from ins_eval.estimation.evidence import log_evidence_of, reduce
-from ins_eval.estimation.noise_fit import ENOUGH
 from ins_eval.estimation.search import NO_SENSOR, Space, log_bayes_factor
 from ins_eval.recording.belief import EffectBelief
 
@@ -188,13 +187,13 @@ def fit_noise(
     model: Sequence[Hypothesis],
     starts: Sequence[Fitted | None],
     hills: bool = False,
-    enough: float = ENOUGH,
+    close: bool = False,
 ) -> list[Fitted]:
     """Noise of each recording with the effects of `model` free; with `hills` on more hills than those of the starts."""
     out = []
     for r, (case, start) in enumerate(zip(cases, starts, strict=True)):
         columns = [one.columns[r] for one in model if one.columns[r] is not None]
-        out.append(case.fitted(columns, start, hills=hills, enough=enough))
+        out.append(case.fitted(columns, start, hills=hills, close=close))
     return out
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from ins_eval.estimation.noise_fit import CLOSE, ENOUGH, fit
+from ins_eval.estimation.noise_fit import fit
 
 BELOW = 0.05  # nats
 BEGINS = np.array([-1.5, 2.0])
@@ -46,5 +46,5 @@ class Ridge:
 def test_what_is_compared_with_others_is_the_top_of_a_ridge(steep: float) -> None:
     """And not where the climb became slow, as what only begins another climb may be."""
     ridge, start = Ridge(steep), SimpleNamespace(noise_point=BEGINS)
-    assert fit(ridge, 0, start=start, enough=CLOSE).log_evidence == pytest.approx(ridge.top, abs=BELOW)
-    assert fit(Ridge(300.0), 0, start=start, enough=ENOUGH).log_evidence < Ridge(300.0).top - BELOW
+    assert fit(ridge, 0, start=start, close=True).log_evidence == pytest.approx(ridge.top, abs=BELOW)
+    assert fit(Ridge(300.0), 0, start=start).log_evidence < Ridge(300.0).top - BELOW

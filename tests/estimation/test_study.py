@@ -243,6 +243,12 @@ def test_another_effect_is_weighed_at_a_noise_of_its_own() -> None:
     assert weighed[0] - weighed[1] == pytest.approx(expected, abs=ONE_SCALE)
     assert weighed[0] == of_family[0]
     assert weighed[2] == of_family[2]
+    y, x, covariance = stacked([case], ones, theirs)  # at its noise it fits less badly, at any size, than at the other
+    precision = np.linalg.inv(covariance)
+    taken_off = (x.T @ precision @ y) ** 2 / np.diag(x.T @ precision @ x)
+    behind = 0.5 * (taken_off[0] - taken_off[1])
+    assert known.unlikelier(0)[:2] == pytest.approx([0.0, behind], abs=ONE_SCALE)
+    assert found.unlikelier(0)[1] > behind + 1.0
     in_its_place = known.exchanged(0, 1)  # at its own noise, and the first then at that
     assert in_its_place.best.members == (1,)
     assert log_evidence_of_best(found) - log_evidence_of_best(in_its_place) == pytest.approx(expected, abs=ONE_SCALE)

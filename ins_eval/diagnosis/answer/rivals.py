@@ -3,9 +3,9 @@
 A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the sizes that are expected;
 nats count as far as its scatter is noise (`Linearisation.trust`). What then gains less than its choice costs has none.
 Where there is one, all that is within `Policy.listed` is listed too. A twin, what at any size leaves at most
-`Policy.twin` more of chi-square than the effect, is always listed; one that would have to be larger than any sensor's
-has the nats of sizes up to that, and is no rival. So is a set of effects at another noise that is nearly as probable as
-the best one: what is an effect there is noise here.
+`Policy.twin` more of chi-square than the effect, at its noise or that of another in its place, is always listed; one
+that would have to be larger than any sensor's has the nats of sizes up to that, and is no rival. So is a set of effects
+at another noise that is nearly as probable as the best one: what is an effect there is noise here.
 """
 
 from __future__ import annotations
@@ -73,10 +73,8 @@ def _at_other_noise(other: Linearisation, named: Collection[tuple], below: float
 def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[Rival]:
     """The rivals and twins of member `k`."""
     nats, members = linearisation.places(k)
-    gains, space = linearisation.chi_square_gains(k), linearisation.space
+    space, unlikelier = linearisation.space, linearisation.unlikelier(k)
     own = int(space.families[k])
-    likeliest = np.maximum.reduceat(gains[space.order], space.first)
-    unlikelier = 0.5 * (gains[k] - likeliest)  # nats of likelihood, where no size is expected of either
     twin = 2.0 * unlikelier <= policy.twin
     too_large = twin & np.isneginf(nats) & (space.centre[members] == 0.0)
     too_large[space.families[list(linearisation.best.members)]] = False
