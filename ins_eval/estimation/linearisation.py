@@ -194,21 +194,21 @@ class Linearisation:
             more += [nats - of_family[own] for nats in np.delete(of_family, own)]
         return self.best.log_posterior + float(logsumexp(more))
 
-    def unlikelier(self, k: int) -> np.ndarray:
+    def unlikelier(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         """By how many nats of likelihood each family in the place of member `k` fits worse than it, at any sizes.
 
-        At the noise here, or at that beside another in its place where they are more alike: which noise it is is not
-        known. Half of what chi-square is more, (families,).
+        Half of what chi-square is more, (families,): at the noise here, and at that beside another in its place if they
+        are more alike there.
         """
         others = [j for j in self.best.members if j != k]
         gains, space = chi_square_gains(self.here.normal, self.here.projection, others, self.space), self.space
-        behind = 0.5 * (gains[k] - np.maximum.reduceat(gains[space.order], space.first))
-        own = int(space.families[k])
+        here = 0.5 * (gains[k] - np.maximum.reduceat(gains[space.order], space.first))
+        least, own = here.copy(), int(space.families[k])
         for (beside, _), there in self.own_noise.items():
             if beside == frozenset(others) and own in there.taken:
                 for family, taken in there.taken.items():
-                    behind[family] = min(behind[family], 0.5 * (there.taken[own] - taken))
-        return behind
+                    least[family] = min(least[family], 0.5 * (there.taken[own] - taken))
+        return here, least
 
     def without(self, dropped: Collection[int]) -> Linearisation:
         """The same with the best set lessened by the hypotheses `dropped`; what was taken off stays known."""

@@ -73,9 +73,9 @@ def _at_other_noise(other: Linearisation, named: Collection[tuple], below: float
 def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[Rival]:
     """The rivals and twins of member `k`."""
     nats, members = linearisation.places(k)
-    space, unlikelier = linearisation.space, linearisation.unlikelier(k)
+    space, (unlikelier, least_unlikely) = linearisation.space, linearisation.unlikelier(k)
     own = int(space.families[k])
-    twin = 2.0 * unlikelier <= policy.twin
+    twin = 2.0 * least_unlikely <= policy.twin
     too_large = twin & np.isneginf(nats) & (space.centre[members] == 0.0)
     too_large[space.families[list(linearisation.best.members)]] = False
     nats[too_large] = linearisation.within_largest(k, members[too_large])
