@@ -72,6 +72,12 @@ def number(words: str, value: dict) -> Number:
     return Number(words, share, f"{count}; 95 %: {interval}")
 
 
+TWINS_NOTE = (
+    "Twins fit as well as the truth at any size, to an oracle that knows the noise; they are counted where D, to the "
+    "same oracle, is at least 16."
+)
+
+
 def _rates(title: str, group: dict, starts: str = "", note: str = "") -> list[Table]:
     rows = [(name, *spoken(one)) for name, one in group.items() if name.startswith(starts)]
     return table(title, ("", *RATE), rows, note)
@@ -185,7 +191,7 @@ def _naming(result: dict) -> list[Block]:
     sizes = [("explanations named or listed", str(size["count"]), fixed(size["mean"], 2), *_quantiles(size, 0))]
     return [
         *targets.table(result, "naming", "set size", "confidently wrong"),
-        *_rates("Naming", result["naming"]),
+        *_rates("Naming", result["naming"], note=TWINS_NOTE),
         *_rates("Named first where separable, by what was recorded", _part(result["by recording"], "named")),
         *table("Sets", ("", "cases", "mean", *QUANTILES), sizes if size["count"] else []),
         *_rates("Confidently wrong", result["confidently wrong"]),

@@ -20,6 +20,7 @@ from benchmark.worlds.outside import FORMS, Outside, Window
 SCALES = (0.1, 0.3, 1.0, 3.0, 10.0)  # of the nominal size
 STEP_EVERY_S = 600.0
 NEAR = 5.0  # nats by which a rival may be worse that is listed
+OF_VIBRATION = "accelerometer.vibration_rectification"
 TWIN = 9.0  # of chi-square that a twin at its best size may leave more than the truth: 3 sigma
 
 
@@ -49,6 +50,11 @@ def jumps_at(instants_s: list[float]) -> list[Effect]:
     """Every name that jumps, on every axis at its nominal size, at these instants that the grid of `library` misses."""
     rows = [row for row in VOCABULARY.items() if row[0].endswith("step") and row[1].target != DESCRIPTION]
     return [Effect(name, axis, row.nominal, {"at_s": t}) for name, row in rows for axis in row.axes for t in instants_s]
+
+
+def can_be_stated(effect: Effect, case) -> bool:
+    """What is defined by a recorded column is no explanation where no recording has it."""
+    return effect.name != OF_VIBRATION or any("vibration_rms_g" in made.tables.get("imu", ()) for made in case.made)
 
 
 def family(effect) -> tuple:
@@ -160,7 +166,7 @@ def judge(case) -> dict:
     hidden = case.hidden
     seconds = max((made.felt.time_s[-1] for made in case.made if made.felt is not None), default=7200.0)
     with_steps = len(case.made) == 1 and case.made[0].felt is not None
-    candidates = library(seconds, with_steps)
+    candidates = [one for one in library(seconds, with_steps) if can_be_stated(one, case)]
     grid = len(candidates)
     instants_s = [one.parameters["at_s"] for one in hidden if isinstance(one, Effect) and "at_s" in one.parameters]
     candidates += jumps_at(instants_s) if with_steps else []

@@ -161,7 +161,8 @@ def judged(truth: dict, answer: dict | None, seconds: float | None = None) -> di
         record["given"] = given(answer, target)
         record["said"] = [(float(one.get("probability", 0.0)), key(one) == target) for one in explanations(answer)]
         record["rivals"] = [(words(one), one in names) for one in sorted(rivals_of(truth), key=str)]
-        twins = {explanation(one) for one in oracle.get("twins", ())} - targets
+        clear = band(oracle.get("noise_known", d)) == CLEAR  # to who knows the noise, as the twins are told by him
+        twins = {explanation(one) for one in oracle.get("twins", ())} - targets if clear else ()
         record["twins"] = [(words(one), one in names) for one in sorted(twins, key=str)]
         rivals = {(one["name"], one["axis"]) for one in truth.get("alike", ())}
         said = answer["verdict"] in ("not identifiable", "partly explained")
@@ -300,7 +301,7 @@ def _hidden(counts: dict, one: dict) -> None:
     name = target.split()[0]
     counts["by effect"].add(f"{name}: detected, {band_}", heard)
     counts["by effect"].add(f"{name}: named, {band_}", one["first"])
-    for _, there in one["twins"] if heard and band_ == CLEAR else ():
+    for _, there in one["twins"] if heard else ():
         counts["naming"].add(TWINS, there)
     if kind == "unidentifiable":
         counts["not identifiable"].add("detected", heard)

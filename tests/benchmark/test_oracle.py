@@ -47,6 +47,15 @@ def test_a_size_of_one_sign_has_the_evidence_of_the_half_that_is_left(b: float) 
     np.testing.assert_allclose(of_sets, found)
 
 
+def test_an_effect_of_a_column_is_no_rival_where_none_is_recorded() -> None:
+    """Of parked recordings whose accelerometers have an offset, one has the vibration and one has not."""
+    for index, recorded in ((0, True), (13, False)):
+        case = draw("sealed", 31, "unidentifiable", index, RATE_HZ, True)
+        assert ("vibration_rms_g" in case.made[0].tables["imu"]) == recorded
+        twins_of_it = oracle.judge(case)["twins"]
+        assert twins_of_it and any("vibration" in one for one in twins_of_it) == recorded
+
+
 def test_a_long_lag_is_known_by_what_it_does_and_not_by_a_short_one() -> None:
     """A lag of 125 s is no rate term, though to first order it is one: rates lie far below it."""
     found = oracle.judge(draw("sealed", 31, "single", LONG_LAG, RATE_HZ, True))

@@ -78,6 +78,9 @@ def test_a_named_truth_counts_in_its_band():
     assert result["naming"]["inseparable rival listed"]["hits"] == 1
     assert result["naming"]["inseparable rival listed, D >= 8"] == result["naming"]["inseparable rival listed"]
     assert (result["naming"][TWINS]["hits"], result["naming"][TWINS]["count"]) == (1, 6)
+    known = truth("a", "single", [CREEP], d=20.0)
+    known["oracle"]["noise_known"] = 8.0  # twins are told with the noise known, and so is what is clear beside them
+    assert TWINS not in score([known], {"a": answers["a"]})["naming"]
     faint = score([truth("a", "single", [CREEP], d=3.0)], {"a": answers["a"]})["naming"]
     assert faint["inseparable rival listed"]["count"] == 1
     assert "inseparable rival listed, D >= 8" not in faint
