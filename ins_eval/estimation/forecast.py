@@ -108,9 +108,9 @@ def forecast(
         return Forecast((), np.zeros(0), np.zeros((0, 0)))
     fitted = fit_noise(cases, of.columns, starts)
     quiet = [_quiet(case, one) for case, one in zip(cases, fitted, strict=True)]
-    sized = replace(of, sigma=of.sigma * np.exp(factors(of, *_sums(cases, of, quiet))))
-    fitted = fit_noise(cases, sized.columns, quiet)
-    a, b = _sums(cases, of, fitted)
+    factor = np.exp(factors(of, *_sums(cases, of, quiet, np.ones(of.sigma.size))))
+    fitted = fit_noise(cases, replace(of, sigma=of.sigma * factor).columns, quiet)
+    a, b = _sums(cases, of, fitted, factor)
     found = posterior_of(a, b, np.exp(factors(of, a, b)))
     return Forecast(of.persistent, of.sigma * found.mean, of.sigma[:, None] * found.root)
 
@@ -270,15 +270,20 @@ def _quiet(case: Case, fitted: Fitted) -> Fitted:
     return replace(fitted, noise_point=np.where(loud, np.minimum(fitted.noise_point, 0.0), fitted.noise_point))
 
 
-def _sums(cases: Sequence[Case], of: Pool, fitted: Sequence[Fitted]) -> tuple[np.ndarray, np.ndarray]:
-    """A (k, k) and b (k,) of the persistent effects at one sigma each, what is new in each recording integrated out."""
+def _sums(
+    cases: Sequence[Case], of: Pool, fitted: Sequence[Fitted], factor: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A (k, k) and b (k,) of the persistent effects at one sigma each, what is new in each recording integrated out.
+
+    What is new is `OF_DAY` of the priors as they are once each is larger by its `factor` (k,).
+    """
     columns, k = of.columns, len(of.persistent)
     a, b = np.zeros((k, k)), np.zeros(k)
     for r, (case, one) in enumerate(zip(cases, fitted, strict=True)):
         here = of_case(case, r, one.noise_point, columns, False)
         normal, projection = _without(here.normal, here.projection, k)
         projection = projection + normal @ (of.taken / of.sigma)
-        normal, projection = lessened(normal, projection, np.full(k, OF_DAY**2))
+        normal, projection = lessened(normal, projection, (OF_DAY * factor) ** 2)
         a, b = a + normal, b + projection
     return a, b
 

@@ -10,11 +10,15 @@ from scipy.stats import multivariate_normal
 
 from ins_eval.error_model.columns import Column
 from ins_eval.error_model.library import Candidate
+from ins_eval.estimation import forecast as forecasts
 from ins_eval.estimation.forecast import (
     AXIS_SPREAD,
     COMMON,
     FACTOR_SPREAD,
+    OF_DAY,
     WITHIN_PRIOR,
+    Pool,
+    _sums,
     factors,
     lessened,
     lower,
@@ -85,6 +89,18 @@ def test_what_differs_from_recording_to_recording_stays_with_each(problem) -> No
     assert found.mean == pytest.approx(expected[:COUNT], rel=1e-7)
     whole = np.linalg.inv(stacked.T @ stacked)
     assert found.root @ found.root.T == pytest.approx(whole[:COUNT, :COUNT], rel=1e-7)
+
+
+def test_what_is_new_in_a_recording_is_a_share_of_the_prior_that_is_believed(problem, monkeypatch) -> None:
+    """Where a sensor is found to have a tenth of the usual errors, these change by a tenth of what is usual."""
+    x, y, factor = problem
+    monkeypatch.setattr(forecasts, "of_case", lambda *_: SimpleNamespace(normal=x.T @ x, projection=x.T @ y))
+    ones = tuple(Hypothesis(Candidate("gyro.scale", "x", "ppm", 1.0, Column("", ())), ()) for _ in range(COUNT))
+    of = Pool(ones, np.ones(COUNT), np.zeros(COUNT), ())
+    a, b = _sums([None], of, [SimpleNamespace(noise_point=None)], factor)
+    of_rows = np.linalg.inv(np.eye(ROWS) + (x * (OF_DAY * factor) ** 2) @ x.T)
+    assert a == pytest.approx(x.T @ of_rows @ x, rel=ROUNDING, abs=ROUNDING)
+    assert b == pytest.approx(x.T @ of_rows @ y, rel=ROUNDING, abs=ROUNDING)
 
 
 def test_an_effect_that_was_named_is_believed_once() -> None:
