@@ -22,7 +22,8 @@ from ins_eval.parallel import results
 
 FACTORS = (0.5, 2.0)
 DECIDE = ("least_gain_chamber", "interval", "interval_position", "interval_velocity", "interval_navigation",
-          "interval_attitude", "harm", "left_open", "open_margin", "most_of_one", "near", "probable")  # fmt: skip
+          "interval_attitude", "harm", "left_open", "open_margin", "most_of_one", "unusual", "near",
+          "probable")  # fmt: skip
 COLLECT = ("odds", "worth_sets", "share", "share_chamber", "handicap", "repeats", "worth_refitting", "stay", "earth",
            "most_of_set", "remarkable", "hopeless", "promising", "alone", "stated")  # fmt: skip
 OF_WORK = ("most_effects", "beam", "suspects")  # how much is looked at; more of it can only be slower

@@ -23,6 +23,7 @@ from ins_eval.recording.belief import Belief, GyroBelief
 from tests.diagnosis.linearisations import INFORMATION, linearisation
 
 LARGE, SMALL = 6.0, 3.0  # coefficients that are both sure: 24 and 12 sigma
+BEYOND = 1.2 * Policy.unusual  # usual sizes
 HALF = 1.0  # of two that are alike: together as one of 1.9, and either alone fits nearly as well
 NEGLIGIBLE_NATS = 0.05  # of effects that are not there
 GOOD_DEG_PER_H, COARSE_DEG_PER_H = 0.01, 500.0  # turn-on biases of gyros
@@ -63,6 +64,16 @@ def test_each_further_effect_of_one_sensor_has_to_lead_further_but_for_constants
     assert behind(sure(*OF_Z[:count])) == pytest.approx(expected)
     assert behind(sure(*OF_Z[:count], CONSTANT)) == pytest.approx(expected)
     assert behind(sure(*OF_Z[:count], OTHER)) == pytest.approx(expected)  # of another sensor
+
+
+@pytest.mark.parametrize(("effects", "sizes", "laws"), [
+    (OF_Z[:2], (BEYOND, LARGE), 1),  # one that is so large happens
+    (OF_Z[:2], (BEYOND, -BEYOND), np.inf),
+    ((*OF_Z[:1], CONSTANT), (BEYOND, BEYOND), 0),  # a constant is believed otherwise
+    ((*OF_Z[:1], OTHER), (BEYOND, BEYOND), 0),
+])  # fmt: skip
+def test_two_effects_of_a_sensor_that_no_two_have_of_such_sizes_describe_it(effects, sizes, laws) -> None:
+    assert behind(sure(*effects, sizes=sizes)) == pytest.approx(laws * Policy.open_margin)
 
 
 def test_what_is_composed_of_a_column_has_to_lead_as_an_effect_and_as_a_description() -> None:

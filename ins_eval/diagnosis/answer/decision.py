@@ -101,7 +101,8 @@ def open_margin(findings: Findings, policy: Policy) -> float:
 
     0 for effects of different sensors, and `Policy.left_open` of what they gain. `Policy.open_margin` less for each
     that shares its sensor with another, since one sensor has one fault more often than two; more than
-    `Policy.most_of_one` describe it and explain nothing. Constants do not count: what has no name has them.
+    `Policy.most_of_one`, or two that are unusually large, describe it and explain nothing (`describing`). Constants do
+    not count: what has no name has them.
     `Policy.near` less where one is composed of a column, which is a description as well. In a chamber, where the laws
     of one sensor are sought, `Policy.open_margin`.
     """
@@ -123,9 +124,14 @@ def _left_open(linearisation: Linearisation, policy: Policy) -> float:
 def describing(linearisation: Linearisation, policy: Policy) -> tuple[int, ...]:
     """The members of the best set that describe a sensor: more than `Policy.most_of_one` of one explain nothing.
 
-    Nor does a jump with its return: what comes and goes has no name, and two jumps draw it.
+    Nor do several of which two have more than `Policy.unusual` of the sizes that are usual in this grade: one such
+    error happens, or its belief is wrong; two that cancel draw a law that has no name. Nor does a jump with its return:
+    what comes and goes has no name, and two jumps draw it.
     """
-    crowds = (own for own in _moving(linearisation).values() if len(own) > policy.most_of_one)
+    members, sizes = linearisation.best.members, np.abs(linearisation.coefficients[0])
+    unusual = {k for k, size in zip(members, sizes, strict=True) if size > policy.unusual}
+    moving = _moving(linearisation).values()
+    crowds = (own for own in moving if len(own) > policy.most_of_one or len(unusual.intersection(own)) > 1)
     return tuple(dict.fromkeys(k for own in (*crowds, *_returning(linearisation, policy)) for k in own))
 
 
