@@ -345,6 +345,8 @@ def _outside(counts: dict, one: dict) -> None:
     counts["outside"].add(f"{of}unexplained or the driving column, {one['band']}", one["right"])
     if (one["d"] or 0.0) >= SEEN:
         counts["outside"].add(f"{of}unexplained or the driving column, D >= 8", one["right"])
+        if (one["margin"] or 0.0) >= SEPARABLE:  # the oracle that knows the law tells it from every named one
+            counts["outside"].add(f"{of}unexplained or the driving column where separable, D >= 8", one["right"])
     counts["outside"].add(f"{of}confidently wrong", one["wrong"])
     counts["by effect"].add(f"{name}: detected, {one['band']}", one["heard"])
     counts["by effect"].add(f"{name}: right, {one['band']}", one["right"])
