@@ -12,10 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmark.runners.imported import recorded
+from benchmark.worlds.real import SOURCES
+from ins_eval.analysis.diagnose import diagnose_folders
 from ins_eval.diagnosis.answer.answer import answer
 from ins_eval.diagnosis.answer.verdict import Diagnosis
 from ins_eval.readers import psins_mat, psins_text
-from ins_eval.recording import ChamberReadings, Recording
+from ins_eval.recording import ChamberReadings, Recording, form
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, BiasBelief, EarthBelief, ScaleBelief
 from ins_eval.report.diagnosis import diagnosis_content
 from ins_eval.report.diagnosis_page import page
@@ -127,3 +130,19 @@ def words(found: Diagnosis) -> str:
     told = answer(found)
     tree, _ = page(found, told)
     return " ".join(diagnosis_content(tree)[0].split())
+
+
+def imported(name: str, folder: Path) -> Recording:
+    source = next(one for one in SOURCES if one.name == name)
+    if recorded(source, RECORDINGS, folder) is None:
+        pytest.skip(f"{RECORDINGS / source.file} is not here")
+    return form.read(folder)
+
+
+def diagnosed(recording: Recording, folder: Path) -> Diagnosis:
+    """As a user has it, from a folder: what is described wrongly is mended, and a receiver settles first."""
+    return diagnose_folders([form.write(recording, folder)]).diagnosis
+
+
+def values(found: Diagnosis) -> dict[tuple[str, str | None], float]:
+    return {(one.hypothesis.candidate.name, one.hypothesis.candidate.axis): one.value for one in found.effects}

@@ -14,12 +14,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmark.runners.imported import recorded
-from benchmark.worlds import recorded as recorded_worlds
-from benchmark.worlds.real import SOURCES
-from ins_eval.analysis.diagnose import diagnose_folders
 from ins_eval.diagnosis.answer.verdict import Diagnosis
-from ins_eval.effects import without_effects
 from ins_eval.error_model import null
 from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs
@@ -27,24 +22,17 @@ from ins_eval.estimation import case as cases
 from ins_eval.estimation.evidence import log_evidence, sensitivity
 from ins_eval.estimation.noise import ALONE, ALONE_SPREAD
 from ins_eval.estimation.study import fit_noise
-from ins_eval.recording import Recording, form
+from ins_eval.recording import Recording
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.recording.validation import validate
 from ins_eval.strapdown import navigate
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, UG
-from tests.diagnosis.real_recordings import RECORDINGS
+from tests.diagnosis.real_recordings import diagnosed, imported, values
 from tests.ideal import RATE_HZ
 
 DISTURBED_S, DISTURBED_DEG_PER_H, NORTH_DEG = 120.0, 1.0, 3.0  # of a recording of 15 min; what that leaves of north
-SETTLED_S = 65.0  # until which the unit was carried
-MEANS_S = 20.0
 FROM_S, TO_S = 400.0, 520.0  # of a climb
 DRIFT_PPM = 0.05  # of a clock: 6 microseconds in all
-# Standard deviations of means over a stretch that was not used. A straight line of the temperature through the first
-# half leaves 79 ug of the second, with its rate 60 and with its square, which is not known before, 37.
-LEFT_UG, VARIES_DEG_PER_H = 50.0, (9.0, 11.0, 9.0)
-SECOND_HALF_UG, SECOND_HALF_DEG_PER_H = 79.0, 10.0
-SLOPE_AGREES = 0.25  # of a line beside those of the other sensors, tilt and wander
 TURNED_ARCSEC, ROUNDING_ARCSEC = 1000.0, 1e-3
 OFF_M, NEAR, NO_PRIOR = 500.0, 0.2, 1.0  # of a guess, share of it that is left; sigmas of a prior, of 17 for a guess
 STAMPS_S, FIX_M, FIX_MPS = 0.05, 0.5, 0.05  # one sigma of stamps and of fixes
@@ -52,35 +40,6 @@ LOUD, LOUDER = 4, 0.7  # gyro y, by so many prior sigmas more than the others
 AGREES, SLOPE_STEP = 0.35, 1e-3  # at one speed stamps and white noise look alike, and a part is counted twice
 DWELL_S, TURN_S, AS_IT_LIES_RAD = 200.0, 18.0, 0.01  # of a box on four sides; 3 mg in doubt are 3 mrad
 AUTOPILOT_LATE_S = (0.21, 0.29)  # of positions, by the authors' filter; of velocities, by their increments
-
-
-def imported(name: str, folder: Path) -> Recording:
-    source = next(one for one in SOURCES if one.name == name)
-    if recorded(source, RECORDINGS, folder) is None:
-        pytest.skip(f"{RECORDINGS / source.file} is not here")
-    return form.read(folder)
-
-
-def diagnosed(recording: Recording, folder: Path) -> Diagnosis:
-    """As a user has it, from a folder: what is described wrongly is mended, and a receiver settles first."""
-    return diagnose_folders([form.write(recording, folder)]).diagnosis
-
-
-def values(found: Diagnosis) -> dict[tuple[str, str | None], float]:
-    return {(one.hypothesis.candidate.name, one.hypothesis.candidate.axis): one.value for one in found.effects}
-
-
-def slope(time_s: np.ndarray, output: np.ndarray, temperature_c: np.ndarray) -> float:
-    """Of a straight line through means over `MEANS_S` of an output against the temperature."""
-    rows = time_s > SETTLED_S
-    output, temperature_c = (means(one[rows], time_s) for one in (output, temperature_c))
-    return float(np.polyfit(temperature_c, output, 1)[0])
-
-
-def means(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """Over `MEANS_S` of values in a row, at the rate of `time_s`."""
-    count = round(MEANS_S / float(np.median(np.diff(time_s))))
-    return values[: len(values) // count * count].reshape(-1, count).mean(axis=1)
 
 
 def climb(ideal_recording) -> Recording:
@@ -245,75 +204,6 @@ def test_arcs_that_begin_after_the_end_by_another_clock_are_gone(ideal_recording
     assert 0 < len(kept) < len(case.believed.arcs)
     assert max(one.time_s for one in kept) < ends_s[-1]
     assert len({one.time_s for one in kept}) == len(kept)
-
-
-@pytest.fixture(scope="module")
-def warm_up(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Path]:
-    folder = tmp_path_factory.mktemp("warm_up") / "recording"
-    return imported("warm-up", folder), folder
-
-
-@pytest.mark.slow
-def test_a_parked_unit_that_warms_up_has_its_laws_of_temperature(warm_up) -> None:
-    """Of gyro z the temperature and its rate are too much alike in one warm-up to say which: one is named or listed."""
-    found = diagnosed(*warm_up)
-    imu, interval_s = warm_up[0].imu, warm_up[0].interval_s
-    temperature = np.asarray(imu.temperature_c).reshape(len(imu.time_s), -1)[:, 0]
-    gyro = slope(imu.time_s, imu.gyro[:, 2] / interval_s / DEG_PER_H, temperature)
-    force = slope(imu.time_s, imu.accelerometer[:, 2] / interval_s / UG, temperature)
-    assert values(found)["accelerometer.bias_temperature", "z"] == pytest.approx(force, rel=SLOPE_AGREES)
-    said = [(one.hypothesis.candidate, one.value) for one in (*found.effects, *found.rivals)]
-    laws = {one.name: value for one, value in said if one.axis == "z"}
-    assert laws["gyro.bias_temperature"] * gyro > 0.0
-    assert "gyro.bias_temperature_rate" in laws
-    # what gyros x and y do by the eye loud wander does nearly as well: it is listed, if not named
-    slow = {(one.name, one.axis) for one, _ in said if one.name.startswith("gyro.") and one.axis in "xy"}
-    assert {axis for _, axis in slow} == {"x", "y"}
-
-
-def told(warm_up: tuple[Recording, Path], parts: list[tuple[float, float]], of: tuple[float, float], where: Path):
-    """What the model that is written of `parts` leaves of a stretch `of` a recording; all are shares of its length.
-
-    The standard deviations of means of force z in ug and of rates in deg/h (3,): a recording has constants of its own.
-    """
-    recording, folder = warm_up
-    whole = recorded_worlds.read(folder)
-    folders = [where / str(begin) for begin, _ in parts]
-    for part, (begin, end) in zip(folders, parts, strict=True):
-        recorded_worlds.part(whole, begin, end).save(part)
-    model = diagnose_folders(folders).diagnosis.forecast
-    imu, interval_s = recording.imu, recording.interval_s
-    believing = replace(recording, belief=recording.belief.model_copy(update={"effects": tuple(model)}))
-    compensated, velocity = without_effects(believing, imu.accelerometer.copy(), folder)
-    share = (imu.time_s - whole.start_s) / whole.seconds
-    stretch = (share > of[0]) & (share <= of[1])
-    force, rate = velocity[:, 2] / interval_s / UG, compensated.imu.gyro / interval_s[:, None] / DEG_PER_H
-    rates = np.array([means(rate[stretch, axis], imu.time_s).std() for axis in range(3)])
-    return means(force[stretch], imu.time_s).std(), rates
-
-
-@pytest.mark.slow
-def test_what_the_rest_of_a_warm_up_tells_says_its_middle(warm_up, tmp_path) -> None:
-    third = 1.0 / 3.0
-    force, rates = told(warm_up, [(0.0, third), (2.0 * third, 1.0)], (third, 2.0 * third), tmp_path)
-    assert force < LEFT_UG
-    assert (rates < VARIES_DEG_PER_H).all()
-
-
-@pytest.mark.slow
-def test_the_first_half_of_a_warm_up_says_z_of_the_second(warm_up, tmp_path) -> None:
-    """Of the force a curve, a rate, a drift and wander are as likely by the first half, and differ in the second."""
-    force, rates = told(warm_up, [(0.0, 0.5)], (0.5, 1.0), tmp_path)
-    assert force < SECOND_HALF_UG
-    assert rates[2] < SECOND_HALF_DEG_PER_H
-
-
-@pytest.mark.slow
-def test_a_temperature_of_another_time_is_no_cause(warm_up) -> None:
-    recording, folder = warm_up
-    temperature = np.roll(recording.imu.temperature_c, len(recording.imu.time_s) // 2, axis=0)
-    elsewhere = replace(recording, imu=replace(recording.imu, temperature_c=temperature))
-    assert not [name for name, _ in values(diagnosed(elsewhere, folder)) if "temperature" in name]
 
 
 def late_in_flight(found: Diagnosis) -> float:
