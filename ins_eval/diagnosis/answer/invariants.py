@@ -68,8 +68,8 @@ def predictive(found: Diagnosis) -> Effects:
 def few(found: Diagnosis) -> Effects:
     """No more effects of one sensor are named than explain something.
 
-    A constant aside; what needs more, or two that are unusually large, is described by them (`decision.describing`), and
-    is left unexplained beside what others explain.
+    A constant aside; what needs more, or two that are unusually large, is only described by them, and is left
+    unexplained beside what others explain.
     """
     if found.linearisation is None or any(case.believed is None for case in found.cases):
         return ()
