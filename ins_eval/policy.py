@@ -58,7 +58,7 @@ class Policy:
     left_open: float = _chosen(1e-3, DEVELOPMENT, "share of what effects gain that linear sums leave open")
     open_margin: float = _chosen(6.0, DEVELOPMENT, "nats by which a form without a name must lead effects")
     most_of_one: float = _chosen(4, DEVELOPMENT, "effects of one sensor, constants aside, that explain something")
-    unusual: float = _chosen(10.0, REASONING, "usual sizes beyond which two effects of one sensor only describe it")
+    unusual: float = _chosen(10.0, DEVELOPMENT, "usual sizes beyond which two effects of one sensor only describe it")
     returned: float = _chosen(3.0, REASONING, "sigmas within which two jumps cancel: one that returns")
     probable: float = _chosen(0.5, REASONING, "probability that an effect must have to be named")
     plain: float = _chosen(5.0, REAL, "sigmas from which an effect is named whatever stays unexplained beside it")

@@ -111,6 +111,11 @@ def test_outside_wants_unexplained_or_the_driving_column():
     }
     result = score(truths, answers)
     assert result["outside"]["unexplained or the driving column, D >= 8"]["hits"] == 2
+    separable = "unexplained or the driving column where separable, D >= 8"
+    assert (result["outside"][separable]["hits"], result["outside"][separable]["count"]) == (2, 3)
+    for one in truths[:2]:
+        one["oracle"]["margin"] = 0.0  # then its law and a named one are as likely to the oracle
+    assert score(truths, answers)["outside"][separable]["count"] == 1
     assert result["outside"]["confidently wrong"]["hits"] == 1
 
 
