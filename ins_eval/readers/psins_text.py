@@ -196,7 +196,7 @@ def _counts(path: Path, rows: list[tuple[int, list[bytes]]]) -> np.ndarray:
     except ValueError:
         counts = np.array(np.nan)
     sound = (np.abs(counts) <= LARGEST_COUNT) & (counts == np.rint(counts))  # False also where not a number
-    if not sound.all() or any(b"_" in field for field in fields):
+    if not sound.all() or b"_" in b"".join(fields):
         _refuse_count(path, rows)
     return counts.reshape(-1, COLUMNS)
 

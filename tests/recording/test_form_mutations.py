@@ -13,7 +13,7 @@ from ins_eval.errors import DataRefused, UsageError
 from ins_eval.recording import form
 from tests.faults.mutations import mutated
 
-LONGEST_READ_S = 2.0
+HANGS_S = 30.0
 
 _form = runpy.run_path(str(Path(__file__).with_name("test_form.py")))
 flight_of, as_csv = _form["flight_of"], _form["as_csv"]
@@ -52,7 +52,7 @@ def try_many(sound: dict[str, bytes], folder: Path, seeds: range) -> None:
         except (DataRefused, UsageError) as refused:
             outcomes["refused"] += 1
             assert str(refused).isprintable(), seed
-        assert time.perf_counter() - began < LONGEST_READ_S, seed
+        assert time.perf_counter() - began < HANGS_S, seed
     assert min(outcomes.values()) > len(seeds) // 50, outcomes  # both do happen
 
 

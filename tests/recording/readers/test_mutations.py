@@ -17,7 +17,7 @@ from ins_eval.recording.validation import validate
 from tests.faults.mutations import mutated
 from tests.recording.readers import test_logs, writers
 
-SLOWEST_S = 2.0
+HANGS_S = 30.0
 LARGEST_KIB = 1 << 20  # of memory, beyond what stood there before
 FEW, MANY = 20, 1600  # for each reader
 LONGEST_SENTENCE = 2000  # a damaged mapping may hold a long key
@@ -90,13 +90,7 @@ def damaged(name: str, files: dict[str, bytes], folder: Path, rng: np.random.Gen
 
 
 def outcome(name: str, path: Path) -> str:
-    """What became of it; what takes too long is measured again, since a busy machine holds one up at times."""
-    found, took_s = timed(name, path)
-    assert took_s < SLOWEST_S or timed(name, path)[1] < SLOWEST_S
-    return found
-
-
-def timed(name: str, path: Path) -> tuple[str, float]:
+    """What became of it."""
     began = time.process_time()
     try:
         form_name = name.partition(",")[0]
@@ -112,7 +106,8 @@ def timed(name: str, path: Path) -> tuple[str, float]:
         assert np.isfinite(recording.imu.gyro).all() and np.isfinite(recording.imu.accelerometer).all()
         assert all("\n" not in note for note in recording.notes)
         found = "accepted"
-    return found, time.process_time() - began
+    assert time.process_time() - began < HANGS_S
+    return found
 
 
 VARIANTS = ("mat, 4", "mat, 7.3", "netcdf, 4", "kf-gins, rtklib", "kf-gins, nmea", "rosbag, 2")
