@@ -23,12 +23,14 @@ if TYPE_CHECKING:
     from ins_eval.estimation.noise import NoiseModel
 
 WIDEST = 3.0  # prior sigmas that a level may move
-_FIRST = 0.2  # prior sigmas of the first step, before anything is known of the curvature; by reasoning
+# prior sigmas of the first step in each level, before anything is known of the curvature, and the least and most after;
+# by reasoning
+_FIRST, _SPREADS = 0.2, (1e-3, 1.0)
 _LEVEL = 0.1  # nats for each prior sigma: the slope of a top
 # nats that two further steps must gain; the same where tops are compared: along a wander that hardly matters the
 # evidence rises by a hundredth of a nat a step, for two nats in all
 _ENOUGH, _CLOSE = 0.05, 0.005
-_STEPS, _EVALUATIONS = 60, 80  # of the slope
+_STEPS, _EVALUATIONS, _MEMORY = 60, 80, 20  # of the slope; differences of it that are kept
 _RUNS, _FAR = 4, 0.5  # prior sigmas from the begin of a climb, beyond which it begins anew
 # what measures attitude and what gyros do are told apart by their times alone, and so is a wander from an effect: an
 # error that forgets at once and one that lasts are hills of their own
@@ -63,11 +65,15 @@ class Ready:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass."""
+    """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass.
+
+    `spread` (levels,) is how far each level may move for half a nat, about, as the climbs so far tell; None before any.
+    """
 
     noise_point: np.ndarray
     log_evidence: float
     whitened: Whitened
+    spread: np.ndarray | None = None
 
 
 def fit(
@@ -81,7 +87,9 @@ def fit(
     """Maximise log evidence + log prior over the free levels, in prior sigmas from the centre.
 
     Of the columns beyond those `known`, `gain` tells what they gain; without it all are known. With `hills` the top is
-    sought on more than the hill where the start lies. Where tops are compared it is sought `close`.
+    sought on more than the hill where the start lies. Where tops are compared it is sought `close`. Steps are of the
+    size that the spread of the `start` tells: samples by the thousand tell some levels a hundred times closer than
+    others.
     """
 
     def height(noise_point: np.ndarray) -> float:
@@ -94,28 +102,33 @@ def fit(
         return found - 0.5 * float(noise_point @ noise_point), by - noise_point
 
     free, enough = ready.noise.free, _CLOSE if close else _ENOUGH
-    top = _top(slope, np.zeros(len(free)) if start is None else start.noise_point, enough)
+    spread = np.full(len(free), _FIRST) if start is None or start.spread is None else start.spread
+    top = _top(slope, np.zeros(len(free)) if start is None else start.noise_point, spread, enough)
     for names, lasting in LASTING if hills else ():
         if lasting not in free:
             continue
         others = _other_hills(height, top, [free.index(one) for one in names if one in free], free.index(lasting))
-        top = max((top, *(_top(slope, other, enough) for other in others)), key=lambda one: one.height)
-    return Fitted(top.noise_point, top.height, ready(top.noise_point))
+        top = max((top, *(_top(slope, other, top.spread, enough) for other in others)), key=lambda one: one.height)
+    return Fitted(top.noise_point, top.height, ready(top.noise_point), top.spread)
 
 
 class _Top(NamedTuple):
     noise_point: np.ndarray
     height: float
+    spread: np.ndarray
 
 
-def _top(slope: Callable[[np.ndarray], tuple[float, np.ndarray]], noise_point: np.ndarray, enough: float) -> _Top:
-    """The top of the hill on which `noise_point` lies."""
+def _top(
+    slope: Callable[[np.ndarray], tuple[float, np.ndarray]], noise_point: np.ndarray, spread: np.ndarray, enough: float
+) -> _Top:
+    """The top of the hill on which `noise_point` lies, by steps of the size of `spread`."""
     for _ in range(_RUNS):
         begin = noise_point
-        noise_point, highest = _climbed(slope, begin, enough)
+        top = _climbed(slope, begin, spread, enough)
+        noise_point, spread = top.noise_point, top.spread
         if np.abs(noise_point - begin).max() < _FAR:
             break
-    return _Top(noise_point, highest)
+    return top
 
 
 def _other_hills(
@@ -136,24 +149,27 @@ def _other_hills(
 
 
 def _climbed(
-    slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.ndarray, enough: float
-) -> tuple[np.ndarray, float]:
-    """The highest position found from `begin`, and its height."""
+    slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.ndarray, spread: np.ndarray, enough: float
+) -> _Top:
+    """The highest position found from `begin`; its spread by the curvature that the steps told, if they were many."""
 
     def down(moved: np.ndarray) -> tuple[float, np.ndarray]:
-        height, by = slope(begin + _FIRST * moved)
-        return -height, -_FIRST * by
+        height, by = slope(begin + spread * moved)
+        return -height, -spread * by
 
     found = minimize(
         down,
         np.zeros(begin.size),
         jac=True,
-        method="L-BFGS-B",  # whose first step is one unit long
-        bounds=list(zip((-WIDEST - begin) / _FIRST, (WIDEST - begin) / _FIRST, strict=True)),
-        options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": _FIRST * _LEVEL},
+        method="L-BFGS-B",
+        bounds=list(zip((-WIDEST - begin) / spread, (WIDEST - begin) / spread, strict=True)),
+        options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": _FIRST * _LEVEL, "maxcor": _MEMORY},
         callback=_Patience(enough),
     )
-    return np.clip(begin + _FIRST * found.x, -WIDEST, WIDEST), -float(found.fun)
+    end = np.clip(begin + spread * found.x, -WIDEST, WIDEST)
+    if 2 * found.nit >= begin.size:
+        spread = np.clip(spread * np.sqrt(np.diag(found.hess_inv.todense())), *_SPREADS)
+    return _Top(end, -float(found.fun), spread)
 
 
 class _Patience:
