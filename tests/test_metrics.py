@@ -16,6 +16,7 @@ from ins_eval.units import HOUR, NMI
 IDENTITY_TOLERANCE = 0.01  # relative; 2e5 draws scatter by 0.2 to 0.3 %
 TABLE_TOLERANCE = 0.006  # two decimals; the table has 0.97 where the integral is 0.9647
 ELLIPSE_TOLERANCE = 0.01  # relative; the known accuracy of the linear approximation
+SLOWEST_BESIDE_SCIPY = 5.0  # it takes about 0.8
 EXACT = 1e-12
 DRAWS = 200_000
 
@@ -292,7 +293,7 @@ def test_ten_arms_of_two_hundred_instruments_are_quick():
     ours_s, began = time.process_time() - began, time.process_time()
     one = (arms["arm0"]["m0"],)
     stats.bootstrap(one, np.median, paired=True, axis=0, method="percentile", n_resamples=20_000, rng=rng)
-    assert ours_s < 5.0 * 10.0 * (time.process_time() - began)  # ten times as many medians of 200
+    assert ours_s < SLOWEST_BESIDE_SCIPY * 10.0 * (time.process_time() - began)  # ten times as many medians of 200
 
 
 def test_unusable_contributions_are_refused():

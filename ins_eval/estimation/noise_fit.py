@@ -26,7 +26,7 @@ WIDEST = 3.0  # prior sigmas that a level may move
 # prior sigmas of the first step in each level, before anything is known of the curvature, and the least and most after;
 # by reasoning
 _FIRST, _SPREADS = 0.2, (1e-3, 1.0)
-_LEVEL = 0.1  # nats for each prior sigma: the slope of a top
+_LEVEL = 0.02  # nats for a step of the size of a spread: the slope of a top
 # nats that two further steps must gain; the same where tops are compared: along a wander that hardly matters the
 # evidence rises by a hundredth of a nat a step, for two nats in all
 _ENOUGH, _CLOSE = 0.05, 0.005
@@ -163,7 +163,7 @@ def _climbed(
         jac=True,
         method="L-BFGS-B",
         bounds=list(zip((-WIDEST - begin) / spread, (WIDEST - begin) / spread, strict=True)),
-        options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": _FIRST * _LEVEL, "maxcor": _MEMORY},
+        options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": _LEVEL, "maxcor": _MEMORY},
         callback=_Patience(enough),
     )
     end = np.clip(begin + spread * found.x, -WIDEST, WIDEST)
