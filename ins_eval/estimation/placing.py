@@ -6,7 +6,7 @@ Along each of them the evidence is profiled: values are tried, more of them wher
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -154,11 +154,7 @@ class Profile:
     def _spread(self) -> tuple[tuple[float, float], np.ndarray]:
         form = self.parameter.form
         places = np.array(sorted(self.heights))
-        heights = np.array([self.heights[x] for x in places])
-        between = np.linspace(0.0, places.size - 1.0, (places.size - 1) * FINE + 1)  # the best place is one of them
-        fine = np.interp(between, np.arange(places.size), places)
-        masses, higher = _masses(fine, np.interp(fine, places, heights))
-        ends = np.interp([0.025, 0.975], np.append(0.0, np.cumsum(masses)), fine)
+        fine, masses, higher, ends = _density(places, np.array([self.heights[x] for x in places]))
         reach = np.hypot(np.maximum((ends - self.centre) * [-1.0, 1.0], 0.0), Q95 * form)
         ends = np.clip(self.centre + reach * [-1.0, 1.0], self.low, self.high)
         bent = np.empty(len(self.model))
@@ -207,6 +203,26 @@ class Profile:
             self.heights[x], scales = log_bayes_factor(a, b, centre[m])
             mean, _ = posterior(a, b, centre[m], scales)
             self.means[x] = np.insert(mean[:-1], k, mean[-1] * variants[j].candidate.nominal / one.candidate.nominal)
+
+
+def of_tried(heights: Mapping[float, float]) -> tuple[float, float]:
+    """The 95 % interval of a time, width or lag of which some values were tried, by their log evidences `heights`.
+
+    At least half way to the values beside the best one: between them nothing was tried.
+    """
+    values = np.array(sorted(heights))
+    *_, ends = _density(values, np.array([heights[x] for x in values]))
+    k = int(np.searchsorted(values, max(heights, key=heights.__getitem__)))
+    low, high = (0.5 * (values[k] + values[np.clip(j, 0, values.size - 1)]) for j in (k - 1, k + 1))
+    return float(min(ends[0], low)), float(max(ends[1], high))
+
+
+def _density(places: np.ndarray, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Fine places (n,), `_masses` between them, and the ends of 95 %, of a log density that is straight between all."""
+    between = np.linspace(0.0, places.size - 1.0, (places.size - 1) * FINE + 1)  # the best place is one of them
+    fine = np.interp(between, np.arange(places.size), places)
+    masses, higher = _masses(fine, np.interp(fine, places, heights))
+    return fine, masses, higher, np.interp([0.025, 0.975], np.append(0.0, np.cumsum(masses)), fine)
 
 
 def _masses(x: np.ndarray, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

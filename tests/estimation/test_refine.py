@@ -14,7 +14,7 @@ from ins_eval.effects.accelerometer import CREEP_TIME
 from ins_eval.error_model.columns import Column
 from ins_eval.error_model.library import Candidate
 from ins_eval.estimation.case import Case, prepare, with_effects
-from ins_eval.estimation.placing import Q95, Point, Profile
+from ins_eval.estimation.placing import Q95, Point, Profile, of_tried
 from ins_eval.estimation.refine import _same_white, refine
 from ins_eval.estimation.study import Hypothesis, fit_noise, sums
 from ins_eval.recording.belief import EffectBelief
@@ -28,6 +28,7 @@ SECONDS_OF_WEEK = 300000.0
 LARGE, OF_LARGE = 30.0, 0.01  # ug/degC, or ppm/degC
 TAU_S, CREEP = 2000.0, 5.0  # s, ug/degC
 OF_TAU = 0.06  # relative
+OF_STEP = 0.1  # a density that is straight between values
 OF_INTERVAL = 0.1  # sigmas, of straight lines between values a quarter of a sigma apart
 AT_S, ROUNDING = 3000.0, 1e-6  # of sums from which what is uncertain anyway is taken
 LEAST_BENT = 0.1  # of a relative change of the time constant, by which the value changes at least
@@ -242,6 +243,16 @@ def test_a_time_has_an_interval_however_sure_it_is(sigma: float) -> None:
     profile.heights = {x: profile.heights[x] for x in (*map(float, places[:9]), profile.centre)}
     (low, high), _ = profile._spread()  # nothing near was tried
     assert low <= profile.centre <= high
+
+
+@pytest.mark.parametrize("step", [0.1, 1.0, 10.0])
+def test_of_values_that_were_tried_the_interval_is_that_of_the_density_or_a_step(step: float) -> None:
+    """A normal density of sigma 1 about 0.03 of a step from the value that is best."""
+    heights = {float(x): -0.5 * (x - 0.03 * step) ** 2 for x in step * np.arange(-50.0, 51.0)}
+    ends = 0.03 * step + Q95 * np.array([-1.0, 1.0])
+    expected = [min(ends[0], -0.5 * step), max(ends[1], 0.5 * step)]
+    assert of_tried(heights) == pytest.approx(expected, abs=OF_STEP * step)
+    assert of_tried({5.0: 1.0, 7.0: -900.0}) == (5.0, 6.0)
 
 
 def test_what_a_column_drives_is_taken_off_where_that_column_was_recorded(recording_at_rest) -> None:

@@ -5,7 +5,7 @@ Every key: docs/answer.md.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,18 +65,11 @@ def _mismatch(found: Diagnosis, one: Mismatch) -> dict[str, Any]:
 
 def _effect(one: FoundEffect) -> dict[str, Any]:
     candidate = one.hypothesis.candidate
-    parameters = _size(candidate, one.value, one.sigma)
-    for name, value in candidate.parameters.items():
-        if name in WORDS:
-            parameters[name] = value
-        elif name != "lag_s":  # which is the value itself
-            parameters[name] = value
-            if name in one.spread:
-                parameters[f"{name}_interval95"] = list(one.spread[name])
+    words = {name: candidate.parameters[name] for name in WORDS if name in candidate.parameters}
     entry = {
         "name": candidate.name,
         "axis": candidate.axis,
-        "parameters": parameters,
+        "parameters": _size(candidate, one.value, one.sigma) | words | _numbers(candidate, one.spread),
         "probability": one.probability,
         "log_evidence_gain": one.log_evidence_gain,
         "false_alarm_probability": one.false_alarm_probability,
@@ -91,6 +84,7 @@ def _withdrawn(one: Withdrawn) -> dict[str, Any]:
 
 def _rival(one: Rival) -> dict[str, Any]:
     candidate = one.hypothesis.candidate
+    numbers = _numbers(candidate, one.spread)
     together = [{"name": other.candidate.name, "axis": other.candidate.axis} for other in one.beside]
     return (
         ({"together_with": together} if together else {})
@@ -105,13 +99,19 @@ def _rival(one: Rival) -> dict[str, Any]:
             "experiment": one.experiment,
             "expected_log_bayes_factor": one.expected_log_bayes_factor,
         }
-        | ({} if one.value is None else {"parameters": _size(candidate, one.value, one.sigma) | _numbers(candidate)})
+        | ({} if one.value is None else {"parameters": _size(candidate, one.value, one.sigma) | numbers})
     )
 
 
-def _numbers(candidate: Candidate) -> dict[str, Any]:
-    """Times, widths and shares of an effect; a lag is its value itself."""
-    return {name: x for name, x in candidate.parameters.items() if name not in (*WORDS, "lag_s")}
+def _numbers(candidate: Candidate, spread: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
+    """Times, widths and shares of an effect, each with its interval where that is known; a lag is its value itself."""
+    out: dict[str, Any] = {}
+    for name, x in candidate.parameters.items():
+        if name not in (*WORDS, "lag_s"):
+            out[name] = x
+            if name in spread:
+                out[f"{name}_interval95"] = list(spread[name])
+    return out
 
 
 def _size(candidate: Candidate, value: float, sigma: float | None) -> dict[str, Any]:

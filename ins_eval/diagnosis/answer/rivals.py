@@ -19,6 +19,7 @@ from scipy.special import logsumexp
 
 from ins_eval.diagnosis.answer.verdict import Rival
 from ins_eval.estimation.linearisation import more_probable
+from ins_eval.estimation.placing import of_tried
 from ins_eval.estimation.search import log_bayes_factor, posterior
 from ins_eval.navigation import PARKED
 
@@ -93,6 +94,7 @@ def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[
             of=linearisation.hypotheses[k],
             hypothesis=linearisation.hypotheses[members[family]],
             **_size(linearisation, k, int(members[family])),
+            spread=_spread(linearisation, k, int(members[family])),
             probability=float(np.exp(of_family[family] - log_sum)),
             below_best=float(below[family]),
             by_prior_only=bool(
@@ -114,6 +116,26 @@ def _size(linearisation: Linearisation, k: int, rival: int) -> dict[str, float]:
     mean, covariance = posterior(a, b, centre, log_bayes_factor(a, b, centre)[1])
     nominal = linearisation.hypotheses[rival].candidate.nominal
     return {"value": float(mean[0] * nominal), "sigma": float(np.sqrt(covariance[0, 0]) * nominal)}
+
+
+def _spread(linearisation: Linearisation, k: int, rival: int) -> dict[str, tuple[float, float]]:
+    """The 95 % interval of each time, width and lag of hypothesis `rival` in the place of member `k`.
+
+    By the values that were tried, the other parameters at their best for each.
+    """
+    families = linearisation.space.families
+    others = [j for j in linearisation.best.members if j != k]
+    alike = np.flatnonzero(families == families[rival]).tolist()
+    heights = {j: linearisation.gain([*others, j]) for j in alike if j not in others} if len(alike) > 1 else {}
+    spread = {}
+    for name, own in linearisation.hypotheses[rival].candidate.parameters.items():
+        highest: dict[float, float] = {}
+        for j, height in heights.items() if isinstance(own, float) else ():
+            x = linearisation.hypotheses[j].candidate.parameters[name]
+            highest[x] = max(height, highest.get(x, -np.inf))
+        if len(highest) > 1:
+            spread[name] = of_tried(highest)
+    return spread
 
 
 def with_experiments(linearisation: Linearisation, found: Sequence[Rival], catalogue: Catalogue) -> tuple[Rival, ...]:

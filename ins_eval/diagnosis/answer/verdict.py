@@ -55,6 +55,7 @@ class Rival:
     beside: tuple[Hypothesis, ...] = ()  # what has to stand beside it
     value: float | None = None  # in the unit of its effect, where it is known
     sigma: float | None = None  # of the value, likewise
+    spread: dict[str, tuple[float, float]] = field(default_factory=dict)  # as of an effect, by the values tried
 
 
 @dataclass(frozen=True, eq=False)
