@@ -24,6 +24,7 @@ from ins_eval.estimation.search import (
     conditional,
     explanation,
     log_bayes_factor,
+    lost_to_size,
     one_more,
     possible,
     posterior,
@@ -107,13 +108,25 @@ class Linearisation:
         return scattered(self.cases, model, noise_points, mean - self.point[m], covariance)
 
     def trust(self, k: int) -> float:
-        """By how much nats in the place of member `k` count: the share of its variance that is noise.
+        """By how much the sums count in the place of member `k`: the share of its variance that is noise.
 
         Where it scatters more than the noise allows for, so does all that could stand in its place.
         """
         i = self.best.members.index(k)
         by_noise = self.coefficients[1][i, i]
         return float(by_noise / max(by_noise, self.scatter[i]))
+
+    def trusted(self, k: int) -> Linearisation:
+        """The same with sums that count as far as member `k` can be trusted: a likelihood raised to that power.
+
+        What a choice among many instants or sizes costs is no likelihood, and stays.
+        """
+        share = self.trust(k)
+        if share == 1.0:
+            return self
+        here = replace(self.here, normal=share * self.here.normal, projection=share * self.here.projection)
+        own_noise = {of: one._replace(more=share * one.more) for of, one in self.own_noise.items()}
+        return replace(self, here=here, own_noise=own_noise)
 
     def chosen(self, scaled: bool = True) -> list[Hypothesis]:
         """The effects of the best set, each with a prior as wide as what was found."""
@@ -186,13 +199,19 @@ class Linearisation:
 
     @cached_property
     def log_posterior_of_names(self) -> float:
-        """log posterior that the best set is right, or one with another family in the place of one of its effects."""
+        """log posterior that the best set is right, or one with another family in the place of one of its effects.
+
+        Where they are larger than any scale of a search expects, as if such were expected: beside what has no size that
+        is expected, this decides nothing.
+        """
+        m = list(self.best.members)
+        lost = lost_to_size(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m])
         more = [0.0]
         for k in self.best.members:
             of_family, _ = self.places(k)
             own = int(self.space.families[k])
             more += [nats - of_family[own] for nats in np.delete(of_family, own)]
-        return self.best.log_posterior + float(logsumexp(more))
+        return self.best.log_posterior + lost + float(logsumexp(more))
 
     def unlikelier(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         """By how many nats of likelihood each family in the place of member `k` fits worse than it, at any sizes.

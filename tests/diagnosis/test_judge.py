@@ -116,6 +116,18 @@ def test_effects_that_are_alike_are_as_probable_together_as_a_form_without_a_nam
         assert outgained(replace(of_flight(found), instead=instead), 0.0) is better
 
 
+def test_an_error_larger_than_such_sensors_have_is_no_less_likely_than_what_has_no_name() -> None:
+    """By the closed form of a prior as wide as it is; under the widest of the scales it would be 30 nats behind."""
+    size = 8.0 * SCALES[-1]
+    found = linearisation((OF_Z[0],), {0: size})
+    within = 0.5 * INFORMATION * size**2 - 0.5 * np.log(INFORMATION * size**2) - 0.5
+    within -= np.log(len(SCALES)) + found.space.cost
+    assert found.best.log_posterior < within - 0.4 * (size / SCALES[-1]) ** 2
+    for lead, better in ((-1.0, False), (1.0, True)):
+        instead = UnnamedDisturbance(None, float(within + lead), 3.0)
+        assert outgained(replace(of_flight(found), instead=instead), 0.0) is better
+
+
 @pytest.mark.parametrize(("size", "kept"), [(0.9, False), (1.1, True)])
 def test_an_effect_beside_others_gains_more_than_chance_does_once_in_twenty(size: float, kept: bool) -> None:
     """By the closed form of one Gaussian coefficient with each of the scales; columns are orthogonal."""

@@ -14,6 +14,7 @@ from tests.diagnosis.linearisations import INFORMATION, NAMES, linearisation, ra
 
 LARGE, HALF = 6.0, 1.0  # coefficients: 24 sigma; one that fits nearly as well as another that is alike
 SMALL = 0.3  # share of hypotheses, and their largest size
+NEGLIGIBLE_NATS = 0.01
 STEP_S = 20.0  # between instants that were tried
 
 
@@ -48,18 +49,38 @@ def test_a_twin_larger_than_any_sensor_is_listed_by_the_sizes_that_sensors_have(
     assert rival.value > largest * rival.hypothesis.candidate.nominal
 
 
-def test_nats_count_as_far_as_scatter_is_noise_for_effects_and_rivals_alike() -> None:
-    """An effect that scatters twice as far as noise allows for: a quarter of the nats, and probabilities of them."""
+def test_sums_count_as_far_as_scatter_is_noise_for_effects_and_rivals_alike() -> None:
+    """An effect that scatters twice as far as noise allows for: a quarter of the log likelihood, by quadrature."""
     found = linearisation([("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {})], {0: LARGE}, (0, 1))
     assert not rivals(found, Policy())
-    (k,), places = found.best.members, found.places(found.best.members[0])[0]
+    (k,) = found.best.members
     found.__dict__["scatter"] = 4.0 * np.diag(found.coefficients[1])
     assert found.trust(k) == pytest.approx(0.25)
     (rival,) = rivals(found, Policy(near=np.inf, listed=np.inf))
-    assert rival.below_best == pytest.approx(0.25 * abs(places[0] - places[1]))
-    odds = np.exp(0.25 * (places - places.max()))
-    nothing = np.exp(found.space.cost - 0.25 * places.max())
-    assert rival.probability == pytest.approx(odds.min() / (odds.sum() + nothing))
+    c = np.linspace(-600.0, 600.0, 200_001)
+    priors = [np.exp(-0.5 * (c / s) ** 2) / (s * np.sqrt(2.0 * np.pi)) for s in SCALES]
+    heights = [0.25 * (found.here.projection[j] * c - 0.5 * INFORMATION * c**2) for j in (k, 1 - k)]
+    nats = np.log([np.mean([np.trapezoid(p * np.exp(height), c) for p in priors]) for height in heights])
+    assert rival.below_best == pytest.approx(nats[0] - nats[1], rel=1e-3)
+    assert rival.probability == pytest.approx(
+        np.exp(nats[1]) / (np.exp(nats).sum() + np.exp(found.space.cost)), rel=1e-2
+    )
+
+
+def test_among_many_instants_one_that_scatters_still_costs_its_choice() -> None:
+    """A constant, and a jump at one of fifty instants that fits alike: log 50 less likely, whatever the trust."""
+    count = 50
+    effects = [("gyro.bias", "x", {}), *(("gyro.bias_step", "x", {"at_s": 100.0 + k}) for k in range(count))]
+    found = linearisation(effects, {0: LARGE}, (0, 1))
+    normal = found.here.normal.copy()
+    normal[0, 1] = normal[1, 0] = (1.0 - 1e-6) * INFORMATION
+    projection = found.here.projection.copy()
+    projection[1] = projection[0]
+    found = replace(found, here=replace(found.here, normal=normal, projection=projection))
+    for scatter in (1.0, 4.0):
+        found.__dict__["scatter"] = scatter * np.diag(found.coefficients[1])
+        (rival,) = rivals(found, Policy(near=np.inf, listed=np.inf))
+        assert rival.below_best == pytest.approx(np.log(count), abs=NEGLIGIBLE_NATS)
 
 
 @pytest.mark.parametrize(

@@ -219,6 +219,6 @@ def _effects(linearisation: Linearisation) -> tuple[FoundEffect, ...]:
 
 def _probability(linearisation: Linearisation, k: int) -> float:
     """Posterior probability of effect `k` among all families in its place."""
-    of_family = linearisation.trust(k) * linearisation.places(k)[0]
+    of_family, _ = linearisation.trusted(k).places(k)
     own = of_family[linearisation.space.families[k]]
     return float(np.exp(own - logsumexp(np.append(of_family, linearisation.space.cost))))

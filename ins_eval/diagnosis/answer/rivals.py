@@ -1,8 +1,8 @@
 """What else it could be: every family in the place of each effect of an answer, and what would separate them.
 
 A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the sizes that are expected;
-nats count as far as its scatter is noise (`Linearisation.trust`). What then gains less than its choice costs has none.
-Where there is one, all that is within `Policy.listed` is listed too. A twin, what at any size leaves at most
+sums count as far as its scatter is noise (`Linearisation.trusted`). What then gains less than its choice costs has
+none. Where there is one, all that is within `Policy.listed` is listed too. A twin, what at any size leaves at most
 `Policy.twin` more of chi-square than the effect, at its noise or that of another in its place, is always listed; one
 that would have to be larger than any sensor's has the nats of sizes up to that, and is no rival. So is a set of effects
 at another noise that is nearly as probable as the best one: what is an effect there is noise here.
@@ -73,14 +73,14 @@ def _at_other_noise(other: Linearisation, named: Collection[tuple], below: float
 
 def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[Rival]:
     """The rivals and twins of member `k`."""
-    nats, members = linearisation.places(k)
+    trusted = linearisation.trusted(k)
+    of_family, members = trusted.places(k)
     space, (unlikelier, least_unlikely) = linearisation.space, linearisation.unlikelier(k)
     own = int(space.families[k])
     twin = 2.0 * least_unlikely <= policy.twin
-    too_large = twin & np.isneginf(nats) & (space.centre[members] == 0.0)
+    too_large = twin & np.isneginf(of_family) & (space.centre[members] == 0.0)
     too_large[space.families[list(linearisation.best.members)]] = False
-    nats[too_large] = linearisation.within_largest(k, members[too_large])
-    of_family = linearisation.trust(k) * nats
+    of_family[too_large] = trusted.within_largest(k, members[too_large])
     below = of_family[own] - of_family
     below[too_large] = np.maximum(below[too_large], policy.near)  # no sensor is: no rival
     of_family[too_large] = of_family[own] - below[too_large]
