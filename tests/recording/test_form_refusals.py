@@ -320,3 +320,13 @@ def test_accelerometers_that_cannot_share_a_table(tmp_path):
         with pytest.raises(UsageError, match="a unit_id each and the same further columns"):
             form.write_chamber(several, tmp_path / "c")
     assert not (tmp_path / "c").exists()
+
+
+@pytest.mark.parametrize("field", ["gyro", "temperature_c", "height_baro_m", "filled"])
+def test_a_column_with_other_rows_than_the_times_is_not_written(tmp_path, flight, field: str) -> None:
+    """Nor is the earlier recording lost."""
+    kept = form.write(flight, tmp_path / "flight")
+    columns = np.ones((3, 3)) if field == "gyro" else np.ones(3)
+    spoiled = replace(flight, imu=replace(flight.imu, **{field: columns}))
+    assert f"has 3 rows, expected {SAMPLES}" in refusal(kept, UsageError, lambda folder: form.write(spoiled, folder))
+    np.testing.assert_array_equal(form.read(kept).imu.gyro, flight.imu.gyro)

@@ -142,6 +142,8 @@ def _write_folder(folder: Path, description: dict[str, Any], tables: dict[str, T
                 f"{folder}: holds {file}, which is not ours to replace, expected a new folder or that of an earlier "
                 "result; choose another folder or move the file away"
             )
+    for name, table in tables.items():
+        _of_one_length(f"{folder}, {name}", table)
     contents = {folder / f"{name}{PARQUET}": parquet_bytes(table) for name, table in tables.items()}
     contents[folder / FILE] = dumps(description, HEAD).encode()
     gone = [folder / FILE, *(folder / f"{name}{PARQUET}" for name in TABLES if name not in tables)]
@@ -201,3 +203,14 @@ def _fixes(fixes: Fixes) -> Table:
     columns[VALID] = np.asarray(fixes.valid).astype(np.int8)
     columns |= {name: getattr(fixes, name) for name in SIGMAS if getattr(fixes, name) is not None}
     return columns
+
+
+def _of_one_length(where: str, table: Table) -> None:
+    """Refuse a table in which a column has other rows than `time_s`."""
+    rows = len(table["time_s"])
+    for name, values in table.items():
+        if len(values) != rows:
+            raise UsageError(
+                f"{where}: column {name} has {len(values)} rows, expected {rows}, as many as time_s; give every column "
+                "of a table the same rows"
+            )
