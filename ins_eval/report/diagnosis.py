@@ -23,6 +23,7 @@ from ins_eval.report.diagnosis_words import (
 from ins_eval.wording import fixed, joined, sentence
 
 TITLE = "Diagnosis"
+NAMED = 3  # effects in the first line; a fourth is named too, of more than that the rest are counted
 
 
 def diagnosis_content(tree: Mapping) -> tuple[str, list[Section]]:
@@ -47,12 +48,20 @@ def _headline(found: Mapping) -> str:
         )
     if not effects:
         return f"{verdict}. There is a mismatch that nothing named here accounts for."
-    words = f"{len(effects)} effects" if len(effects) > 1 else f"{effect_words(effects[0])}: {amount(effects[0])}"
+    words = _named(effects) if len(effects) > 1 else f"{effect_words(effects[0])}: {amount(effects[0])}"
     if verdict == "partly explained":
         return f"partly explained by {words}; something else is wrong, too."
     if verdict == "not identifiable":
         return f"not identifiable. Best explained by {words}; something else fits as well."
     return f"{verdict} by {words}."
+
+
+def _named(effects: Sequence[Mapping]) -> str:
+    """Several effects by their names, of many the first."""
+    names = [effect_words(one) for one in effects]
+    if len(names) > NAMED + 1:
+        names[NAMED:] = [f"{len(names) - NAMED} more"]
+    return f"{len(effects)} effects ({'; '.join(names)})"
 
 
 def _what(found: Mapping) -> list[str]:

@@ -282,11 +282,14 @@ def test_several_effects_and_recordings_each_have_their_line() -> None:
     second = {**creep(), "axis": "x", "probability": 0.9999, "false_alarm_probability": 1e-30}
     told["diagnosis"]["effects"].append(second)
     said, _ = diagnosis_content(told)
-    assert said.startswith("climb, cruise, landing and second: explained by 2 effects.")
+    both = "accelerometer bias creep, z; accelerometer bias creep, x"
+    assert said.startswith(f"climb, cruise, landing and second: explained by 2 effects ({both}).")
     assert "Accelerometer bias creep, x: 4.8 ug/degC" in said
     assert "probability above 0.999; noise alone reaches it in fewer than one recording in a million" in said
     assert "Accelerometer z of climb, cruise, landing, 5400" in said
     assert "Nothing significant stays unexplained" in said
+    told["diagnosis"]["effects"] += [second] * 3
+    assert f"explained by 5 effects ({both}; accelerometer bias creep, x; 2 more)." in diagnosis_content(told)[0]
 
 
 def test_what_cannot_be_shown_is_listed_once_for_each_name() -> None:
