@@ -38,6 +38,10 @@ class Parameter(NamedTuple):
         """The name in words, without the unit in which it ends."""
         return (self.name.rpartition("_")[0] if self.unit else self.name).replace("_", " ")
 
+    @property
+    def log_uniform(self) -> bool:
+        return self.low is not None and not self.even
+
     def grid(self, start_s: float, end_s: float) -> np.ndarray:
         """The values (count,) that are tried in a recording from `start_s` to `end_s`."""
         if self.low is None:

@@ -192,26 +192,29 @@ class Linearisation:
         return of_family, members
 
     def within_largest(self, k: int, others: np.ndarray) -> np.ndarray:
-        """log B (n,) of hypotheses in the place of member `k` if none is larger than any sensor's."""
+        """log B (n,) of hypotheses in the place of member `k`, as `places`, if none is larger than any sensor's."""
         rest = [j for j in self.best.members if j != k]
         a, b = conditional(self.here.normal, self.here.projection, rest, self.space.centre)
-        return self.gain(rest) + log_bayes_factors(a[others], b[others], largest=self.space.largest[others])
+        return log_bayes_factors(a[others], b[others], largest=self.space.largest[others])
+
+    @cached_property
+    def lost_to_size(self) -> float:
+        """Nats that the best set gains less for sizes beyond every scale of a search; what has no name has none."""
+        m = list(self.best.members)
+        return lost_to_size(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m])
 
     @cached_property
     def log_posterior_of_names(self) -> float:
         """log posterior that the best set is right, or one with another family in the place of one of its effects.
 
-        Where they are larger than any scale of a search expects, as if such were expected: beside what has no size that
-        is expected, this decides nothing.
+        As if such sizes were expected (`lost_to_size`).
         """
-        m = list(self.best.members)
-        lost = lost_to_size(self.here.normal[np.ix_(m, m)], self.here.projection[m], self.space.centre[m])
         more = [0.0]
         for k in self.best.members:
             of_family, _ = self.places(k)
             own = int(self.space.families[k])
             more += [nats - of_family[own] for nats in np.delete(of_family, own)]
-        return self.best.log_posterior + lost + float(logsumexp(more))
+        return self.best.log_posterior + self.lost_to_size + float(logsumexp(more))
 
     def unlikelier(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         """By how many nats of likelihood each family in the place of member `k` fits worse than it, at any sizes.

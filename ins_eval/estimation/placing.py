@@ -122,9 +122,7 @@ class Profile:
         self.at, self.model, self.k, self.parameter = at, model, k, parameter
         r = next(i for i, column in enumerate(model[k].columns) if column is not None)
         start_s, end_s = (float(at.cases[r].model.nodes_s[i]) for i in (0, -1))
-        logs = parameter.low is not None and not parameter.even
-        to: Callable[..., Any] = np.log if logs else np.asarray
-        self.back: Callable[..., Any] = np.exp if logs else np.asarray
+        to, self.back = _evenly(parameter)
         self.step = float(np.diff(to(parameter.grid(start_s, end_s)))[0])
         bounds = (start_s + 1.0, end_s - 1.0) if parameter.low is None else (parameter.low, parameter.high)
         self.low, self.high = (float(to(x)) for x in bounds)
@@ -205,16 +203,24 @@ class Profile:
             self.means[x] = np.insert(mean[:-1], k, mean[-1] * variants[j].candidate.nominal / one.candidate.nominal)
 
 
-def of_tried(heights: Mapping[float, float]) -> tuple[float, float]:
-    """The 95 % interval of a time, width or lag of which some values were tried, by their log evidences `heights`.
+def of_tried(heights: Mapping[float, float], parameter: Parameter) -> tuple[float, float]:
+    """The 95 % interval of a `parameter` of which some values were tried, by their log evidences `heights`.
 
     At least half way to the values beside the best one: between them nothing was tried.
     """
-    values = np.array(sorted(heights))
-    *_, ends = _density(values, np.array([heights[x] for x in values]))
-    k = int(np.searchsorted(values, max(heights, key=heights.__getitem__)))
-    low, high = (0.5 * (values[k] + values[np.clip(j, 0, values.size - 1)]) for j in (k - 1, k + 1))
-    return float(min(ends[0], low)), float(max(ends[1], high))
+    to, back = _evenly(parameter)
+    tried = sorted(heights)
+    values, k = to(tried), tried.index(max(heights, key=heights.__getitem__))
+    *_, (low, high) = _density(values, np.array([heights[x] for x in tried]))
+    below, above = values[max(k - 1, 0)], values[min(k + 1, len(tried) - 1)]
+    reach = [max(values[k] - low, 0.5 * (values[k] - below)), max(high - values[k], 0.5 * (above - values[k]))]
+    ends = values[k] + np.array([-1.0, 1.0]) * np.hypot(reach, Q95 * parameter.form)
+    return float(back(ends[0])), float(back(ends[1]))
+
+
+def _evenly(parameter: Parameter) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """To what the prior of a parameter is uniform in, and back."""
+    return (np.log, np.exp) if parameter.log_uniform else (np.asarray, np.asarray)
 
 
 def _density(places: np.ndarray, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

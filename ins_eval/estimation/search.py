@@ -101,15 +101,16 @@ def log_bayes_factor(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> tuple[
 
 
 def lost_to_size(a: np.ndarray, b: np.ndarray, centre: np.ndarray) -> float:
-    """Nats that a set gains less than with a prior as wide as its coefficients are, where none of `SCALES` is.
+    """Nats that a set gains less than with a prior as wide as its coefficients that lie beyond the widest of `SCALES`.
 
     A unit worse than its grade, or one of which nothing is believed, has errors of a thousand usual sizes.
     """
     _, scales = log_bayes_factor(a, b, centre)
     mean, _ = posterior(a, b, centre, scales)
-    wide = np.where(centre == 0.0, np.maximum(scales, np.abs(mean)), scales)
+    beyond = (centre == 0.0) & (np.abs(mean) > SCALES[-1])
+    wide = np.where(beyond, np.abs(mean), scales)
     as_they_are, as_expected = _at_scales(a, b, centre, np.array([wide, scales]))
-    return max(0.0, float(as_they_are - as_expected))
+    return float(as_they_are - as_expected)
 
 
 @cache

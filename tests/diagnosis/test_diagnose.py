@@ -264,7 +264,7 @@ def diagnosis(verdict: str, effects=(), rivals=(), mismatches=(), unnamed=None) 
 NAMED = [(CREEP, {"time_constant_s": (1900.0, 3000.0)}), (TURN, {}), (SHAPE, {}), (LAG, {"lag_s": (40.0, 80.0)})]
 RIVALS = [
     Rival(CREEP, DRIFT, 0.02, 2.9, False, "an oven run with the flight's temperatures", 21.0, value=30.0, sigma=5.0),
-    Rival(CREEP, STEP, 0.01, 3.4, True, value=-20.0, sigma=5.0),
+    Rival(CREEP, STEP, 0.01, 3.4, True, value=-20.0, sigma=5.0, spread={"at_s": (580.0, 615.0)}),
     Rival(CREEP, SHAPE, 0.01, 3.4, True),
     Rival(CREEP, TURN, 0.01, 3.5, True, beside=(DRIFT,), value=12.0),
 ]
@@ -321,6 +321,7 @@ def test_what_an_answer_says_of_rivals_and_of_what_is_left() -> None:
     drift, step, shape, _ = found["indistinguishable"]
     assert drift["parameters"] == {"value": 30.0, "interval95": [30.0 - 1.96 * 5.0, 30.0 + 1.96 * 5.0], "unit": "ug/h"}
     assert step["parameters"]["at_s"] == 600.0 and "parameters" not in shape
+    assert step["parameters"]["at_s_interval95"] == [580.0, 615.0]
     assert (drift["from"], drift["name"], drift["axis"]) == (
         "accelerometer.bias_creep",
         "accelerometer.bias_drift",

@@ -30,15 +30,16 @@ def test_a_rival_has_the_size_that_it_would_have() -> None:
     assert rival.sigma == pytest.approx(of / np.sqrt(precision), rel=0.05)
 
 
+@pytest.mark.parametrize("beside", [False, True])
 @pytest.mark.parametrize("largest", [1.0, 5.0])
-def test_a_twin_larger_than_any_sensor_is_listed_by_the_sizes_that_sensors_have(largest: float) -> None:
+def test_a_twin_larger_than_any_sensor_is_listed_by_the_sizes_that_sensors_have(largest: float, beside: bool) -> None:
     """By quadrature over normal priors that end there; the one that nearly reaches the size that it needs leads, and is
-    no rival all the same."""
-    effects = [("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {})]
-    found = linearisation(effects, {0: 6.0}, (0, 1))
-    found = replace(found, space=replace(found.space, largest=np.array([np.inf, largest])))
+    no rival all the same. What stands beside them, and shares nothing with them, changes nothing."""
+    effects = [("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {}), *([("gyro.bias", "y", {})] if beside else [])]
+    found = linearisation(effects, {0: 6.0, 2: 20.0}, (0, 1))
+    found = replace(found, space=replace(found.space, largest=np.array([np.inf, largest, np.inf])[: len(effects)]))
     assert np.isneginf(found.places(0)[0][1])
-    (rival,) = rivals(found, Policy(twin=np.inf))
+    (rival,) = (one for one in rivals(found, Policy(twin=np.inf)) if one.of is found.hypotheses[0])
     a, b = found.here.normal[1, 1], found.here.projection[1]
     c = np.linspace(-largest, largest, 20_001)
     priors = [np.exp(-0.5 * (c / s) ** 2) for s in SCALES]
@@ -57,6 +58,7 @@ def test_sums_count_as_far_as_scatter_is_noise_for_effects_and_rivals_alike() ->
     found.__dict__["scatter"] = 4.0 * np.diag(found.coefficients[1])
     assert found.trust(k) == pytest.approx(0.25)
     (rival,) = rivals(found, Policy(near=np.inf, listed=np.inf))
+    assert rival.sigma == pytest.approx(2.0 * rival.hypothesis.candidate.nominal / np.sqrt(INFORMATION), rel=0.05)
     c = np.linspace(-600.0, 600.0, 200_001)
     priors = [np.exp(-0.5 * (c / s) ** 2) / (s * np.sqrt(2.0 * np.pi)) for s in SCALES]
     heights = [0.25 * (found.here.projection[j] * c - 0.5 * INFORMATION * c**2) for j in (k, 1 - k)]
@@ -137,3 +139,22 @@ def test_a_rival_jumps_at_an_instant_that_is_known_to_the_steps_that_were_tried(
     assert step.hypothesis.candidate.parameters["at_s"] == instants[1]
     low, high = step.spread["at_s"]
     assert [low, high] == pytest.approx(instants[1] + 0.5 * STEP_S * np.array([-1.0, 1.0]), abs=0.01 * STEP_S)
+
+
+def test_instants_of_another_recording_are_none_of_a_rival() -> None:
+    """Steps are of one recording each; those of the second fit nearly as well as those of the first."""
+    instants = [(100.0 + STEP_S * k, r) for r in range(2) for k in range(3)]
+    effects = [("gyro.bias", "x", {}), *(("gyro.bias_step", "x", {"at_s": at_s + 5000.0 * r}) for at_s, r in instants)]
+    found = linearisation(effects, {0: LARGE}, (0, 2))
+    column = found.hypotheses[0].columns[0]
+    columns = [(column, column), *((column, None) if r == 0 else (None, column) for _, r in instants)]
+    ones = tuple(replace(one, columns=c) for one, c in zip(found.hypotheses, columns, strict=True))
+    normal = found.here.normal.copy()
+    normal[0, 5] = normal[5, 0] = normal[0, 2]
+    projection = found.here.projection.copy()
+    projection[5] = projection[2]
+    found = replace(found, hypotheses=ones, here=replace(found.here, normal=normal, projection=projection))
+    listed = {one.hypothesis.candidate.name: one for one in rivals(found, Policy(near=np.inf, listed=np.inf))}
+    step = listed["gyro.bias_step"]
+    at_s, (low, high) = step.hypothesis.candidate.parameters["at_s"], step.spread["at_s"]
+    assert [low, high] == pytest.approx(at_s + 0.5 * STEP_S * np.array([-1.0, 1.0]), abs=0.01 * STEP_S)

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.effects.accelerometer import CREEP_TIME
+from ins_eval.effects.effect import Parameter
 from ins_eval.error_model.columns import Column
 from ins_eval.error_model.library import Candidate
 from ins_eval.estimation.case import Case, prepare, with_effects
@@ -246,13 +247,18 @@ def test_a_time_has_an_interval_however_sure_it_is(sigma: float) -> None:
 
 
 @pytest.mark.parametrize("step", [0.1, 1.0, 10.0])
-def test_of_values_that_were_tried_the_interval_is_that_of_the_density_or_a_step(step: float) -> None:
-    """A normal density of sigma 1 about 0.03 of a step from the value that is best."""
-    heights = {float(x): -0.5 * (x - 0.03 * step) ** 2 for x in step * np.arange(-50.0, 51.0)}
+@pytest.mark.parametrize("parameter", [
+    Parameter("at_s", "s", None, None, 0), Parameter("time_constant_s", "s", 1e-9, 1e9, 0),
+    Parameter("time_constant_s", "s", 1e-9, 1e9, 0, form=0.5),
+])  # fmt: skip
+def test_of_values_that_were_tried_the_interval_is_that_of_the_density_or_a_step(step: float, parameter) -> None:
+    """A normal density of sigma 1 about 0.03 of a step from the value that is best, of a time or of its logarithm."""
+    to, back = (np.log, np.exp) if parameter.low else (np.asarray, np.asarray)
+    heights = {float(back(x)): -0.5 * (x - 0.03 * step) ** 2 for x in step * np.arange(-50.0, 51.0)}
     ends = 0.03 * step + Q95 * np.array([-1.0, 1.0])
-    expected = [min(ends[0], -0.5 * step), max(ends[1], 0.5 * step)]
-    assert of_tried(heights) == pytest.approx(expected, abs=OF_STEP * step)
-    assert of_tried({5.0: 1.0, 7.0: -900.0}) == (5.0, 6.0)
+    reach = np.maximum(np.abs(ends), 0.5 * step)
+    expected = np.array([-1.0, 1.0]) * np.hypot(reach, Q95 * parameter.form)
+    assert to(of_tried(heights, parameter)) == pytest.approx(expected, abs=OF_STEP * step)
 
 
 def test_what_a_column_drives_is_taken_off_where_that_column_was_recorded(recording_at_rest) -> None:

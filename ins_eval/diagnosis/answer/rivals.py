@@ -18,6 +18,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ins_eval.diagnosis.answer.verdict import Rival
+from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.estimation.linearisation import more_probable
 from ins_eval.estimation.placing import of_tried
 from ins_eval.estimation.search import log_bayes_factor, posterior
@@ -93,8 +94,8 @@ def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[
         Rival(
             of=linearisation.hypotheses[k],
             hypothesis=linearisation.hypotheses[members[family]],
-            **_size(linearisation, k, int(members[family])),
-            spread=_spread(linearisation, k, int(members[family])),
+            **_size(trusted, k, int(members[family])),
+            spread=_spread(trusted, k, int(members[family])),
             probability=float(np.exp(of_family[family] - log_sum)),
             below_best=float(below[family]),
             by_prior_only=bool(
@@ -121,20 +122,25 @@ def _size(linearisation: Linearisation, k: int, rival: int) -> dict[str, float]:
 def _spread(linearisation: Linearisation, k: int, rival: int) -> dict[str, tuple[float, float]]:
     """The 95 % interval of each time, width and lag of hypothesis `rival` in the place of member `k`.
 
-    By the values that were tried, the other parameters at their best for each.
+    By the values that were tried in its recordings, the other parameters at their best for each.
     """
-    families = linearisation.space.families
+    one, families = linearisation.hypotheses[rival], linearisation.space.families
     others = [j for j in linearisation.best.members if j != k]
-    alike = np.flatnonzero(families == families[rival]).tolist()
-    heights = {j: linearisation.gain([*others, j]) for j in alike if j not in others} if len(alike) > 1 else {}
+    acts = [column is not None for column in one.columns]
+    alike = [
+        int(j)
+        for j in np.flatnonzero(families == families[rival])
+        if j not in others and [column is not None for column in linearisation.hypotheses[j].columns] == acts
+    ]
+    heights = {j: linearisation.gain([*others, j]) for j in alike} if len(alike) > 1 else {}
     spread = {}
-    for name, own in linearisation.hypotheses[rival].candidate.parameters.items():
+    for parameter in VOCABULARY[one.candidate.name].parameters:
         highest: dict[float, float] = {}
-        for j, height in heights.items() if isinstance(own, float) else ():
-            x = linearisation.hypotheses[j].candidate.parameters[name]
+        for j, height in heights.items() if parameter.name in one.candidate.parameters else ():
+            x = linearisation.hypotheses[j].candidate.parameters[parameter.name]
             highest[x] = max(height, highest.get(x, -np.inf))
         if len(highest) > 1:
-            spread[name] = of_tried(highest)
+            spread[parameter.name] = of_tried(highest, parameter)
     return spread
 
 
