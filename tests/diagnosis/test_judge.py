@@ -123,9 +123,16 @@ def test_an_error_larger_than_such_sensors_have_is_no_less_likely_than_what_has_
     within = 0.5 * INFORMATION * size**2 - 0.5 * np.log(INFORMATION * size**2) - 0.5
     within -= np.log(len(SCALES)) + found.space.cost
     assert found.best.log_posterior < within - 0.4 * (size / SCALES[-1]) ** 2
+    usual = linearisation((OF_Z[0],), {0: 0.9 * SCALES[-1]})
+    assert usual.log_posterior_of_names == pytest.approx(usual.best.log_posterior, abs=1e-9)
     for lead, better in ((-1.0, False), (1.0, True)):
         instead = UnnamedDisturbance(None, float(within + lead), 3.0)
         assert outgained(replace(of_flight(found), instead=instead), 0.0) is better
+    lost = within - found.best.log_posterior
+    other = SimpleNamespace(channel=SimpleNamespace(name="gyro.x"))
+    for lead, described in ((0.9, False), (1.1, True)):
+        surest = SimpleNamespace(gain=found.best.log_bayes_factor + lead * lost, interval=other)
+        assert only_described(of_flight(found), surest, Policy(left_open=0.0)) is described
 
 
 @pytest.mark.parametrize(("size", "kept"), [(0.9, False), (1.1, True)])

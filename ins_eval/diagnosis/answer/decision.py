@@ -178,7 +178,7 @@ def outdone(findings: Findings, policy: Policy) -> bool:
     A form that follows the motion is held against them as another law would be: what keeps it from being heard where
     nothing is wrong no longer counts.
     """
-    gain, linearisation = findings.gain, findings.linearisation
+    gain, linearisation = findings.gain_of_form, findings.linearisation
     own = gain - linearisation.space.cost * len(linearisation.best.members)
     return any(
         one.gain > gain + policy.open_margin or (one.follows and one.gain + policy.alone > own + policy.open_margin)
@@ -211,7 +211,7 @@ def only_described(findings: Findings, surest: Suspect | None, policy: Policy) -
     if surest is not None:
         elsewhere = surest.interval.channel.name not in channels
         lead = max(0.0 if elsewhere else policy.near, _left_open(linearisation, policy))
-        if surest.gain > findings.gain + lead:
+        if surest.gain > findings.gain_of_form + lead:
             return True
     left = findings.beside.mismatch
     geometry = linearisation.space.exact[list(members)].any()
@@ -229,7 +229,7 @@ def _insufficient(findings: Findings, surest: Suspect | None, place: tuple[Misma
     findings = _without_crowd(findings, policy)
     linearisation, beside, instead = findings.linearisation, findings.beside, findings.instead
     shown = findings.shown
-    if surest is not None and surest.gain > findings.gain:
+    if surest is not None and surest.gain > findings.gain_of_form:
         shown = place + shown
     lead = open_margin(findings, policy)
     if beside.mismatch is not None:  # with it they do better; they must still be worth what they cost

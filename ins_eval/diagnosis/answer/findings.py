@@ -49,6 +49,11 @@ class Findings:
     others: tuple[Linearisation, ...] = ()
 
     @property
+    def gain_of_form(self) -> float:
+        """`gain` as if such sizes were expected, to be held against what has no name."""
+        return self.gain + self.linearisation.lost_to_size
+
+    @property
     def statistics(self) -> dict[str, float | str]:
         """The numbers of the search."""
         found: dict[str, float | str] = {
