@@ -23,7 +23,7 @@ from ins_eval.report.diagnosis_words import (
 from ins_eval.wording import fixed, joined, sentence
 
 TITLE = "Diagnosis"
-NAMED = 3  # effects in the first line; a fourth is named too, of more than that the rest are counted
+NAMED = 3  # effects in a heading of some three lines, and a fourth rather than `1 more`; by reasoning
 
 
 def diagnosis_content(tree: Mapping) -> tuple[str, list[Section]]:

@@ -132,11 +132,15 @@ def _spread(linearisation: Linearisation, k: int, rival: int) -> dict[str, tuple
         for j in np.flatnonzero(families == families[rival])
         if j not in others and [column is not None for column in linearisation.hypotheses[j].columns] == acts
     ]
-    heights = {j: linearisation.gain([*others, j]) for j in alike} if len(alike) > 1 else {}
+    if len(alike) == 1:
+        return {}
+    heights = {j: linearisation.gain([*others, j]) for j in alike}
     spread = {}
     for parameter in VOCABULARY[one.candidate.name].parameters:
+        if parameter.name not in one.candidate.parameters:
+            continue
         highest: dict[float, float] = {}
-        for j, height in heights.items() if parameter.name in one.candidate.parameters else ():
+        for j, height in heights.items():
             x = linearisation.hypotheses[j].candidate.parameters[parameter.name]
             highest[x] = max(height, highest.get(x, -np.inf))
         if len(highest) > 1:
