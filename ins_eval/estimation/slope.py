@@ -74,97 +74,92 @@ def slopes(
 @numba.njit(cache=True, nogil=True, fastmath=FASTMATH)
 def _back(motion, measured, design, noise, tape, out, by_out, found):
     nodes, m = measured.shape[0], out.shape[1]
+    # lengths that the compiler does not know: loops of known ones are unrolled to scalar code
+    states, moving = tape.gain.shape[1], design.shape[2]
+    whole = states + m
     row = out.shape[0]
-    adjoint = np.zeros((24, m))
-    before = np.zeros((24, m))
-    spread = np.zeros((24, 24))
-    left = np.zeros((24, 24))
-    decay = np.empty(15)
+    joint = np.zeros((states, whole))  # Lambda and, beside it, lambda; sums of rows take three at once
+    ahead = np.zeros((states, whole))  # the same with Lambda Phi
+    phi = np.zeros((moving, whole))
+    decay = np.ones(whole)  # of the columns of Phi that have no other entry; lambda has no column of it
+    decay[:moving] = 0.0
+    before_s = -1.0
+    h = np.zeros(states)
     z = np.empty(m)
-    z_adjoint = np.empty(m)
-    h = np.zeros(24)
-    spread_gain = np.empty(24)
-    gain_adjoint = np.empty(24)
-    push = np.empty(24)
-    line = np.empty(24)
+    gained = np.empty(whole)
+    by_gain = np.empty(states)
+    push = np.empty(whole)
     for k in range(nodes - 1, -1, -1):
         for channel in range(8, -1, -1):
             if not measured[k, channel]:
                 continue
             row -= 1
             gain, s = tape.gain[row], tape.variance[row]
-            root = np.sqrt(s)
-            h[:] = 0.0
-            for i in range(9):
+            root, inverse = np.sqrt(s), 1.0 / s
+            for i in range(moving):
                 h[i] = design[k, channel, i]
             h[9 + channel] = 1.0
             square = 0.0
             for c in range(m):
                 z[c] = out[row, c] * root
-                z_adjoint[c] = by_out[row, c] / root
                 square += by_out[row, c] * out[row, c]
-            for i in range(24):
+            for c in range(whole):
+                gained[c] = 0.0
+            for i in range(0, states, 3):
+                x, y, w = gain[i], gain[i + 1], gain[i + 2]
+                for c in range(whole):
+                    gained[c] += x * joint[i, c] + y * joint[i + 1, c] + w * joint[i + 2, c]
+            for i in range(states):
                 x = 0.0
                 for c in range(m):
-                    x -= adjoint[i, c] * z[c]
-                gain_adjoint[i] = x
-                g = gain[i]
-                for c in range(m):
-                    z_adjoint[c] -= g * adjoint[i, c]
-            by_s = -0.5 / s - 0.5 * square / s
-            for i in range(24):
-                x = 0.0
-                for j in range(24):
-                    x += spread[i, j] * gain[j]
-                spread_gain[i] = x
-                by_s += gain[i] * x - gain_adjoint[i] * gain[i] / s
+                    x -= joint[i, states + c] * z[c]
+                by_gain[i] = x
+            by_s = -0.5 * (1.0 + square) * inverse
+            for i in range(states):
+                by_s += gain[i] * (gained[i] - by_gain[i] * inverse)
             found.white[k, channel] = 2.0 * noise.white[k, channel] * by_s
-            for i in range(24):
-                push[i] = gain_adjoint[i] / s - 2.0 * spread_gain[i] + by_s * h[i]
-            for i in range(24):  # few channels see more than two states
+            for i in range(states):  # p' / 2, and beside it z'
+                push[i] = 0.5 * (by_gain[i] * inverse + by_s * h[i]) - gained[i]
+            for c in range(m):
+                push[states + c] = by_out[row, c] / root - gained[states + c]
+            for i in range(states):  # few channels see more than two states
                 x = h[i]
                 if x != 0.0:
-                    for j in range(24):
-                        spread[i, j] += 0.5 * x * push[j]
-                    for j in range(24):
-                        spread[j, i] += 0.5 * x * push[j]
-                    for c in range(m):
-                        adjoint[i, c] += x * z_adjoint[c]
+                    for c in range(whole):
+                        joint[i, c] += x * push[c]
+                    for j in range(states):
+                        joint[j, i] += x * push[j]
+            h[9 + channel] = 0.0
         if k == 0:
             break
         e = k - 1
-        f, g, dt = motion.transition[e], motion.coupling[e], motion.interval_s[e]
-        for i in range(9):
-            for j in range(9):
-                found.force[e] += spread[i, j] * motion.walks[e, 0, i, j]
-                found.rate[e] += spread[i, j] * motion.walks[e, 1, i, j]
-        # over the epoch, by states: adjoint first, then both sides of the covariance, along rows
-        for j in range(9):
-            for c in range(m):
-                before[j, c] = 0.0
-            for c in range(24):
-                left[j, c] = 0.0
-            for i in range(9):
-                x = f[i, j]
-                if x != 0.0:
-                    for c in range(m):
-                        before[j, c] += x * adjoint[i, c]
-                    for c in range(24):
-                        left[j, c] += x * spread[i, c]
+        dt = motion.interval_s[e]
+        if dt != before_s:
+            before_s = dt
+            for i in range(15):
+                decay[9 + i] = np.exp(-dt / (noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]))
+        force = rate = 0.0
+        for i in range(moving):
+            for j in range(moving):
+                force += joint[i, j] * motion.walks[e, 0, i, j]
+                rate += joint[i, j] * motion.walks[e, 1, i, j]
+                phi[i, j] = motion.transition[e, i, j]
+            for j in range(6):
+                phi[i, 18 + j] = motion.coupling[e, i, j]
+        found.force[e], found.rate[e] = force, rate
         for i in range(15):
             time = noise.slow_time_s[i] if i < 9 else noise.wander_time_s[i - 9]
             sigma = noise.slow_sigma[i] if i < 9 else noise.wander_sigma[i - 9]
-            kept = np.exp(-dt / time)
-            decay[i] = kept
-            own = spread[9 + i, 9 + i]
+            kept = decay[9 + i]
+            own = joint[9 + i, 9 + i]
             fresh = sigma * sigma + noise.jumps[e, i] if i < 3 else sigma * sigma
-            by_log_decay = -2.0 * fresh * own  # the covariance on the tape has what is fresh already
-            for j in range(24):
-                by_log_decay += 2.0 * spread[9 + i, j] * tape.covariance[k, 9 + i, j]
-                left[9 + i, j] = kept * spread[9 + i, j]
+            covered = told = 0.0
+            for j in range(states):
+                covered += joint[9 + i, j] * tape.covariance[k, 9 + i, j]
             for c in range(m):
-                by_log_decay += kept * adjoint[9 + i, c] * tape.slow[k, i, c]
-                before[9 + i, c] = kept * adjoint[9 + i, c]
+                told += joint[9 + i, states + c] * tape.slow[k, i, c]
+            # the covariance on the tape has what is fresh already
+            by_log_decay = 2.0 * (covered - fresh * own) + kept * told
             by_sigma = 2.0 * sigma * (1.0 - kept * kept) * own
             by_time = by_log_decay * dt / (time * time) if kept > 0.0 else 0.0  # what is forgotten wholly
             if i < 9:
@@ -173,27 +168,32 @@ def _back(motion, measured, design, noise, tape, out, by_out, found):
             else:
                 found.wander_sigma[i - 9] += by_sigma
                 found.wander_time_s[i - 9] += by_time
-                for q in range(9):
-                    x = g[q, i - 9]
-                    for c in range(m):
-                        before[9 + i, c] += x * adjoint[q, c]
-                    for j in range(24):
-                        left[9 + i, j] += x * spread[q, j]
+        # over the epoch: Lambda Phi, then Phi' of it and of lambda; below, a slow error of what measures has no row
+        for i in range(states):
+            for c in range(whole):
+                ahead[i, c] = joint[i, c] * decay[c]
+            if moving <= i < 18:
+                continue
+            for q in range(0, moving, 3):
+                x, y, w = joint[i, q], joint[i, q + 1], joint[i, q + 2]
+                for c in range(whole):
+                    ahead[i, c] += x * phi[q, c] + y * phi[q + 1, c] + w * phi[q + 2, c]
+        for i in range(states):
+            x = decay[i]
+            for c in range(whole):
+                joint[i, c] = x * ahead[i, c]
+            if moving <= i < 18:
+                continue
+            for q in range(0, moving, 3):
+                x, y, w = phi[q, i], phi[q + 1, i], phi[q + 2, i]
+                for c in range(whole):
+                    joint[i, c] += x * ahead[q, c] + y * ahead[q + 1, c] + w * ahead[q + 2, c]
         # one triangle is both: what rounding leaves uneven no measurement damps, and in hours it grew as heights do
-        for i in range(24):
-            for j in range(24):
-                line[j] = decay[j - 9] * left[i, j] if j >= 9 else 0.0
-            for q in range(9):
-                x = left[i, q]
-                if i < 9:
-                    for j in range(9):
-                        line[j] += x * f[q, j]
-                for j in range(6):
-                    line[18 + j] += x * g[q, j]
-            for j in range(i, 24):
-                spread[i, j] = spread[j, i] = line[j]
-        for i in range(24):
-            for c in range(m):
-                adjoint[i, c] = before[i, c]
+        for i in range(9, 18):
+            for j in range(18, states):
+                joint[i, j] = joint[j, i]
+        for i in range(states):
+            for j in range(i + 1, states):
+                joint[j, i] = joint[i, j]
     for i in range(9):
-        found.slow_sigma[i] += 2.0 * noise.slow_sigma[i] * spread[9 + i, 9 + i]
+        found.slow_sigma[i] += 2.0 * noise.slow_sigma[i] * joint[9 + i, 9 + i]
