@@ -1,7 +1,8 @@
 """The maximum of the evidence over the free levels of the noise (`noise`), prior included.
 
-By quasi-Newton steps with the filter's own slopes. Where attitude is measured, or where gyros flicker, the evidence has
-several hills, and the top of more than one is sought.
+By quasi-Newton steps with the filter's own slopes; near a top that was climbed before they begin with its curvature.
+Where attitude is measured, or where gyros flicker, the evidence has several hills, and the top of more than one is
+sought.
 """
 
 from __future__ import annotations
@@ -22,14 +23,18 @@ if TYPE_CHECKING:
     from ins_eval.estimation.evidence import Gain
     from ins_eval.estimation.noise import NoiseModel
 
+_Slope = Callable[[np.ndarray], tuple[float, np.ndarray]]
+
 WIDEST = 3.0  # prior sigmas that a level may move
 # prior sigmas of the first step in each level, before anything is known of the curvature, and the least and most after;
 # by reasoning
 _FIRST, _SPREADS = 0.2, (1e-3, 1.0)
 _LEVEL = 0.02  # nats for a step of the size of a spread: the slope of a top
-# nats that two further steps must gain; the same where tops are compared: along a wander that hardly matters the
-# evidence rises by a hundredth of a nat a step, for two nats in all
+# nats that two further steps must gain, and twice those that a curvature that is known may still promise; the same
+# where tops are compared: along a wander that hardly matters the evidence rises by a hundredth of a nat a step, for two
+# nats in all
 _ENOUGH, _CLOSE = 0.05, 0.005
+_NEAR = 3.0  # nats that the curvature promises at most near its top: 2 and less there in real flights, or thousands
 _STEPS, _EVALUATIONS, _MEMORY = 60, 80, 20  # of the slope; differences of it that are kept
 _RUNS, _FAR = 4, 0.5  # prior sigmas from the begin of a climb, beyond which it begins anew
 # what measures attitude and what gyros do are told apart by their times alone, and so is a wander from an effect: an
@@ -67,7 +72,8 @@ class Ready:
 class Fitted:
     """Noise at the maximum of the evidence: where, how high (prior included), and the sums of that pass.
 
-    `spread` (levels,) is how far each level may move for half a nat, about, as the climbs so far tell; None before any.
+    `spread` (levels, levels) are steps of half a nat, about, as the climbs so far tell: one in each column, whose
+    products are the inverse of the curvature; None before any.
     """
 
     noise_point: np.ndarray
@@ -87,9 +93,8 @@ def fit(
     """Maximise log evidence + log prior over the free levels, in prior sigmas from the centre.
 
     Of the columns beyond those `known`, `gain` tells what they gain; without it all are known. With `hills` the top is
-    sought on more than the hill where the start lies. Where tops are compared it is sought `close`. Steps are of the
-    size that the spread of the `start` tells: samples by the thousand tell some levels a hundred times closer than
-    others.
+    sought on more than the hill where the start lies. Where tops are compared it is sought `close`. Steps are those
+    that the spread of the `start` tells: samples by the thousand tell some levels a hundred times closer than others.
     """
 
     def height(noise_point: np.ndarray) -> float:
@@ -102,8 +107,8 @@ def fit(
         return found - 0.5 * float(noise_point @ noise_point), by - noise_point
 
     free, enough = ready.noise.free, _CLOSE if close else _ENOUGH
-    spread = np.full(len(free), _FIRST) if start is None or start.spread is None else start.spread
-    top = _top(slope, np.zeros(len(free)) if start is None else start.noise_point, spread, enough)
+    begin, spread = (np.zeros(len(free)), None) if start is None else (start.noise_point, start.spread)
+    top = _top(slope, begin, spread, enough)
     for names, lasting in LASTING if hills else ():
         if lasting not in free:
             continue
@@ -115,13 +120,11 @@ def fit(
 class _Top(NamedTuple):
     noise_point: np.ndarray
     height: float
-    spread: np.ndarray
+    spread: np.ndarray | None
 
 
-def _top(
-    slope: Callable[[np.ndarray], tuple[float, np.ndarray]], noise_point: np.ndarray, spread: np.ndarray, enough: float
-) -> _Top:
-    """The top of the hill on which `noise_point` lies, by steps of the size of `spread`."""
+def _top(slope: _Slope, noise_point: np.ndarray, spread: np.ndarray | None, enough: float) -> _Top:
+    """The top of the hill on which `noise_point` lies, by steps of the size of `spread`, where that is known."""
     for _ in range(_RUNS):
         begin = noise_point
         top = _climbed(slope, begin, spread, enough)
@@ -148,28 +151,58 @@ def _other_hills(
     return found
 
 
-def _climbed(
-    slope: Callable[[np.ndarray], tuple[float, np.ndarray]], begin: np.ndarray, spread: np.ndarray, enough: float
-) -> _Top:
-    """The highest position found from `begin`; its spread by the curvature that the steps told, if they were many."""
+def _climbed(slope: _Slope, begin: np.ndarray, spread: np.ndarray | None, enough: float) -> _Top:
+    """The highest position found from `begin`, and the spread by the curvature that the steps told."""
+    first = slope(begin)
+    if spread is not None:
+        if 0.5 * float(np.sum((spread.T @ first[1]) ** 2)) < _NEAR:
+            return _settled(slope, begin, first, spread, enough)
+        steps = np.linalg.norm(spread, axis=1)
+    else:
+        steps = np.full(begin.size, _FIRST)
 
     def down(moved: np.ndarray) -> tuple[float, np.ndarray]:
-        height, by = slope(begin + spread * moved)
-        return -height, -spread * by
+        height, by = slope(begin + steps * moved) if moved.any() else first
+        return -height, -steps * by
 
     found = minimize(
         down,
         np.zeros(begin.size),
         jac=True,
         method="L-BFGS-B",
-        bounds=list(zip((-WIDEST - begin) / spread, (WIDEST - begin) / spread, strict=True)),
+        bounds=list(zip((-WIDEST - begin) / steps, (WIDEST - begin) / steps, strict=True)),
         options={"maxiter": _STEPS, "maxfun": _EVALUATIONS, "ftol": 0.0, "gtol": _LEVEL, "maxcor": _MEMORY},
         callback=_Patience(enough),
     )
-    end = np.clip(begin + spread * found.x, -WIDEST, WIDEST)
+    end = np.clip(begin + steps * found.x, -WIDEST, WIDEST)
     if 2 * found.nit >= begin.size:
-        spread = np.clip(spread * np.sqrt(np.diag(found.hess_inv.todense())), *_SPREADS)
+        spread = _root(np.outer(steps, steps) * found.hess_inv.todense())
     return _Top(end, -float(found.fun), spread)
+
+
+def _settled(
+    slope: _Slope, begin: np.ndarray, first: tuple[float, np.ndarray], spread: np.ndarray, enough: float
+) -> _Top:
+    """The top near `begin`, where the slope is `first`, of which the spread is known."""
+
+    def within(moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        there = begin + spread @ moved
+        return np.clip(there, -WIDEST, WIDEST), np.abs(there) <= WIDEST
+
+    def down(moved: np.ndarray) -> tuple[float, np.ndarray]:
+        noise_point, free = within(moved)
+        height, by = slope(noise_point) if moved.any() else first
+        return -height, -spread.T @ (by * free)
+
+    options = {"maxiter": _STEPS, "gtol": np.sqrt(enough), "norm": 2.0}
+    found = minimize(down, np.zeros(begin.size), jac=True, method="BFGS", options=options)
+    return _Top(within(found.x)[0], -float(found.fun), _root(spread @ found.hess_inv @ spread.T))
+
+
+def _root(covariance: np.ndarray) -> np.ndarray:
+    """A square root of the inverse of a curvature, whose steps are neither too long nor too short."""
+    values, axes = np.linalg.eigh(covariance)
+    return axes * np.clip(np.sqrt(np.maximum(values, 0.0)), *_SPREADS)
 
 
 class _Patience:
