@@ -158,18 +158,19 @@ def _force_by_attitude(recording, integrals: Integrals, known, moving: Fixes, ta
     felt_n, first, last = felt_n[chosen], first[chosen], last[chosen]
     middle_s = 0.5 * (at_s[first] + at_s[last])
 
-    def expected(offset_s: float, factor: float) -> np.ndarray:
-        turn = Slerp(time_s, _rotations(factor * attitude))
+    turns = [Slerp(time_s, _rotations(factor * attitude)) for factor in ATTITUDES.values()]
+
+    def expected(offset_s: float, turn: Slerp) -> np.ndarray:
         return turn(np.clip(middle_s - offset_s, time_s[0], time_s[-1])).inv().apply(felt_n)
 
     # the stamps of the velocity against those of the attitude and the IMU, which here share a clock
     best, at = -1.0, 0.0
     for offset_s in OFFSETS_S:
         seen = integrals.rates("velocity", at_s[first] - offset_s, at_s[last] - offset_s)
-        if (agreed := _agreement(expected(offset_s, 1.0), seen)) > best:
+        if (agreed := _agreement(expected(offset_s, turns[0]), seen)) > best:
             best, at = agreed, offset_s
     seen = integrals.rates("velocity", at_s[first] - at, at_s[last] - at)
-    wanted = np.array([expected(at, factor) for factor in ATTITUDES.values()])
+    wanted = np.array([expected(at, turn) for turn in turns])
     return order_scores(channel_scores(wanted, np.repeat(seen[None], 3, axis=0), FORCE_FACTORS, FORCE_FLOOR))
 
 
