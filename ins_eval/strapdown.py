@@ -12,6 +12,7 @@ vertical channel: ibid., section 12.4.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -72,10 +73,10 @@ def attitude_from_quaternion(quaternion_nb: np.ndarray) -> np.ndarray:
 
 
 def quaternion_from_attitude(attitude_rad) -> np.ndarray:
-    """Scalar-first quaternion, body to navigation frame, of roll, pitch, heading."""
+    """Scalar-first quaternions (..., 4), body to navigation frame, of roll, pitch, heading (..., 3)."""
     from scipy.spatial.transform import Rotation
 
-    return Rotation.from_euler("ZYX", np.asarray(attitude_rad, dtype=float)[::-1]).as_quat(scalar_first=True)
+    return Rotation.from_euler("ZYX", np.asarray(attitude_rad, dtype=float)[..., ::-1]).as_quat(scalar_first=True)
 
 
 @numba.njit(cache=True, inline="always")
@@ -188,7 +189,7 @@ def _navigate(time_s, dtheta_b, dv_b, aid_m, start, attitude, vertical, gains, t
 def damping_gains(latitude_rad: float, height_m: float) -> tuple[float, float, float]:
     """k1 = 3 / tau, k2 = 3 / tau^2 + 2 g / R, k3 = 1 / tau^3 of a vertical channel with a triple pole at 1 / tau."""
     tau = VERTICAL_TIME_CONSTANT_S
-    schuler = gravity(latitude_rad, height_m) / np.mean(radii(latitude_rad))
+    schuler = gravity(latitude_rad, height_m) / (0.5 * sum(radii(latitude_rad)))
     return 3.0 / tau, 3.0 / tau**2 + 2.0 * schuler, 1.0 / tau**3
 
 
@@ -223,16 +224,50 @@ def navigate(
     Damping, e = h - aid:  h' = -v_D - k1 e,  v_D' = ... + k2 e + k3 integral(e), with the `damping_gains` of the start.
     """
     aid = np.full(len(time_s), start.height_m) if height_aid_m is None else height_aid_m
-    rows = _navigate(
-        np.ascontiguousarray(time_s, dtype=float),
-        np.ascontiguousarray(dtheta_b, dtype=float),
-        np.ascontiguousarray(dv_b, dtype=float),
-        np.ascontiguousarray(aid, dtype=float),
-        np.array([start.time_s, start.latitude_rad, start.longitude_rad, start.height_m, *start.velocity_n]),
-        quaternion_from_attitude(start.attitude_rad),
-        ("damped", "free", "frozen").index(vertical),
-        damping_gains(start.latitude_rad, start.height_m),
-        _earth_terms(earth or EarthBelief()),
+    (solution,) = navigate_arcs(
+        np.asarray(time_s, dtype=float),
+        lambda first, last: (dtheta_b[first:last], dv_b[first:last]),
+        [start],
+        [0, len(time_s)],
+        np.asarray(aid, dtype=float),
+        vertical,
         every,
+        earth,
     )
-    return Solution(rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 4:7], rows[:, 7:11])
+    return solution
+
+
+def navigate_arcs(
+    time_s: np.ndarray,
+    increments: Callable[[int, int], tuple[np.ndarray, np.ndarray]],
+    starts: Sequence[Start],
+    edges: Sequence[int],
+    height_aid_m: np.ndarray,
+    vertical: Vertical = "damped",
+    every: int = 1,
+    earth: EarthBelief | None = None,
+) -> tuple[Solution, ...]:
+    """As `navigate`, from each of m `starts` over the samples from its edge to the next of m + 1 `edges`.
+
+    `increments` gives those of the samples from one row to another: they are made as they are needed.
+    """
+    quaternions = quaternion_from_attitude([start.attitude_rad for start in starts])
+    of_vertical = ("damped", "free", "frozen").index(vertical)
+    terms = _earth_terms(earth or EarthBelief())
+    solutions = []
+    for start, quaternion, first, last in zip(starts, quaternions, edges[:-1], edges[1:], strict=True):
+        dtheta_b, dv_b = (np.ascontiguousarray(one, dtype=float) for one in increments(first, last))
+        rows = _navigate(
+            np.ascontiguousarray(time_s[first:last]),
+            dtheta_b,
+            dv_b,
+            np.ascontiguousarray(height_aid_m[first:last]),
+            np.array([start.time_s, start.latitude_rad, start.longitude_rad, start.height_m, *start.velocity_n]),
+            quaternion,
+            of_vertical,
+            damping_gains(start.latitude_rad, start.height_m),
+            terms,
+            every,
+        )
+        solutions.append(Solution(rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 4:7], rows[:, 7:11]))
+    return tuple(solutions)

@@ -21,7 +21,7 @@ from ins_eval.imu import Mission
 from ins_eval.profile import Profile, load
 from ins_eval.recording import Start
 from ins_eval.recording.belief import EarthBelief
-from ins_eval.strapdown import Solution, attitude_from_quaternion, navigate, quaternion_from_attitude
+from ins_eval.strapdown import Solution, attitude_from_quaternion, navigate, navigate_arcs, quaternion_from_attitude
 from ins_eval.trajectory import Trajectory
 from ins_eval.units import DEG, DEG_PER_H, UG
 
@@ -520,6 +520,29 @@ def test_rows_of_the_solution() -> None:
     assert fine.time_s == pytest.approx(np.arange(51) * 0.2)
     assert coarse.time_s == pytest.approx(fine.time_s[::5])
     assert np.array_equal(coarse.velocity_n, fine.velocity_n[::5])
+
+
+def test_arcs_are_flown_as_each_alone() -> None:
+    felt = at_rest(PLACE, duration_s=8.0)
+    edges = [0, 40, 100, felt.time_s.size]
+    asked: list[tuple[int, int]] = []
+
+    def increments(first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+        asked.append((first, last))
+        return felt.gyro[first:last], felt.velocity[first:last]
+
+    starts = [
+        replace(PLACE, time_s=0.05 * edge, velocity_n=(float(edge), 1.0, 0.0), attitude_rad=(0.01 * edge, 0.1, 2.0))
+        for edge in edges[:-1]
+    ]
+    aid = np.full(felt.time_s.size, PLACE.height_m)
+    arcs = navigate_arcs(felt.time_s, increments, starts, edges, aid, "free")
+    assert asked == list(zip(edges[:-1], edges[1:], strict=True))
+    for arc, start, first, last in zip(arcs, starts, edges[:-1], edges[1:], strict=True):
+        part = Felt(felt.time_s[first:last], felt.gyro[first:last], felt.velocity[first:last])
+        alone = navigated(part, start, vertical="free")
+        for name in ("time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "quaternion_nb"):
+            assert np.array_equal(getattr(arc, name), getattr(alone, name)), name
 
 
 def test_without_an_aid_the_height_of_the_start_is_held() -> None:

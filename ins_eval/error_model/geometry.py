@@ -19,6 +19,7 @@ STATES = 9  # of a navigation error: of position and velocity in n, and phi
 POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
 VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
 BLOCK, OVERLAP = 1 << 18, 64  # steps
+APART_S = 1.0
 CLOCK_S = 1e-6  # by which stamps of one instant may differ: rounding
 
 
@@ -60,8 +61,6 @@ def along(arcs: Sequence[Solution], gyro: np.ndarray, bias: np.ndarray, time_s: 
 
 
 def _at(arcs: Sequence[Solution], gyro: np.ndarray, bias: np.ndarray, time_s: np.ndarray) -> States:
-    from scipy.interpolate import make_interp_spline  # imported here, for it takes long and few need it
-
     whole = Solution(*(np.concatenate([getattr(arc, field.name) for arc in arcs]) for field in fields(Solution)))
     ends = np.cumsum([arc.time_s.size for arc in arcs])  # rows of `whole`, in which no step leads from arc to arc
     cuts = [0, *np.searchsorted(time_s, [arc.time_s[-1] + CLOCK_S for arc in arcs[:-1]]), time_s.size]
@@ -79,17 +78,42 @@ def _at(arcs: Sequence[Solution], gyro: np.ndarray, bias: np.ndarray, time_s: np
     latitude, longitude, height = (
         _hermite(whole.time_s, v, r, step, time_s) for v, r in zip(values, rates, strict=True)
     )
-    velocity, acceleration = np.empty((2, time_s.size, 3))
-    for one, first, last in zip(arcs, cuts[:-1], cuts[1:], strict=True):
-        if last > first:
-            degree = min(VELOCITY_DEGREE, (one.time_s.size - 1) // 2 * 2 - 1)
-            spline = make_interp_spline(one.time_s, one.velocity_n, k=max(1, degree))
-            velocity[first:last] = spline(time_s[first:last])
-            acceleration[first:last] = spline(time_s[first:last], 1)
+    velocity, acceleration = _splined(arcs, arc, time_s)
     increments = gyro[: SAMPLES_PER_STEP * (whole.time_s.size - len(arcs))].reshape(-1, SAMPLES_PER_STEP, 3)
     sample_s = (whole.time_s[step + 1] - whole.time_s[step]) / SAMPLES_PER_STEP
     attitude = _attitude(whole, increments[step - arc] - (sample_s[:, None] * bias)[:, None], step, time_s)
     return States(time_s, latitude, longitude, height, velocity, acceleration, attitude.as_matrix())
+
+
+def _splined(arcs: Sequence[Solution], arc: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity and its derivative (m, 3) at `time_s`, by a not-a-knot spline through the `arc` (m,) of each instant.
+
+    The splines of all arcs of one degree k are one: with arcs moved apart by `APART_S`, and knots of multiplicity k at
+    their ends, what lies between two arcs meets their last and first values, k - 1 of its own, and nothing else.
+    """
+    from scipy.interpolate import make_interp_spline  # imported here, for it takes long and few need it
+
+    velocity, acceleration = np.empty((2, time_s.size, 3))
+    degrees = np.array([max(1, min(VELOCITY_DEGREE, (one.time_s.size - 1) // 2 * 2 - 1)) for one in arcs])
+    seen = np.unique(arc)
+    for k in np.unique(degrees[seen]):
+        sites: list[np.ndarray] = []
+        values, knots = [], []
+        for n in seen[degrees[seen] == k]:
+            t = arcs[n].time_s + APART_S * n
+            if sites:
+                sites.append(np.linspace(sites[-1][-1], t[0], k + 1)[1:-1])
+                values.append(np.zeros((k - 1, 3)))
+            sites.append(t)
+            values.append(arcs[n].velocity_n)
+            knots += [np.full(k, t[0]), t[(k + 1) // 2 : -(k + 1) // 2], np.full(k, t[-1])]
+        knots = [sites[0][:1], *knots, sites[-1][-1:]]
+        spline = make_interp_spline(np.concatenate(sites), np.concatenate(values), k=k, t=np.concatenate(knots))
+        here = degrees[arc] == k
+        ends = np.array([one.time_s[-1] for one in arcs])[arc[here]] + APART_S * arc[here]
+        at = np.minimum(time_s[here] + APART_S * arc[here], np.nextafter(ends, -np.inf))
+        velocity[here], acceleration[here] = spline(at), spline(at, 1)
+    return velocity, acceleration
 
 
 def _hermite(t: np.ndarray, value: np.ndarray, rate: np.ndarray, step: np.ndarray, time_s: np.ndarray) -> np.ndarray:

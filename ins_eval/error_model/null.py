@@ -29,10 +29,12 @@ from ins_eval.initialization import (
 from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on, without_bias
 from ins_eval.recording import Start
 from ins_eval.recording.mending import mended
-from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate
+from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate_arcs
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, HOUR, STANDARD_GRAVITY, UG
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ins_eval.compensation import CompensationModel
     from ins_eval.recording import Recording
     from ins_eval.recording.belief import Belief
@@ -76,8 +78,8 @@ class Believed:
         """Angles, rad, and velocities, m/s, of the samples from `first` to `last`, the biases taken off."""
         if not (self.gyro_bias.any() or self.force_bias.any()):
             return self.gyro[first:last], self.velocity[first:last]
-        before_s = self.time_s[first - 1] if first else self.start.time_s
-        interval_s = np.diff(self.time_s[first:last], prepend=before_s)[:, None]
+        before_s = self.time_s[first - 1 : last - 1] if first else np.append(self.start.time_s, self.time_s[: last - 1])
+        interval_s = (self.time_s[first:last] - before_s)[:, None]
         gyro, velocity = self.gyro[first:last], self.velocity[first:last]
         return gyro - interval_s * self.gyro_bias, velocity - interval_s * self.force_bias
 
@@ -199,22 +201,24 @@ def is_coarse(belief: Belief) -> bool:
 
 def start_at(path: Solution, time_s: float) -> Start:
     """The state of a path at an instant; before its first row that of the first, after its last that of the last."""
-    k = int(np.clip(np.searchsorted(path.time_s, time_s), 1, path.time_s.size - 1))
-    share = float(np.clip((time_s - path.time_s[k - 1]) / (path.time_s[k] - path.time_s[k - 1]), 0.0, 1.0))
+    return starts_at(path, [time_s])[0]
 
-    def between(values: np.ndarray):
-        return (1.0 - share) * values[k - 1] + share * values[k]
 
+def starts_at(path: Solution, time_s: Sequence[float]) -> list[Start]:
+    """The same at several instants."""
+    k = np.clip(np.searchsorted(path.time_s, time_s), 1, path.time_s.size - 1)
+    share = np.clip((time_s - path.time_s[k - 1]) / (path.time_s[k] - path.time_s[k - 1]), 0.0, 1.0)[:, None]
+    values = np.column_stack([path.latitude_rad, path.longitude_rad, path.height_m, path.velocity_n])
+    between = (1.0 - share) * values[k - 1] + share * values[k]
     before, after = (Rotation.from_quat(path.quaternion_nb[j], scalar_first=True) for j in (k - 1, k))
     attitude = Rotation.from_rotvec(share * (after * before.inv()).as_rotvec()) * before
-    return Start(
-        float(time_s),
-        float(between(path.latitude_rad)),
-        float(between(path.longitude_rad)),
-        float(between(path.height_m)),
-        tuple(float(v) for v in between(path.velocity_n)),
-        tuple(float(a) for a in attitude.as_euler("ZYX", suppress_warnings=True)[::-1]),
-    )
+    angles = attitude.as_euler("ZYX", suppress_warnings=True)[:, ::-1]
+    return [
+        Start(float(at_s), latitude, longitude, height, tuple(velocity), tuple(rolled))
+        for at_s, (latitude, longitude, height, *velocity), rolled in zip(
+            time_s, between.tolist(), angles.tolist(), strict=True
+        )
+    ]
 
 
 def _compensated(recording: Recording, folder: str | Path) -> tuple[Recording, np.ndarray]:
@@ -236,17 +240,14 @@ def solve(believed: Believed) -> tuple[Solution, ...]:
     """The solution of the full mechanization, one row every step, of each arc; the height of arcs is not damped."""
     begins = [believed.start, *believed.arcs]
     edges = [*np.searchsorted(believed.time_s, [one.time_s + 1e-6 for one in begins]), believed.time_s.size]
-    return tuple(
-        navigate(
-            believed.time_s[first:last],
-            *believed.increments(first, last),
-            begin,
-            believed.aid_m[first:last],
-            "free" if believed.arcs else "damped",
-            1,
-            believed.recording.belief.earth,
-        )
-        for begin, first, last in zip(begins, edges[:-1], edges[1:], strict=True)
+    return navigate_arcs(
+        believed.time_s,
+        believed.increments,
+        begins,
+        edges,
+        believed.aid_m,
+        "free" if believed.arcs else "damped",
+        earth=believed.recording.belief.earth,
     )
 
 

@@ -113,7 +113,7 @@ def settle(
     if before is None:
         believed, found, path = null.begin_afresh(recording, folder, shown)
         begins = _begins(believed, _largest_gyro_bias(believed, found))
-        states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
+        states = [believed.start, *null.starts_at(path, begins)]
         navigated = replace(
             believed,
             force_bias=found.accelerometer_bias_mps2,
@@ -165,7 +165,7 @@ def planned(recording: Recording, folder: str | Path = ".") -> Settled:
         raise DataRefused(f"{recording.name}: its {whole_s:.0f} s are all needed to find its heading")
     (path,) = null.solve(believed)
     begins = _begins(believed, recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H)
-    states = [believed.start, *(null.start_at(path, time_s) for time_s in begins)]
+    states = [believed.start, *null.starts_at(path, begins)]
     navigated = replace(believed, stands=observations.stands(believed))
     none = np.zeros(6)
     return _begun(Settled(believed.start, navigated, (0.0, 0.0), (1.0, 1.0), bias_sigma=none, bias_walk=none), states)

@@ -12,6 +12,7 @@ from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 RATE_HZ, DURATION_S = 100.0, 4.0
 CONE_RAD, CONE_RATE = 0.1, 2.0 * np.pi * 1.5  # rad/s: turns of 1.5 Hz
 ATTITUDE_RAD = 1e-7  # of a cubic rate over 40 ms
+SPLINE = 1e-10  # of the size of a velocity and of its derivative: rounding
 BETWEEN_RAD, WITHOUT_RAD = 5e-8, 1e-5  # at 20 Hz; what a rotation at even speed would leave of the same turn
 
 
@@ -71,3 +72,25 @@ def test_at_its_rows_it_is_the_solution(flight) -> None:
     told = Rotation.from_quat(solution.quaternion_nb, scalar_first=True).as_matrix()
     np.testing.assert_allclose(states.mat_nb, told, atol=1e-12)
     np.testing.assert_allclose(states.velocity_n, solution.velocity_n, atol=1e-9)
+
+
+def test_velocity_is_that_of_each_arc_also_at_its_end() -> None:
+    """A spline of degree k is its polynomial of degree k, whatever stands in the arcs beside it."""
+    rng = np.random.default_rng(4)
+    rows, degrees = [26, 7, 5, 3, 26], [5, 5, 3, 1, 5]
+    arcs, asked, expected, begin_s = [], [], [], 100.0
+    for n, degree in zip(rows, degrees, strict=True):
+        time_s = begin_s + np.append(0.0, np.cumsum(rng.uniform(0.03, 0.05, n - 1)))
+        course = np.polynomial.Polynomial(rng.normal(0.0, 10.0, degree + 1), [time_s[0], time_s[-1]])
+        still = np.zeros(n)
+        velocity = np.column_stack([course(time_s), still, -course(time_s)])
+        level = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
+        arcs.append(Solution(time_s, still + 0.6, still, still, velocity, level))
+        asked.append(np.append(np.sort(rng.uniform(time_s[0] + 1e-5, time_s[-1], 9)), time_s[-1]))
+        expected.append(np.column_stack([course(asked[-1]), course.deriv()(asked[-1])]))
+        begin_s = time_s[-1]
+    gyro = np.zeros((SAMPLES_PER_STEP * sum(n - 1 for n in rows), 3))
+    states = geometry.along(arcs, gyro, np.zeros(3), np.concatenate(asked))
+    velocity, acceleration = np.concatenate(expected).T
+    np.testing.assert_allclose(states.velocity_n[:, [0, 2]].T, [velocity, -velocity], atol=SPLINE * 10.0)
+    np.testing.assert_allclose(states.acceleration_n[:, 0], acceleration, atol=SPLINE * 1e3)
