@@ -30,7 +30,7 @@ def test_what_has_no_name_is_drawn_again_as_it_acted(index, tmp_path):
     one = bound._nameless(drawn.truth, MANIFEST, case)
     (effect,) = drawn.truth["effects"]
     axis = effect["axis"].upper() if drawn.truth["channel"].startswith("gps") else effect["axis"]
-    channel = next(c for c in channels(case.seen) if (c.name, c.axis) == (drawn.truth["channel"], axis))
+    channel = next(c for c in channels(case) if (c.name, c.axis) == (drawn.truth["channel"], axis))
     window = channel.column(case.slow.add_window(*drawn.truth["interval_s"], case.model))
     whitened = case.whitened([one.columns[0], window], np.zeros(len(case.noise.free)))
     a = reduce(whitened, len(case.nuisances)).normal

@@ -9,7 +9,6 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from ins_eval.diagnosis.unnamed.locate import SIZES
 from ins_eval.diagnosis.unnamed.open_form import KNOTS, LEAST_RANGE_C, TIMES, open_form, over_temperature
 from ins_eval.estimation import case as cases
 from ins_eval.estimation.evidence import SCALES
@@ -85,12 +84,12 @@ def test_noise_alone_is_no_disturbance() -> None:
 def test_a_straight_line_is_a_curve_over_the_temperature_of_its_sensor(warm, sensor, axis) -> None:
     """The column of a bias of v (T - T0) is the sum of the columns of the knots, each times v (T_k - T0)."""
     line = next(one for one in warm.candidates if (one.name, one.axis) == (f"{sensor}.bias_temperature", axis))
-    curve = next(of for channel, of in over_temperature(warm).items() if channel.name == f"{sensor}.{axis}")
+    channel, curve = next(one for one in over_temperature(warm).items() if one[0].name == f"{sensor}.{axis}")
     smooth_c = warm.temperature.smooth_c[:, "xyz".index(axis)]
     knots_c = np.linspace(smooth_c.min(), smooth_c.max(), KNOTS)
     a = warm.whitened([line.column, *curve], np.zeros(len(warm.noise.free)), warm.blocks).normal
     first = len(warm.nuisances)
-    values = line.nominal * SI[sensor] * (knots_c - warm.temperature.reference_c) / SIZES[sensor]
+    values = line.nominal * SI[sensor] * (knots_c - warm.temperature.reference_c) / channel.size
     np.testing.assert_allclose(a[:, first + 1 :] @ values, a[:, first], rtol=1e-6, atol=1e-6 * a[first, first])
 
 

@@ -15,11 +15,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ins_eval.diagnosis.answer.verdict import Diagnosis
+from ins_eval.diagnosis.unnamed.disturbance import of_windows
+from ins_eval.diagnosis.unnamed.open_form import open_forms
 from ins_eval.error_model import null
 from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs
 from ins_eval.estimation import case as cases
-from ins_eval.estimation.evidence import log_evidence, sensitivity
+from ins_eval.estimation.evidence import log_evidence, reduce, sensitivity
 from ins_eval.estimation.noise import ALONE, ALONE_SPREAD
 from ins_eval.estimation.study import fit_noise
 from ins_eval.recording import Recording
@@ -32,6 +34,7 @@ from tests.ideal import RATE_HZ
 
 DISTURBED_S, DISTURBED_DEG_PER_H, NORTH_DEG = 120.0, 1.0, 3.0  # of a recording of 15 min; what that leaves of north
 FROM_S, TO_S = 400.0, 520.0  # of a climb
+OFF_S, DISTURBED_COARSE_DEG_PER_H, SHRUNK = 460.0, 3000.0, 0.05  # of a gyro from then on; what a prior takes off
 DRIFT_PPM = 0.05  # of a clock: 6 microseconds in all
 TURNED_ARCSEC, ROUNDING_ARCSEC = 1000.0, 1e-3
 OFF_M, NEAR, NO_PRIOR = 500.0, 0.2, 1.0  # of a guess, share of it that is left; sigmas of a prior, of 17 for a guess
@@ -117,6 +120,29 @@ def test_stamps_that_jitter_and_motion_between_samples_are_noise_of_their_own(id
     ratio = alone.noise.levels(np.append(fitted.noise_point, LOUDER)).wander_sigma
     ratio = ratio / case.noise.levels(fitted.noise_point).wander_sigma
     np.testing.assert_allclose(ratio, np.where(np.arange(6) == LOUD, np.exp(ALONE_SPREAD * LOUDER), 1.0))
+
+
+def test_a_disturbance_without_a_name_is_as_large_as_the_unit_is_coarse(ideal_recording) -> None:
+    """At sizes of a navigation grade 3000 deg/h of gyro x were 150 mg of accelerometer y, which can be as large."""
+    recording = climb(ideal_recording)
+    rng = np.random.default_rng(4)
+    imu, fixes = recording.imu, recording.gps
+    gyro = imu.gyro + [DISTURBED_COARSE_DEG_PER_H * DEG_PER_H / RATE_HZ, 0.0, 0.0] * (imu.time_s > OFF_S)[:, None]
+    latitude, longitude = rng.normal(0.0, FIX_M / 6.37e6, (2, fixes.time_s.size))
+    received = replace(
+        fixes,
+        velocity_n=rng.normal(fixes.velocity_n, FIX_MPS),
+        latitude_rad=fixes.latitude_rad + latitude,
+        longitude_rad=fixes.longitude_rad + longitude,
+    )
+    case = cases.prepare(replace(recording, imu=replace(imu, gyro=gyro), gps=received))
+    over, edges_s, whitened = of_windows(case, np.zeros(len(case.noise.free)))
+    form = max(open_forms(reduce(whitened, len(case.nuisances)), len(over)), key=lambda one: one.log_bayes_factor)
+    channel = over[form.channel]
+    assert channel.name == "gyro.x"
+    off = edges_s[:-1] > OFF_S
+    found = channel.size / DEG_PER_H * (form.mean[off].mean() - form.mean[edges_s[1:] < OFF_S].mean())
+    assert found == pytest.approx(DISTURBED_COARSE_DEG_PER_H, rel=SHRUNK)
 
 
 def test_a_start_that_is_stated_is_held_against_what_is_found_also_where_arcs_are_needed(ideal_recording) -> None:

@@ -293,7 +293,7 @@ def _jump(case: Case, interval: locate.Interval, noise_point: np.ndarray) -> loc
         return None
     tried = [interval]
     if interval.end_s < last_s:
-        sensors = [one for one in locate.channels(case.seen) if one.name.startswith(SENSORS)]
+        sensors = [one for one in locate.channels(case) if one.name.startswith(SENSORS)]
         tried = [replace(interval, channel=one, end_s=last_s) for one in sensors if case.kind in PARKED]
     found = [locate.refined(case, one, noise_point) for one in tried]
     window_s = np.diff(locate.edges(case.model))[0]

@@ -115,7 +115,7 @@ def _of_mismatch(found: Diagnosis, one: Mismatch) -> Located | None:
     r, linearisation = one.recording, found.linearisation if found.effects else None
     case = found.cases[r] if linearisation is None else linearisation.cases[r]
     beside = [] if linearisation is None else [h.columns[r] for h in linearisation.chosen() if h.columns[r] is not None]
-    over = locate.channels(case.seen, case.candidates[0].axis)
+    over = locate.channels(case)
     channel = next((c for c in over if (c.name, c.axis) == (one.channel, one.axis)), None)
     if channel is None:
         return None
@@ -185,7 +185,7 @@ def _recording(found: Diagnosis, one: Hypothesis) -> int:
 
 def _affected(case: Case, column: Column) -> tuple[locate.Channel | None, np.ndarray]:
     """The channel that a column disturbs most, and how: SI, at the middle of the epochs of a sensor, else at nodes."""
-    over = {(c.name, c.axis): c for c in locate.channels(case.seen, case.candidates[0].axis)}
+    over = {(c.name, c.axis): c for c in locate.channels(case)}
     driven, measured = disturbances(case, column)
     best, most, how = None, 0.0, np.zeros(0)
     for channel in over.values():

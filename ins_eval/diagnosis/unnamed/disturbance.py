@@ -80,7 +80,7 @@ def of_windows(
 
 def windows_of(case: Case, sensors: bool = False) -> tuple[list[Channel], np.ndarray, list[Column]]:
     """Channels, or only those of the `sensors`, edges, and every window of every channel."""
-    over, edges_s = locate.channels(case.seen, case.candidates[0].axis), locate.edges(case.model)
+    over, edges_s = locate.channels(case), locate.edges(case.model)
     if sensors:
         over = [one for one in over if one.name.startswith(SENSORS)]
     windows = [column for channel in over for column in locate.windows(channel, edges_s, case.slow, case.model)]

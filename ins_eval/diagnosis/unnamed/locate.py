@@ -24,26 +24,28 @@ import numpy as np
 from scipy.special import chdtrc, ndtri
 
 from ins_eval.effects.parts import SENSORS
+from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.columns import Column, Drive, Measured, SlowFactor
 from ins_eval.estimation.evidence import Reduced, reduce
 from ins_eval.units import ARCSEC, DEG_PER_H, UG
 
 if TYPE_CHECKING:
-    from ins_eval.error_model.observations import Observations
     from ins_eval.error_model.propagation import ErrorModel
+    from ins_eval.estimation.case import Case
 
 WINDOWS = 64
 SHORTEST_WINDOW_S = 5.0
 DRAWS = 400
 FINER = 16
 QUANTILE = 0.95
-SIZES = {  # that the column of a window carries
+SIZES = {  # that the column of a window carries, of sensors whose bias is as usual
     "accelerometer": 20.0 * UG,
     "gyro": 0.02 * DEG_PER_H,
     "position": 1.0,
     "velocity": 0.02,
     "attitude": 10.0 * ARCSEC,
 }
+OFFSETS = tuple(f"{sensor}.bias" for sensor in SENSORS)
 
 
 @dataclass(frozen=True)
@@ -103,11 +105,15 @@ class Significance:
         return float(np.sqrt(t2 - 2.0 * np.log(self.trials)))  # far in the tail of both
 
 
-def channels(seen: Observations, axis: str = "x") -> list[Channel]:
-    """All channels of this recording; `axis` is that of the accelerometer in a chamber."""
+def channels(case: Case) -> list[Channel]:
+    """All channels of this recording; a sensor is disturbed as many times more than usual as its bias may be larger."""
+    seen = case.seen
+    biases = {one.name: one.nominal / VOCABULARY[one.name].nominal for one in case.candidates if one.name in OFFSETS}
+    sizes = {sensor: SIZES[sensor] * biases.get(f"{sensor}.bias", 1.0) for sensor in SENSORS}
     if seen.sources[0].name == "chamber":
-        return [Channel(f"accelerometer.{axis}", axis, SIZES["accelerometer"], 0)]
-    out = [Channel(f"{sensor}.{axis}", axis, SIZES[sensor]) for sensor in SENSORS for axis in "xyz"]
+        axis = case.candidates[0].axis
+        return [Channel(f"accelerometer.{axis}", axis, sizes["accelerometer"], 0)]
+    out = [Channel(f"{sensor}.{axis}", axis, sizes[sensor]) for sensor in SENSORS for axis in "xyz"]
     if seen.sources[0].name == "standstill":
         return out
     measured = np.isfinite(seen.residual).any(axis=0)

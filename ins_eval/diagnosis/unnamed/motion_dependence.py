@@ -97,7 +97,7 @@ def _gain(a: np.ndarray, b: np.ndarray) -> Gained:
 def _forms(case: Case) -> list[Dependence]:
     """Every channel with every motion that it may follow."""
     found = []
-    for channel in locate.channels(case.seen):
+    for channel in locate.channels(case):
         for motion in MOTIONS.get(channel.name.partition(".")[0], ()):
             names = _slow(case, channel, motion)
             found.append(Dependence(channel, motion, tuple(channel.column(name) for name in names)))

@@ -71,7 +71,7 @@ def over_temperature(case: Case) -> dict[locate.Channel, list[Column]]:
     """The columns of a curve over its own temperature of each sensor whose temperature moves; a chamber has none."""
     if case.temperature is None or case.believed is None:
         return {}
-    sensors = [one for one in locate.channels(case.seen) if one.name.startswith(SENSORS)]
+    sensors = [one for one in locate.channels(case) if one.name.startswith(SENSORS)]
     return {one: [one.column(name) for name in names] for one in sensors if (names := _knots(case, one.axis))}
 
 
