@@ -19,7 +19,7 @@ STATES = 9  # of a navigation error: of position and velocity in n, and phi
 POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
 VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
 BLOCK, OVERLAP = 1 << 18, 64  # steps
-APART_S = 1.0
+APART_S = 1.0  # between arcs whose splines are found together
 CLOCK_S = 1e-6  # by which stamps of one instant may differ: rounding
 
 

@@ -78,8 +78,9 @@ class Believed:
         """Angles, rad, and velocities, m/s, of the samples from `first` to `last`, the biases taken off."""
         if not (self.gyro_bias.any() or self.force_bias.any()):
             return self.gyro[first:last], self.velocity[first:last]
-        before_s = self.time_s[first - 1 : last - 1] if first else np.append(self.start.time_s, self.time_s[: last - 1])
-        interval_s = (self.time_s[first:last] - before_s)[:, None]
+        time_s = self.time_s[first:last]
+        before_s = self.time_s[first - 1 : last - 1] if first else np.append(self.start.time_s, time_s[:-1])
+        interval_s = (time_s - before_s)[:, None]
         gyro, velocity = self.gyro[first:last], self.velocity[first:last]
         return gyro - interval_s * self.gyro_bias, velocity - interval_s * self.force_bias
 
