@@ -11,6 +11,7 @@ from ins_eval.report.diagnosis_glance import diagnosis_glance, worth
 from ins_eval.report.diagnosis_sections import sections_of
 from ins_eval.report.diagnosis_words import (
     amount,
+    beside_best,
     chance,
     channel,
     effect_words,
@@ -116,7 +117,7 @@ def _else(tree: Mapping) -> list[str]:
     apart = [one for one in of_effects if "together_with" not in one]
     for one in apart[:3]:
         tie = "separated only by what was expected before the recording" if one["told_apart_by_prior_only"] else ""
-        below = f"{nats(one['log_evidence_below_best'])} nats below the best"
+        below = beside_best(one["log_evidence_below_best"])
         words = f"It could also be {effect_words(one)} ({'; '.join(filter(None, (below, tie)))})"
         lines.append(sentence(f"{words}: {_experiment(one)}"))
     rest = apart[3:]
@@ -172,7 +173,7 @@ def _of_noise(rivals: Sequence[Mapping]) -> list[str]:
         lines.append(
             sentence(
                 f"What is noise of the sensors here may be effects, if they have other noise ({'; '.join(words)}): "
-                f"{nats(below)} nats below the best. In another recording an effect would come back, noise would not"
+                f"{beside_best(below)}. In another recording an effect would come back, noise would not"
             )
         )
     return lines

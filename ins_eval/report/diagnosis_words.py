@@ -103,6 +103,11 @@ def nats(value: float | None) -> str:
     return fixed(value, 1) if value is None or abs(value) < 1000.0 else significant(value)
 
 
+def beside_best(below: float) -> str:
+    """How far a rival lies below the best, or above it: an answer stays where another is hardly more probable."""
+    return f"{nats(abs(below))} nats {'above' if below < 0.0 else 'below'} the best"
+
+
 def probability(value: float) -> str:
     """With two decimals, three near 0 and 1."""
     if not 1.0 - AS_GOOD_AS_SURE <= value <= AS_GOOD_AS_SURE:

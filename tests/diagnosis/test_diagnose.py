@@ -11,6 +11,7 @@ import pytest
 
 import ins_eval as ie
 from ins_eval.commands import diagnose
+from ins_eval.diagnosis.answer import nonparametric
 from ins_eval.diagnosis.answer.answer import answer
 from ins_eval.diagnosis.answer.nonparametric import disturbances, located
 from ins_eval.diagnosis.answer.summary import basis, before_after, evidence, limits
@@ -25,6 +26,7 @@ from ins_eval.diagnosis.answer.verdict import (
     Rival,
     Withdrawn,
 )
+from ins_eval.diagnosis.unnamed.locate import Channel
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, UnnamedDisturbance, Wander
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.vocabulary import VOCABULARY
@@ -35,7 +37,7 @@ from ins_eval.estimation.case import prepare
 from ins_eval.estimation.study import Hypothesis
 from ins_eval.policy import Policy
 from ins_eval.recording import form
-from ins_eval.units import DEG_PER_H, HOUR, NMI, UG
+from ins_eval.units import ARCSEC, DEG_PER_H, HOUR, NMI, UG
 from tests.ideal import RATE_HZ
 
 # of docs/answer.md
@@ -350,3 +352,18 @@ def test_every_effect_lives_in_a_channel_of_the_contract() -> None:
     for name, effect in VOCABULARY.items():
         for axis in effect.axes:
             assert channel_of(name, axis, {"form": "gyro bias = value * change(u)"}) in CHANNELS
+
+
+@pytest.mark.parametrize(
+    ("unit", "channel", "disturbed", "drive", "of"),
+    [
+        ("urad", Channel("reference.attitude", "D", 10.0 * ARCSEC, 8), 1e-6 / ARCSEC, 1.0, ""),  # an angle by an angle
+        ("urad", Channel("gyro.x", "x", DEG_PER_H), 1e-6 * 90.0 * HOUR, 90.0, "deg/s"),
+        ("ppm", Channel("accelerometer.z", "z", UG), 1.0, 1.0, "g"),  # 1 ppm of 1 g is 1 ug
+        ("ppm", Channel("gps.velocity", "N", 0.02, 3), 1e-6 * 70.0, 70.0, "m/s"),
+    ],
+)
+def test_what_a_value_multiplies_has_the_unit_of_its_channel(unit, channel, disturbed, drive, of) -> None:
+    """`disturbed` is what a value of 1 does to the channel, in the unit of the channel."""
+    factor, found = nonparametric._drive_unit(SimpleNamespace(unit=unit), channel)
+    assert (factor * disturbed, found) == (pytest.approx(drive), of)

@@ -222,6 +222,8 @@ def test_a_rival_comes_with_the_experiment_that_would_tell() -> None:
         "temperatures would separate them (expected log Bayes factor 21.0)." in said
     )
     assert "Nothing else" not in said
+    told["diagnosis"]["indistinguishable"][0]["log_evidence_below_best"] = -0.42
+    assert "(0.4 nats above the best)" in diagnosis_content(told)[0]
     of_noise = {"from": None, "experiment": None, "parameters": SIZE}
     told["diagnosis"]["indistinguishable"] = [drift(**of_noise), drift(**of_noise, axis="x")]
     said, sections = diagnosis_content(told)

@@ -42,6 +42,13 @@ UNITS = {  # of a disturbance, and its SI value
     "velocity": ("m/s", 1.0),
     "attitude": ("arcsec", ARCSEC),
 }
+MULTIPLIED = {  # by ppm and urad: the factor from the unit of the channel, and the unit
+    "accelerometer": (1.0, "g"),
+    "gyro": (1e6 / HOUR, "deg/s"),
+    "position": (1e6, "m"),
+    "velocity": (1e6, "m/s"),
+    "attitude": (1e6 * ARCSEC, ""),
+}
 STEADY = 0.1  # relative change below which a drive is as good as constant
 
 
@@ -256,6 +263,6 @@ def _drive_unit(candidate: Candidate, channel: locate.Channel) -> tuple[float, s
                 return 1.0, below if "^" in below else below.strip("()")
     for above in ("ppm", "urad"):
         if unit == above or unit.startswith(f"{above}/"):
-            factor, times = (1.0, "g") if of_channel == UNITS["accelerometer"][0] else (1e6 / HOUR, "deg/s")
+            factor, times = MULTIPLIED[_kind(channel)]
             return factor, f"{times} {unit.removeprefix(above).removeprefix('/')}".strip()
     return 1.0, f"{of_channel} per {unit}"
