@@ -37,7 +37,7 @@ from ins_eval.estimation.case import prepare
 from ins_eval.estimation.study import Hypothesis
 from ins_eval.policy import Policy
 from ins_eval.recording import form
-from ins_eval.units import ARCSEC, DEG_PER_H, HOUR, NMI, UG
+from ins_eval.units import ARCSEC, DEG_PER_H, HOUR, NMI, PPM, STANDARD_GRAVITY, UG
 from tests.ideal import RATE_HZ
 
 # of docs/answer.md
@@ -205,6 +205,17 @@ def test_the_missing_rotation_of_the_earth_is_what_three_gyros_feel(flight) -> N
     driven, _ = disturbances(case, one.column)
     felt = np.linalg.norm(driven[:, 3:], axis=1) / one.nominal
     np.testing.assert_allclose(felt, EARTH_RATE, rtol=0.02)
+
+
+def test_a_fast_clock_is_a_gyro_that_misses_the_turn_of_the_earth_and_no_more(flight) -> None:
+    """At rest in n a fast clock adds gravity and the turning of n; that it moves a position is the error of no gyro."""
+    case = prepare(flight)
+    one = case.member("recording.clock_drift", None, {})
+    driven, _ = disturbances(case, one.column)
+    rate, force = (np.linalg.norm(part, axis=1) / (PPM * one.nominal) for part in (driven[:, 3:], driven[:, :3]))
+    transport = np.linalg.norm(case.model.states.velocity_n, axis=1).max() / 6.37e6
+    np.testing.assert_allclose(rate, EARTH_RATE, atol=1.5 * transport)  # and tan(latitude) of it about down
+    np.testing.assert_allclose(force, STANDARD_GRAVITY, rtol=0.02)
 
 
 def test_a_file_is_sent_to_import(tmp_path) -> None:

@@ -24,7 +24,7 @@ from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.open_form import open_form
 from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model import drives
-from ins_eval.error_model.columns import TO_VELOCITY, Column
+from ins_eval.error_model.columns import TO_POSITION, TO_VELOCITY, Column
 from ins_eval.estimation.evidence import reduce
 from ins_eval.units import ARCSEC, DEG_PER_H, HOUR, UG
 
@@ -201,8 +201,7 @@ def _affected(case: Case, column: Column) -> tuple[locate.Channel | None, np.nda
         else:
             part = np.where(np.isfinite(case.seen.residual[:, channel.row]), measured[:, channel.row], np.nan)
         energy = float(np.nanmean(part**2)) / channel.size**2 if np.isfinite(part).any() else 0.0
-        # what moves both a sensor and a measurement is a matter of the sensor
-        if energy > most and not (channel.row >= 0 and best is not None and best.row < 0):
+        if energy > most:
             best, most, how = channel, energy, part
     return best, how
 
@@ -217,7 +216,7 @@ def disturbances(case: Case, column: Column) -> tuple[np.ndarray, np.ndarray]:
     own = len(case.nuisances) + 1
     driven = np.zeros((whole.slow_epochs.shape[1], 6))
     for (c, target, source, slow), weight in zip(whole.drive_terms, whole.drive_weights, strict=True):
-        if c != own:
+        if c != own or target == TO_POSITION:  # a position that moves is the error of no sensor
             continue
         sensor = SENSORS[0] if target == TO_VELOCITY else SENSORS[1]
         sign = 1.0 if sensor == SENSORS[0] else -1.0
