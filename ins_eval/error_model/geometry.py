@@ -19,7 +19,7 @@ STATES = 9  # of a navigation error: of position and velocity in n, and phi
 POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
 VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
 BLOCK, OVERLAP = 1 << 18, 64  # steps
-APART_S = 1.0  # between arcs whose splines are found together
+APART_S = 1.0  # between arcs whose splines are found together: any length does, for none depends on it
 CLOCK_S = 1e-6  # by which stamps of one instant may differ: rounding
 
 
@@ -95,6 +95,7 @@ def _splined(arcs: Sequence[Solution], arc: np.ndarray, time_s: np.ndarray) -> t
 
     velocity, acceleration = np.empty((2, time_s.size, 3))
     degrees = np.array([max(1, min(VELOCITY_DEGREE, (one.time_s.size - 1) // 2 * 2 - 1)) for one in arcs])
+    end_s = np.array([one.time_s[-1] for one in arcs])
     seen = np.unique(arc)
     for k in np.unique(degrees[seen]):
         sites: list[np.ndarray] = []
@@ -110,8 +111,8 @@ def _splined(arcs: Sequence[Solution], arc: np.ndarray, time_s: np.ndarray) -> t
         knots = [sites[0][:1], *knots, sites[-1][-1:]]
         spline = make_interp_spline(np.concatenate(sites), np.concatenate(values), k=k, t=np.concatenate(knots))
         here = degrees[arc] == k
-        ends = np.array([one.time_s[-1] for one in arcs])[arc[here]] + APART_S * arc[here]
-        at = np.minimum(time_s[here] + APART_S * arc[here], np.nextafter(ends, -np.inf))
+        moved_s = APART_S * arc[here]
+        at = np.minimum(time_s[here] + moved_s, np.nextafter(end_s[arc[here]] + moved_s, -np.inf))
         velocity[here], acceleration[here] = spline(at), spline(at, 1)
     return velocity, acceleration
 

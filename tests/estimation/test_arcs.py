@@ -123,7 +123,7 @@ def test_stamps_that_jitter_and_motion_between_samples_are_noise_of_their_own(id
 
 
 def test_a_disturbance_without_a_name_is_as_large_as_the_unit_is_coarse(ideal_recording) -> None:
-    """At sizes of a navigation grade 3000 deg/h of gyro x were 150 mg of accelerometer y, which can be as large."""
+    """At sizes of a navigation grade 3000 deg/h of gyro x were 220 mg of accelerometer y, which can be as large."""
     recording = climb(ideal_recording)
     rng = np.random.default_rng(4)
     imu, fixes = recording.imu, recording.gps

@@ -30,6 +30,7 @@ from ins_eval.estimation.evidence import Reduced, reduce
 from ins_eval.units import ARCSEC, DEG_PER_H, UG
 
 if TYPE_CHECKING:
+    from ins_eval.effects.effect import Effect
     from ins_eval.error_model.propagation import ErrorModel
     from ins_eval.estimation.case import Case
 
@@ -45,7 +46,6 @@ SIZES = {  # that the column of a window carries, of sensors whose bias is as us
     "velocity": 0.02,
     "attitude": 10.0 * ARCSEC,
 }
-OFFSETS = tuple(f"{sensor}.bias" for sensor in SENSORS)
 
 
 @dataclass(frozen=True)
@@ -108,8 +108,7 @@ class Significance:
 def channels(case: Case) -> list[Channel]:
     """All channels of this recording; a sensor is disturbed as many times more than usual as its bias may be larger."""
     seen = case.seen
-    biases = {one.name: one.nominal / VOCABULARY[one.name].nominal for one in case.candidates if one.name in OFFSETS}
-    sizes = {sensor: SIZES[sensor] * biases.get(f"{sensor}.bias", 1.0) for sensor in SENSORS}
+    sizes = {sensor: SIZES[sensor] * _coarse(case, VOCABULARY[f"{sensor}.bias"]) for sensor in SENSORS}
     if seen.sources[0].name == "chamber":
         axis = case.candidates[0].axis
         return [Channel(f"accelerometer.{axis}", axis, sizes["accelerometer"], 0)]
@@ -122,6 +121,11 @@ def channels(case: Case) -> list[Channel]:
         name = "reference.attitude" if kind == "attitude" else f"gps.{kind}" if "gps" in names else "navigation"
         out += [Channel(name, "NED"[j], SIZES[kind], 3 * k + j) for j in range(3) if measured[3 * k + j]]
     return out
+
+
+def _coarse(case: Case, bias: Effect) -> float:
+    """How many times the usual a bias of this unit may be; 1 of a sensor that a chamber does not have."""
+    return next((one.nominal for one in case.candidates if one.name == bias.name), bias.nominal) / bias.nominal
 
 
 def edges(model: ErrorModel) -> np.ndarray:
