@@ -53,7 +53,7 @@ class Case:
     believed: Believed | None  # None where nothing moves: a chamber
     model: ErrorModel
     seen: Observations
-    inertial: np.ndarray  # (nodes, 9) what the belief as it stands misses by
+    inertial: Callable[[], np.ndarray]  # (nodes, 9) by which the belief as it stands misses; only answers ask for it
     temperature: SmoothedTemperature | None
     slow: SlowFactor
     nuisances: tuple[Column, ...]
@@ -192,8 +192,11 @@ def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) ->
         believing = replace(recording, belief=with_effects(recording.belief, effects))
         return _in_arcs(believing, folder, arcs.settle(believing, folder, light))
 
-    begun = replace(navigated, start=settled.stated)
-    return replace(case, inertial=arcs.inertial(begun, case.model.nodes_s), taken=taken, again=again)
+    def inertial() -> np.ndarray:
+        begun = null.begun_at(recording, settled.stated, folder)
+        return arcs.inertial(replace(begun, start=settled.stated), case.model.nodes_s)
+
+    return replace(case, inertial=inertial, taken=taken, again=again)
 
 
 def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:
@@ -213,7 +216,7 @@ def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Colum
         believed=navigated,
         model=model,
         seen=seen,
-        inertial=seen.residual,
+        inertial=lambda: seen.residual,
         temperature=given,
         slow=slow,
         nuisances=tuple(uncertain),

@@ -104,7 +104,7 @@ def prepare_chamber(
         believed=None,
         model=still,
         seen=seen,
-        inertial=seen.residual,
+        inertial=lambda: seen.residual,
         temperature=temperature,
         slow=slow,
         nuisances=of_runs,

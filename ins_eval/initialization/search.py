@@ -70,7 +70,8 @@ def _of_any_heading(recording: Recording, window: Window, found: Initialization)
     """What is `found` with the heading that is stated; where fixes scatter there, with another if it leads by far."""
     if max(found.fix_scale) < WIDENED or stated_heading_sigma(recording) > KNOWN_HEADING_RAD:
         return found
-    free = _best(replace(recording, start=replace(recording.start, attitude_rad=None)), window, found.window.start_s)
+    unstated = replace(recording, start=replace(recording.start, attitude_rad=None))
+    free = _best(unstated, window, found.window.start_s, found.fix_scale)
     return free if free.log_likelihood > found.log_likelihood + BEYOND_DOUBT else found
 
 
@@ -93,8 +94,13 @@ def _carried(recording: Recording, dtheta_b: np.ndarray, dv_b: np.ndarray, begin
     return replace(recording, start=carried)
 
 
-def _best(recording: Recording, window: Window, begin_s: float) -> Initialization:
-    """The most likely of several first headings, settled; what it leaves open is in its covariance."""
+def _best(
+    recording: Recording, window: Window, begin_s: float, scale: tuple[float, float] = (1.0, 1.0)
+) -> Initialization:
+    """The most likely of several first headings, settled; what it leaves open is in its covariance.
+
+    `scale` is by how much fixes are known to scatter beyond their sigmas.
+    """
     still = bool(window.still_s.size) and window.still_s[0, 0] < begin_s + 1.0
     prior = np.diag(first_variances(recording, window, still))
     guess = first_guess(recording, window, begin_s, still)
@@ -102,12 +108,12 @@ def _best(recording: Recording, window: Window, begin_s: float) -> Initializatio
     open_heading = moving and stated_heading_sigma(recording) > KNOWN_HEADING_RAD
     turns = 2.0 * np.pi * np.arange(HEADINGS) / HEADINGS if open_heading else [0.0]
     ends = [turned(guess, angle) for angle in turns]
-    scale = (1.0, 1.0)
     for kept, seconds in zip(KEPT, GROWTH, strict=True):
         part = until(window, window.moves_s + seconds)
         settled = _settled(_wider(part, scale), ends, prior)
         seen = scatter(part, settled[0], prior) if np.isfinite(settled[0].log_likelihood) else scale
-        if seconds == GROWTH[0] and max(seen) > WIDENED:  # fixes that were believed too well have bent the state
+        too_narrow = max(np.divide(seen, scale)) > WIDENED
+        if seconds == GROWTH[0] and too_narrow:  # fixes that were believed too well have bent the state
             settled = _settled(_wider(part, seen), ends, prior)
             seen = scatter(part, settled[0], prior) if np.isfinite(settled[0].log_likelihood) else seen
         scale, ends = seen, settled[:kept]

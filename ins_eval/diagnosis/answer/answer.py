@@ -136,7 +136,7 @@ def navigation_errors(cases: Sequence[Case]) -> dict[str, Any]:
     for case in cases:
         if case.believed is None:
             continue
-        y = case.inertial
+        y = case.inertial()
         known = np.isfinite(y[:, :6]).all(axis=1)
         after_s = case.model.nodes_s - case.model.nodes_s[0]
         known &= after_s > 0.0
