@@ -230,7 +230,7 @@ def case(name: str, north_m: np.ndarray, east_m: np.ndarray, velocity: tuple[flo
     residual[:, 0], residual[:, 1] = north_m, east_m
     residual[1:, 3:5] = velocity
     model = SimpleNamespace(nodes_s=5000.0 + 600.0 * np.arange(north_m.size))
-    return SimpleNamespace(name=name, kind="flight", believed=object(), model=model, inertial=residual)
+    return SimpleNamespace(name=name, kind="flight", believed=object(), model=model, inertial=lambda: residual)
 
 
 def hypothesis(name: str, axis: str | None, unit: str, **parameters) -> Hypothesis:
