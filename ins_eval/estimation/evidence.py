@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from ins_eval.estimation.whitening import Whitened
 
 SCALES = (0.3, 1.0, 4.0, 16.0, 64.0)  # of the nominal size; one Gaussian of nominal size loses large effects
-# Effects up to which every combination of scales is summed over, 5^6 = 15 625 matrices: more than a search of many sets
-# can pay for, whose limit is its own. Beyond, sweeps over the scales of one at a time; both by reasoning.
-PRODUCT, SWEEPS = 6, 2
+# Effects up to which every combination of scales is summed over, 5^4 = 625 matrices; beyond, sweeps over the scales of
+# one at a time. By reasoning.
+PRODUCT, SWEEPS = 4, 4
 
 
 def log_evidence(whitened: Whitened) -> float:

@@ -27,7 +27,7 @@ import numba
 import numpy as np
 from scipy.special import log_ndtr
 
-from ins_eval.estimation.evidence import SCALES, log_bayes_factors
+from ins_eval.estimation.evidence import PRODUCT, SCALES, SWEEPS, log_bayes_factors
 
 if TYPE_CHECKING:
     from ins_eval.policy import Policy
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 FREE = 1e4  # prior sigma, in nominal sizes, of what may have any size
 NO_SENSOR = ""
 NEGLIGIBLE = 1.0  # nats that another scale has to add before it is summed over; by reasoning
-PRODUCT, SWEEPS = 4, 4  # effects up to which every combination of scales is summed; beyond, sweeps over them
 
 
 @dataclass(frozen=True, eq=False)
