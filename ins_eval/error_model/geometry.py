@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
+import numba
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ins_eval.coning_sculling import add, cross, multiply, quaternion, rotate, scaled
 from ins_eval.earth import radii
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution
 
@@ -21,6 +23,10 @@ VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
 BLOCK, OVERLAP = 1 << 18, 64  # steps
 APART_S = 1.0  # between arcs whose splines are found together: any length does, for none depends on it
 CLOCK_S = 1e-6  # by which stamps of one instant may differ: rounding
+ROOT = np.sqrt(3.0)
+_EDGES, _POWERS = np.arange(SAMPLES_PER_STEP + 1) / SAMPLES_PER_STEP, np.arange(1, SAMPLES_PER_STEP + 1)
+# of a step of length 1: from its increments to the coefficients of the body rate by powers of time
+_OF_INCREMENTS = np.linalg.inv((_EDGES[1:, None] ** _POWERS - _EDGES[:-1, None] ** _POWERS) / _POWERS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +87,10 @@ def _at(arcs: Sequence[Solution], gyro: np.ndarray, bias: np.ndarray, time_s: np
     velocity, acceleration = _splined(arcs, arc, time_s)
     increments = gyro[: SAMPLES_PER_STEP * (whole.time_s.size - len(arcs))].reshape(-1, SAMPLES_PER_STEP, 3)
     sample_s = (whole.time_s[step + 1] - whole.time_s[step]) / SAMPLES_PER_STEP
-    attitude = _attitude(whole, increments[step - arc] - (sample_s[:, None] * bias)[:, None], step, time_s)
-    return States(time_s, latitude, longitude, height, velocity, acceleration, attitude.as_matrix())
+    inside = np.clip((time_s - whole.time_s[step]) / (SAMPLES_PER_STEP * sample_s), 0.0, 1.0)
+    turned_by = increments[step - arc] - (sample_s[:, None] * bias)[:, None]
+    attitude = _attitudes(whole.quaternion_nb[step], whole.quaternion_nb[step + 1], turned_by, inside)
+    return States(time_s, latitude, longitude, height, velocity, acceleration, attitude)
 
 
 def _splined(arcs: Sequence[Solution], arc: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -126,39 +134,50 @@ def _hermite(t: np.ndarray, value: np.ndarray, rate: np.ndarray, step: np.ndarra
     return before + u * (after - before) + u * (1.0 - u) * (first * (1.0 - u) - last * u)
 
 
-def _attitude(solution: Solution, increments: np.ndarray, step: np.ndarray, time_s: np.ndarray) -> Rotation:
-    """Body to n at `time_s` (m,) by the `increments` (m, 4, 3) of the step around each instant.
+@numba.njit(cache=True)
+def _attitudes(before, after, increments, along):
+    """Body to n (m, 3, 3) the part `along` (m,) into steps of four `increments` (m, 4, 3).
+
+    `before` and `after` (m, 4) are the quaternions of the solution at the begins and ends of the steps.
 
         C(t) = exp(u r x) C(t0) exp(phi(u) x),   u = (t - t0) / (t1 - t0)
 
     phi is the rotation vector of the cubic body rate through the four increments, and r in n is what then lacks to
-    C(t1): the turning of n, and rounding.
+    C(t1), a small angle: the turning of n, and rounding.
     """
-    t = solution.time_s
-    along = np.clip((time_s - t[step]) / (t[step + 1] - t[step]), 0.0, 1.0)
-    before, after = (Rotation.from_quat(solution.quaternion_nb[k], scalar_first=True) for k in (step, step + 1))
-    whole = before * Rotation.from_rotvec(_turned_by(increments, np.ones_like(along)))
-    lacking = (after * whole.inv()).as_rotvec()
-    inside = before * Rotation.from_rotvec(_turned_by(increments, along))
-    return Rotation.from_rotvec(along[:, None] * lacking) * inside
+    out = np.empty((along.size, 3, 3))
+    for k in range(along.size):
+        begin = (before[k, 0], before[k, 1], before[k, 2], before[k, 3])
+        end = multiply(begin, quaternion(_turned_by(increments[k], 1.0)))
+        back = (end[0], -end[1], -end[2], -end[3])
+        lacking = multiply((after[k, 0], after[k, 1], after[k, 2], after[k, 3]), back)
+        square = lacking[1] ** 2 + lacking[2] ** 2 + lacking[3] ** 2
+        r = scaled(along[k] * np.copysign(2.0 + square / 3.0, lacking[0]), (lacking[1], lacking[2], lacking[3]))
+        q = multiply(quaternion(r), multiply(begin, quaternion(_turned_by(increments[k], along[k]))))
+        length = np.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
+        unit = (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
+        x, y, z = rotate(unit, (1.0, 0.0, 0.0)), rotate(unit, (0.0, 1.0, 0.0)), rotate(unit, (0.0, 0.0, 1.0))
+        for i in range(3):
+            out[k, i, 0], out[k, i, 1], out[k, i, 2] = x[i], y[i], z[i]
+    return out
 
 
-def _turned_by(increments: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Rotation vectors (m, 3) from the start of steps of four `increments` (m, 4, 3) to the part `along` (m,) of them.
+@numba.njit(cache=True)
+def _turned_by(increments, u):
+    """Rotation vector from the start of a step of four `increments` (4, 3) to the part u of it.
 
     Fourth-order Magnus: phi = (w1 + w2) u / 2 + sqrt(3)/12 (w1 x w2) u^2, body rates at the two Gauss points.
     Source: Blanes, Casas, Ros, BIT 40 (2000) 434.
     """
-    edges = np.arange(SAMPLES_PER_STEP + 1) / SAMPLES_PER_STEP
-    powers = np.arange(1, SAMPLES_PER_STEP + 1)
-    of_increments = np.linalg.inv((edges[1:, None] ** powers - edges[:-1, None] ** powers) / powers)
-    coefficients = np.einsum("pi,mij->mpj", of_increments, increments)
-    first, second = (
-        np.einsum("mp,mpj->mj", ((0.5 + side * np.sqrt(3.0) / 6.0) * along[:, None]) ** (powers - 1), coefficients)
-        for side in (-1.0, 1.0)
-    )
-    u = along[:, None]
-    return 0.5 * u * (first + second) + np.sqrt(3.0) / 12.0 * u**2 * np.cross(first, second)
+    first, second = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    early = late = 1.0
+    for p in range(SAMPLES_PER_STEP):
+        rate = (0.0, 0.0, 0.0)
+        for i in range(SAMPLES_PER_STEP):
+            rate = add(rate, _OF_INCREMENTS[p, i], (increments[i, 0], increments[i, 1], increments[i, 2]))
+        first, second = add(first, early, rate), add(second, late, rate)
+        early, late = early * (0.5 - ROOT / 6.0) * u, late * (0.5 + ROOT / 6.0) * u
+    return add(scaled(0.5 * u, add(first, 1.0, second)), ROOT / 12.0 * u**2, cross(first, second))
 
 
 def apart(after: Sequence[Start], before: States, rows: Sequence[int]) -> np.ndarray:
