@@ -151,10 +151,11 @@ def _attitudes(before, after, increments, along):
         end = multiply(begin, quaternion(_turned_by(increments[k], 1.0)))
         back = (end[0], -end[1], -end[2], -end[3])
         lacking = multiply((after[k, 0], after[k, 1], after[k, 2], after[k, 3]), back)
-        square = lacking[1] ** 2 + lacking[2] ** 2 + lacking[3] ** 2
-        r = scaled(along[k] * np.copysign(2.0 + square / 3.0, lacking[0]), (lacking[1], lacking[2], lacking[3]))
+        half = (lacking[1], lacking[2], lacking[3])
+        square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
+        r = scaled(along[k] * np.copysign(2.0 + square / 3.0, lacking[0]), half)
         q = multiply(quaternion(r), multiply(begin, quaternion(_turned_by(increments[k], along[k]))))
-        length = np.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
+        length = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
         unit = (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
         x, y, z = rotate(unit, (1.0, 0.0, 0.0)), rotate(unit, (0.0, 1.0, 0.0)), rotate(unit, (0.0, 0.0, 1.0))
         for i in range(3):
@@ -177,7 +178,7 @@ def _turned_by(increments, u):
             rate = add(rate, _OF_INCREMENTS[p, i], (increments[i, 0], increments[i, 1], increments[i, 2]))
         first, second = add(first, early, rate), add(second, late, rate)
         early, late = early * (0.5 - ROOT / 6.0) * u, late * (0.5 + ROOT / 6.0) * u
-    return add(scaled(0.5 * u, add(first, 1.0, second)), ROOT / 12.0 * u**2, cross(first, second))
+    return add(scaled(0.5 * u, add(first, 1.0, second)), ROOT / 12.0 * u * u, cross(first, second))
 
 
 def apart(after: Sequence[Start], before: States, rows: Sequence[int]) -> np.ndarray:
