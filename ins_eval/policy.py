@@ -64,8 +64,7 @@ class Policy:
     plain: float = _chosen(5.0, REAL, "sigmas from which an effect is named whatever stays unexplained beside it")
     # what else is listed
     near: float = _chosen(3.0, REASONING, "nats below the answer within which another effect is a rival")
-    # an observer who knows the noise is asked for 9, 3 sigma; where it is estimated 9.5, 9.7, 14 and 19 stood for less
-    twin: float = _chosen(16.0, DEVELOPMENT, "more of chi-square, at any size, up to which another is listed: 4 sigma")
+    twin: float = _chosen(9.0, REASONING, "more of chi-square, at any size, up to which another is listed: 3 sigma")
     listed: float = _chosen(4.6, REASONING, "nats within which others are listed where there is a rival")
     alike: float = _chosen(0.25, REASONING, "nats of likelihood below which only priors tell two apart")
     experiment_enough: float = _chosen(5.0, REASONING, "nats that an experiment must add to be recommended")

@@ -129,6 +129,17 @@ def test_every_twin_is_listed(seed: int) -> None:
                 assert (found.hypotheses[k], found.hypotheses[j]) in listed
 
 
+@pytest.mark.parametrize(("takes", "share", "listed"), [(2e4, 7e-4, True), (2e4, 1.6e-3, False), (28.0, 0.5, False)])
+def test_a_twin_of_a_large_effect_may_differ_by_what_linear_sums_leave_open(takes, share, listed) -> None:
+    """Two columns, of which one leaves so large a `share` of what the other `takes` off chi-square: 14, 32 and 14."""
+    size = np.sqrt(takes / INFORMATION)
+    found = linearisation([("gyro.bias", "x", {}), ("gyro.g_sensitivity", "x", {})], {0: size}, (0, 1))
+    normal = INFORMATION * np.array([[1.0, np.sqrt(1.0 - share)], [np.sqrt(1.0 - share), 1.0]])
+    found = replace(found, here=replace(found.here, normal=normal, projection=normal @ [size, 0.0]))
+    assert share * takes > Policy.twin
+    assert bool(rivals(found, Policy())) == listed
+
+
 def test_a_rival_jumps_at_an_instant_that_is_known_to_the_steps_that_were_tried() -> None:
     """Of four instants one fits as the effect does nearly, and the others hardly: half way to its neighbours."""
     instants = [100.0 + STEP_S * k for k in range(4)]
