@@ -70,6 +70,10 @@ class Policy:
     experiment_enough: float = _chosen(5.0, REASONING, "nats that an experiment must add to be recommended")
     experiment_worth: float = _chosen(3.0, REASONING, "nats to be named at all where none adds enough")
 
+    def nats_left_open(self, gain: float) -> float:
+        """What the linear sums of effects that gain so many nats leave open."""
+        return self.left_open * max(gain, 0.0)
+
     def least_share(self, kinds: Iterable[str]) -> float:
         """The share of the first effect's nats that another of its sensor must gain, in recordings of these kinds."""
         return max((self.share_chamber if kind == "chamber" else self.share for kind in kinds), default=0.0)

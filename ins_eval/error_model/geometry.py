@@ -23,7 +23,7 @@ VELOCITY_DEGREE = 5  # of the spline through the solution's velocity
 BLOCK, OVERLAP = 1 << 18, 64  # steps
 APART_S = 1.0  # between arcs whose splines are found together: any length does, for none depends on it
 CLOCK_S = 1e-6  # by which stamps of one instant may differ: rounding
-ROOT = np.sqrt(3.0)
+_ROOT3 = np.sqrt(3.0)
 _EDGES, _POWERS = np.arange(SAMPLES_PER_STEP + 1) / SAMPLES_PER_STEP, np.arange(1, SAMPLES_PER_STEP + 1)
 # of a step of length 1: from its increments to the coefficients of the body rate by powers of time
 _OF_INCREMENTS = np.linalg.inv((_EDGES[1:, None] ** _POWERS - _EDGES[:-1, None] ** _POWERS) / _POWERS)
@@ -177,8 +177,8 @@ def _turned_by(increments, u):
         for i in range(SAMPLES_PER_STEP):
             rate = add(rate, _OF_INCREMENTS[p, i], (increments[i, 0], increments[i, 1], increments[i, 2]))
         first, second = add(first, early, rate), add(second, late, rate)
-        early, late = early * (0.5 - ROOT / 6.0) * u, late * (0.5 + ROOT / 6.0) * u
-    return add(scaled(0.5 * u, add(first, 1.0, second)), ROOT / 12.0 * u * u, cross(first, second))
+        early, late = early * (0.5 - _ROOT3 / 6.0) * u, late * (0.5 + _ROOT3 / 6.0) * u
+    return add(scaled(0.5 * u, add(first, 1.0, second)), _ROOT3 / 12.0 * u * u, cross(first, second))
 
 
 def apart(after: Sequence[Start], before: States, rows: Sequence[int]) -> np.ndarray:

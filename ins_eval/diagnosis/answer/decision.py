@@ -113,12 +113,8 @@ def open_margin(findings: Findings, policy: Policy) -> float:
         return -np.inf
     most = max((len(own) for own in _moving(linearisation).values()), default=1)
     composed = any(linearisation.hypotheses[k].candidate.name == COMPOSED for k in linearisation.best.members)
-    return _left_open(linearisation, policy) - policy.open_margin * (most - 1) - policy.near * composed
-
-
-def _left_open(linearisation: Linearisation, policy: Policy) -> float:
-    """Nats of the effects that their linear sums leave open."""
-    return policy.left_open * max(linearisation.best.log_posterior, 0.0)
+    left_open = policy.nats_left_open(linearisation.best.log_posterior)
+    return left_open - policy.open_margin * (most - 1) - policy.near * composed
 
 
 def describing(linearisation: Linearisation, policy: Policy) -> tuple[int, ...]:
@@ -210,7 +206,8 @@ def only_described(findings: Findings, surest: Suspect | None, policy: Policy) -
     channels = _channels(linearisation, members)
     if surest is not None:
         elsewhere = surest.interval.channel.name not in channels
-        lead = max(0.0 if elsewhere else policy.near, _left_open(linearisation, policy))
+        left_open = policy.nats_left_open(linearisation.best.log_posterior)
+        lead = max(0.0 if elsewhere else policy.near, left_open)
         if surest.gain > findings.gain_of_form + lead:
             return True
     left = findings.beside.mismatch

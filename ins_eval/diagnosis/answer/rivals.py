@@ -79,8 +79,7 @@ def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[
     of_family, members = trusted.places(k)
     space, (unlikelier, least_unlikely) = linearisation.space, linearisation.unlikelier(k)
     own = int(space.families[k])
-    left_open = policy.left_open * max(float(of_family[own]), 0.0)
-    twin = least_unlikely <= 0.5 * policy.twin + left_open
+    twin = least_unlikely <= 0.5 * policy.twin + policy.nats_left_open(float(of_family[own]))
     too_large = twin & np.isneginf(of_family) & (space.centre[members] == 0.0)
     too_large[space.families[list(linearisation.best.members)]] = False
     of_family[too_large] = trusted.within_largest(k, members[too_large])
