@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ins_eval.policy import Policy
 
 ROUNDS = 3  # of a search whose set goes on changing: by reasoning
+SAME_NOISE = 1.0  # nats between two noises that the evidence does not tell apart: by reasoning
 
 
 def begun(around_belief: Linearisation, null: Sequence[Fitted], policy: Policy) -> Linearisation:
@@ -81,21 +82,31 @@ def at_noise(linearisation: Linearisation, fitted: Sequence[Fitted], policy: Pol
     return linearise(at, policy)
 
 
-def searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Policy) -> Linearisation:
-    """Search, fit the noise under the set found, navigate with that set, and search again until the set stays.
+def at_own_noise(linearisation: Linearisation, policy: Policy) -> Linearisation:
+    """The linearisation at the noise fitted under the set that was found; as it is where that gains next to nothing."""
+    if linearisation.best.log_bayes_factor < policy.worth_refitting:
+        return linearisation
+    fitted = fit_noise(linearisation.cases, linearisation.chosen(), linearisation.fitted, hills=True)
+    return at_noise(linearisation, fitted, policy)
 
-    Where it does not stay, the most probable of the sets with which the recordings were navigated.
+
+def alike(a: Linearisation, b: Linearisation) -> bool:
+    """Whether the best set is the same at two noises that the evidence does not tell apart: a search goes on alike."""
+    of_a, of_b = ({one.hypotheses[k].identity for k in one.best.members} for one in (a, b))
+    return of_a == of_b and sum(x.nats_to(y) for x, y in zip(a.fitted, b.fitted, strict=True)) < SAME_NOISE
+
+
+def searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Policy) -> Linearisation:
+    """Navigate with the set found, fit the noise under it, and search again until the set stays.
+
+    It begins `at_own_noise`. Where the set does not stay, the most probable of those with which the recordings were
+    navigated.
     """
     most: Linearisation | None = None
     for turn in range(ROUNDS):
         best = linearisation.best
-        if best.log_bayes_factor < policy.worth_refitting:
+        if best.log_bayes_factor < policy.worth_refitting or (turn == 0 and best.log_posterior < 0.0):
             return linearisation
-        if turn == 0:
-            fitted = fit_noise(linearisation.cases, linearisation.chosen(), linearisation.fitted, hills=True)
-            linearisation = at_noise(linearisation, fitted, policy)
-            if linearisation.best.log_posterior < 0.0:
-                return linearisation
         linearisation, refined = _refined(cases, linearisation)
         keys = linearisation.keys
         linearisation = linearise(refined, policy)
@@ -114,10 +125,15 @@ def searched(cases: tuple[Case, ...], linearisation: Linearisation, policy: Poli
 
 
 def navigated_with(
-    cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted], point: np.ndarray, policy: Policy
+    cases: Sequence[Case],
+    model: Sequence[Hypothesis],
+    fitted: Sequence[Fitted],
+    point: np.ndarray,
+    policy: Policy,
+    near: Sequence[Case] | None = None,
 ) -> Linearisation:
     """The linearisation around the recordings navigated with `model`, whose best set that is; raises Impossible."""
-    refined = refine(cases, model, fitted, point)
+    refined = refine(cases, model, fitted, point, near)
     return linearise(refined, policy).own_first(len(refined.taken))
 
 
@@ -142,7 +158,7 @@ def joined(cases: tuple[Case, ...], better: Linearisation, worse: Linearisation,
     try:
         model = [better.hypotheses[k] for k in members]
         point = np.append(better.where_it_was, np.zeros(len(members) - len(better.best.members)))
-        both = navigated_with(cases, model, better.fitted, point, policy)
+        both = navigated_with(cases, model, better.fitted, point, policy, better.cases)
     except Impossible:
         return better
     return both if more_probable(better, both) > 0.0 else better
@@ -153,6 +169,6 @@ def _refined(cases: tuple[Case, ...], linearisation: Linearisation) -> tuple[Lin
     while True:
         try:
             model, point = linearisation.chosen(scaled=False), linearisation.where_it_was
-            return linearisation, refine(cases, model, linearisation.fitted, point)
+            return linearisation, refine(cases, model, linearisation.fitted, point, linearisation.cases)
         except Impossible as error:
             linearisation = linearisation.excluding(error.key)

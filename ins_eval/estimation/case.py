@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -44,6 +44,11 @@ LAG_S = 0.05  # of positions against velocities of one receiver: real ones of tw
 REFERENCE_ARM_M = 0.3  # between the points at which two boxes navigate, beyond what is stated
 
 
+class Again(Protocol):
+    def __call__(self, effects: Sequence[EffectBelief], near: Case | None = None, /) -> Case:
+        """The same recording with these effects believed as well; its arcs begin at the states of `near`, if given."""
+
+
 @dataclass(frozen=True, eq=False)
 class Case:
     """What the evaluation of any hypothesis in one recording needs."""
@@ -63,7 +68,8 @@ class Case:
     outliers: int
     epochs_s: np.ndarray  # between nodes, for what forgets
     member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
-    again: Callable[[Sequence[EffectBelief]], Case]  # the same recording with these effects believed as well
+    again: Again
+    settled: arcs.Settled | None = None  # how it is navigated in arcs, without its increments
     _known: dict[tuple, Known] = field(default_factory=dict, init=False, repr=False)  # of the last noise
     _anyway: dict[Blocks, Assembled] = field(default_factory=dict, init=False, repr=False)  # nuisances on blocks
 
@@ -188,15 +194,15 @@ def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) ->
 
     light = replace(settled, navigated=case.believed)  # what a later case begins from
 
-    def again(effects: Sequence[EffectBelief]) -> Case:
+    def again(effects: Sequence[EffectBelief], near: Case | None = None) -> Case:
         believing = replace(recording, belief=with_effects(recording.belief, effects))
-        return _in_arcs(believing, folder, arcs.settle(believing, folder, light))
+        return _in_arcs(believing, folder, arcs.settle(believing, folder, (near and near.settled) or light))
 
     def inertial() -> np.ndarray:
         begun = null.begun_at(recording, settled.stated, folder)
         return arcs.inertial(replace(begun, start=settled.stated), case.model.nodes_s)
 
-    return replace(case, inertial=inertial, taken=taken, again=again)
+    return replace(case, inertial=inertial, taken=taken, again=again, settled=light)
 
 
 def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Column], folder: str | Path) -> Case:
@@ -226,7 +232,9 @@ def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Colum
         outliers=outliers,
         epochs_s=model.interval_s,
         member=partial(member, navigated, model, given, slow),
-        again=lambda effects: prepare(replace(recording, belief=with_effects(recording.belief, effects)), folder),
+        again=lambda effects, _near=None: prepare(
+            replace(recording, belief=with_effects(recording.belief, effects)), folder
+        ),
     )
 
 

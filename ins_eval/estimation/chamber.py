@@ -118,7 +118,9 @@ def prepare_chamber(
         outliers=outliers,
         epochs_s=interval_s,
         member=bench.member,
-        again=lambda effects: prepare_chamber(read, with_effects(stated, effects), name, folder, temperature),
+        again=lambda effects, _near=None: prepare_chamber(
+            read, with_effects(stated, effects), name, folder, temperature
+        ),
     )
 
 

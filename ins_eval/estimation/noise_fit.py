@@ -81,6 +81,13 @@ class Fitted:
     whitened: Whitened
     spread: np.ndarray | None = None
 
+    def nats_to(self, other: Fitted) -> float:
+        """By how many nats the noise of `other` is less probable than this, the evidence taken for a parabola."""
+        moved = other.noise_point - self.noise_point
+        if self.spread is None:
+            return np.inf if moved.any() else 0.0
+        return 0.5 * float(np.square(np.linalg.solve(self.spread, moved)).sum())
+
 
 def fit(
     ready: Ready,

@@ -44,10 +44,15 @@ class Impossible(Exception):
 
 
 def refine(
-    cases: Sequence[Case], model: Sequence[Hypothesis], fitted: Sequence[Fitted], point: np.ndarray | None = None
+    cases: Sequence[Case],
+    model: Sequence[Hypothesis],
+    fitted: Sequence[Fitted],
+    point: np.ndarray | None = None,
+    near: Sequence[Case] | None = None,
 ) -> Point:
     """Gauss-Newton on the effects of `model`, from coefficients `point` (k,) or from the belief.
 
+    Arcs begin at the states of the cases `near`, which are of the same recordings, or at those of `cases`.
     Raises Impossible where an effect outgrows what sensors have, or the recordings cannot be navigated with it.
     """
     original = tuple(cases)
@@ -61,7 +66,7 @@ def refine(
         like = cases
         fitted = tuple(fit_noise(cases, model, fitted))
     elif point.any():
-        cases, model = _navigated(original, model, point, like)
+        cases, model = _navigated(original, model, point, like, near)
     at, steps = Point(cases, model, point, fitted), _Steps(original, like)
     while steps.left:
         moved = list(at.taken)
@@ -102,7 +107,7 @@ class _Steps:
         for halvings in range(HALVINGS):
             point = at.point + 0.5**halvings * (to - at.point)
             try:
-                there = self._at(model, point, at.fitted)
+                there = self._at(at, model, point)
             except Impossible as error:
                 failed = failed or error
                 continue
@@ -119,12 +124,12 @@ class _Steps:
         self.whole = TURNS
         return best
 
-    def _at(self, model: tuple[Hypothesis, ...], point: np.ndarray, fitted: tuple[Fitted, ...]) -> Point:
+    def _at(self, near: Point, model: tuple[Hypothesis, ...], point: np.ndarray) -> Point:
         for one, size in zip(model, point, strict=True):
             if abs(size) > one.candidate.largest:
                 raise Impossible(one.key)
         self.navigated += 1
-        return Point(*_navigated(self.original, model, point, self.like), point, fitted)
+        return Point(*_navigated(self.original, model, point, self.like, near.cases), point, near.fitted)
 
 
 def _more_probable(at: Point, there: Point, scales: np.ndarray) -> float:
@@ -152,13 +157,14 @@ def _navigated(
     model: Sequence[Hypothesis],
     point: np.ndarray,
     like: Sequence[Case] | None = None,
+    near: Sequence[Case] | None = None,
 ) -> tuple[tuple[Case, ...], tuple[Hypothesis, ...]]:
     """The recordings with the effects of `model` taken off, at the noise of `like` or their own, and the effects."""
     taken = [(one, float(p)) for one, p in zip(model, point, strict=True) if p != 0.0]
     try:
         cases = tuple(
-            case.again([one.believed(p, original) for one, p in taken if one.acts_in(r)])
-            for r, case in enumerate(original)
+            case.again([one.believed(p, original) for one, p in taken if one.acts_in(r)], begin)
+            for r, (case, begin) in enumerate(zip(original, near or original, strict=True))
         )
     except Diverged as error:
         raise Impossible(model[int(np.argmax(np.abs(point)))].key) from error

@@ -35,6 +35,7 @@ from tests.ideal import RATE_HZ
 DISTURBED_S, DISTURBED_DEG_PER_H, NORTH_DEG = 120.0, 1.0, 3.0  # of a recording of 15 min; what that leaves of north
 FROM_S, TO_S = 400.0, 520.0  # of a climb
 OFF_S, DISTURBED_COARSE_DEG_PER_H, SHRUNK = 460.0, 3000.0, 0.05  # of a gyro from then on; what a prior takes off
+BIASED_DEG_PER_H, ENDS_MPS = 2000.0, 0.02
 DRIFT_PPM = 0.05  # of a clock: 6 microseconds in all
 TURNED_ARCSEC, ROUNDING_ARCSEC = 1000.0, 1e-3
 OFF_M, NEAR, NO_PRIOR = 500.0, 0.2, 1.0  # of a guess, share of it that is left; sigmas of a prior, of 17 for a guess
@@ -84,6 +85,19 @@ def test_arcs_begin_where_samples_end_also_by_another_clock(ideal_recording) -> 
     assert len(other.believed.arcs) == len(case.believed.arcs) > 3
     for arc in other.believed.arcs:
         assert arc.time_s in other.believed.time_s
+
+
+def test_arcs_begun_near_their_states_need_one_round_and_end_there(ideal_recording, monkeypatch) -> None:
+    """Fixes and arcs are those of the recording: however they were begun, they end at the states that it tells."""
+    case, rounds, errors = cases.prepare(climb(ideal_recording)), [], arcs._errors
+    monkeypatch.setattr(arcs, "_errors", lambda here: rounds.append(0) or errors(here))
+    bias = EffectBelief(name="gyro.bias", axis="x", value=BIASED_DEG_PER_H)
+    once = case.again([bias])
+    assert len(rounds) == arcs.ROUNDS_AGAIN
+    twice = case.again([bias], once)
+    assert len(rounds) == arcs.ROUNDS_AGAIN + 1
+    velocities = [np.array([arc.velocity_n for arc in one.believed.arcs]) for one in (once, twice)]
+    np.testing.assert_allclose(*velocities, atol=ENDS_MPS)
 
 
 def test_stamps_that_jitter_and_motion_between_samples_are_noise_of_their_own(ideal_recording) -> None:

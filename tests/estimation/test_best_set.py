@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ins_eval.estimation import best_set
-from ins_eval.estimation.best_set import joined, navigated_with, searched
+from ins_eval.estimation.best_set import SAME_NOISE, alike, at_noise, at_own_noise, joined, navigated_with, searched
 from ins_eval.estimation.case import Case, prepare
 from ins_eval.estimation.linearisation import Linearisation, linearise
 from ins_eval.estimation.placing import Point
@@ -77,9 +77,9 @@ def test_a_search_that_was_led_to_a_less_probable_set_comes_back(stepped, monkey
         return replace(found, ranked=(best, *found.ranked))
 
     null = tuple(fit_noise([stepped], [], [None]))
-    around_belief = linearise(Point((stepped,), (), np.zeros(0), null), Policy())
+    begin = at_own_noise(linearise(Point((stepped,), (), np.zeros(0), null), Policy()), Policy())
     monkeypatch.setattr(best_set, "linearise", astray)
-    found = searched((stepped,), around_belief, Policy())
+    found = searched((stepped,), begin, Policy())
     assert visited[0][:1] == ["z"]
     assert ["y"] in visited
     assert axes_of(found) == visited[0]
@@ -90,8 +90,8 @@ def test_sums_around_quite_other_sizes_are_no_answer(stepped, monkeypatch) -> No
     right, short = with_steps(stepped, "z"), []
     assert right.settled
 
-    def stopped(cases, model, fitted, point=None) -> Point:
-        at = refine(cases, model, fitted, point)
+    def stopped(cases, model, fitted, point=None, near=None) -> Point:
+        at = refine(cases, model, fitted, point, near)
         if short:
             return at
         short.append(at.point)
@@ -99,13 +99,31 @@ def test_sums_around_quite_other_sizes_are_no_answer(stepped, monkeypatch) -> No
         return Point(*_navigated(cases, at.taken, back), back, at.fitted)
 
     null = tuple(fit_noise([stepped], [], [None]))
-    around_belief = linearise(Point((stepped,), (), np.zeros(0), null), Policy())
+    begin = at_own_noise(linearise(Point((stepped,), (), np.zeros(0), null), Policy()), Policy())
     monkeypatch.setattr(best_set, "refine", stopped)
     monkeypatch.setattr(best_set, "more_probable", lambda a, b: -1.0)  # the sums around the first point promise more
-    found = searched((stepped,), around_belief, Policy())
+    found = searched((stepped,), begin, Policy())
     assert short
     assert found.settled
     k = axes_of(found).index("z")
     mean, covariance = found.coefficients
     nominal = found.chosen(scaled=False)[k].candidate.nominal
     assert abs(mean[k] * nominal - LARGE_UG) < SIGMAS * nominal * np.sqrt(covariance[k, k])
+
+
+def test_a_search_goes_on_alike_from_one_set_at_noises_that_are_as_probable(stepped) -> None:
+    null = tuple(fit_noise([stepped], [], [None]))
+    begin = at_own_noise(linearise(Point((stepped,), (), np.zeros(0), null), Policy()), Policy())
+    fitted = begin.fitted[0]
+
+    def moved(nats: float) -> Linearisation:
+        """The same at a noise that is so many nats less probable."""
+        step = np.sqrt(2.0 * nats) * fitted.spread[:, -1]
+        return at_noise(begin, [replace(fitted, noise_point=fitted.noise_point + step)], Policy())
+
+    near, far = moved(0.5 * SAME_NOISE), moved(2.0 * SAME_NOISE)
+    assert near.keys == far.keys == begin.keys
+    assert fitted.nats_to(far.fitted[0]) == pytest.approx(2.0 * SAME_NOISE)
+    assert alike(near, begin)
+    assert not alike(far, begin)
+    assert not alike(replace(near, ranked=begin.ranked[1:]), begin)

@@ -35,7 +35,16 @@ from ins_eval.diagnosis.unnamed.one_sensor import one_sensor
 from ins_eval.diagnosis.unnamed.where import where
 from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model.null import is_coarse
-from ins_eval.estimation.best_set import ROUNDS, at_noise, begun, joined, navigated_with, searched
+from ins_eval.estimation.best_set import (
+    ROUNDS,
+    alike,
+    at_noise,
+    at_own_noise,
+    begun,
+    joined,
+    navigated_with,
+    searched,
+)
 from ins_eval.estimation.instants import innovations
 from ins_eval.estimation.linearisation import linearise, more_probable, on_common
 from ins_eval.estimation.own_noise import with_own_noise
@@ -72,9 +81,14 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
     around_belief = linearise(Point(cases, (), np.zeros(0), tuple(known)), policy)
     begin = begun(around_belief, known, policy)
     alone = () if _of_earth(begin) else _alone(cases, null, policy)
-    searches = [linearisation := searched(cases, begin, policy)]
+    begins = [at_own_noise(begin, policy)]
+    searches = [linearisation := searched(cases, begins[0], policy)]
     for noise in other_noise(cases, linearisation, alone):
-        searches.append(other := searched(cases, at_noise(begin, noise, policy), policy))
+        other_begin = at_own_noise(at_noise(begin, noise, policy), policy)
+        if any(alike(other_begin, one) for one in begins):
+            continue
+        begins.append(other_begin)
+        searches.append(other := searched(cases, other_begin, policy))
         better, worse = (other, linearisation) if more_probable(linearisation, other) > 0.0 else (linearisation, other)
         linearisation = joined(cases, better, worse, policy)
     linearisation = linearisation.sure(policy)
@@ -192,7 +206,7 @@ def _stepped(findings: Findings, r: int, off: locate.Interval, noise: Fitted, po
     fitted = list(before.fitted if heard else findings.null)
     fitted[r] = noise
     try:
-        linearisation = navigated_with(cases, model, fitted, point, policy)
+        linearisation = navigated_with(cases, model, fitted, point, policy, before.cases)
     except Impossible:
         return findings
     if more_probable(before, linearisation) <= 0.0:

@@ -70,7 +70,7 @@ def answered(
         progress("experiments")
         noise_points = [one.noise_point for one in linearisation.fitted]
         others = with_experiments(linearisation, others, Catalogue(findings.cases, noise_points, policy, belief))
-    after = tuple(case.again(found.believed_in(r)) for r, case in enumerate(findings.cases))
+    after = tuple(case.again(found.believed_in(r), linearisation.cases[r]) for r, case in enumerate(findings.cases))
     return replace(found, rivals=others, after=after)
 
 
