@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ins_eval.policy import Policy
 
 ROUNDS = 3  # of a search whose set goes on changing: by reasoning
-SAME_NOISE = 1.0  # nats between two noises that the evidence does not tell apart: by reasoning
+SAME_NOISE = 1.0  # nats between two noises of which the evidence prefers neither: by reasoning
 
 
 def begun(around_belief: Linearisation, null: Sequence[Fitted], policy: Policy) -> Linearisation:
@@ -91,7 +91,7 @@ def at_own_noise(linearisation: Linearisation, policy: Policy) -> Linearisation:
 
 
 def alike(a: Linearisation, b: Linearisation) -> bool:
-    """Whether the best set is the same at two noises that the evidence does not tell apart: a search goes on alike."""
+    """Whether the best set is the same at two noises of which the evidence prefers neither: a search goes on alike."""
     of_a, of_b = ({one.hypotheses[k].identity for k in one.best.members} for one in (a, b))
     return of_a == of_b and sum(x.nats_to(y) for x, y in zip(a.fitted, b.fitted, strict=True)) < SAME_NOISE
 
