@@ -199,8 +199,8 @@ def _in_arcs(recording: Recording, folder: str | Path, settled: arcs.Settled) ->
         return _in_arcs(believing, folder, arcs.settle(believing, folder, (near and near.settled) or light))
 
     def inertial() -> np.ndarray:
-        begun = null.begun_at(recording, settled.stated, folder)
-        return arcs.inertial(replace(begun, start=settled.stated), case.model.nodes_s)
+        begun = null.begun_at(recording, light.stated, folder)
+        return arcs.inertial(replace(begun, start=light.stated), case.model.nodes_s)
 
     return replace(case, inertial=inertial, taken=taken, again=again, settled=light)
 
