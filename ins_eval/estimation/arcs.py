@@ -65,7 +65,9 @@ SMALL_RAD = 0.5 * DEG  # to which a bias may turn an arc
 SHORTEST_S, LONGEST_S = 2.0, 60.0
 ROUNDS, ROUNDS_AGAIN = 6, 2  # from a first guess, and from the states of the same recording with other effects
 CLOCK_S = 1e-3  # by which a node at an end of a stand may lie beyond it: far less than an epoch
-STEADY = 1.0  # sigmas that the begins of arcs moved last: in real logs the next round moved them by a tenth of it
+# sigmas that the begins of arcs moved last: in real logs the next round moved them by a tenth of it, or, in one, by the
+# half sigma around which they swung in every round
+STEADY = 1.0
 BEGIN = ("time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "attitude_rad")
 WALK_SHARE = 0.01  # of its wide sigma that a bias wanders in a minute
 WALK_SHARE_STANDING = 0.05  # of what is believed or found of it: a fifth that lasts for half an hour, as in `noise`
