@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ins_eval.estimation import best_set
-from ins_eval.estimation.best_set import SAME_NOISE, alike, at_noise, at_own_noise, joined, navigated_with, searched
+from ins_eval.estimation.best_set import SAME_NOISE, alike, at_own_noise, joined, navigated_with, searched
 from ins_eval.estimation.case import Case, prepare
 from ins_eval.estimation.linearisation import Linearisation, linearise
 from ins_eval.estimation.placing import Point
@@ -117,12 +117,11 @@ def test_a_search_goes_on_alike_from_one_set_at_noises_that_are_as_probable(step
     fitted = begin.fitted[0]
 
     def moved(nats: float) -> Linearisation:
-        """The same at a noise that is so many nats less probable."""
+        """The same set at a noise that is so many nats less probable."""
         step = np.sqrt(2.0 * nats) * fitted.spread[:, -1]
-        return at_noise(begin, [replace(fitted, noise_point=fitted.noise_point + step)], Policy())
+        return replace(begin, fitted=(replace(fitted, noise_point=fitted.noise_point + step),))
 
     near, far = moved(0.5 * SAME_NOISE), moved(2.0 * SAME_NOISE)
-    assert near.keys == far.keys == begin.keys
     assert fitted.nats_to(far.fitted[0]) == pytest.approx(2.0 * SAME_NOISE)
     assert alike(near, begin)
     assert not alike(far, begin)
