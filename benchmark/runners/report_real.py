@@ -227,9 +227,9 @@ def _how() -> list[Block]:
         "counts.",
         "D is half of (size / sigma) squared, in nats. An oracle that knows the concealed effect navigates arcs of "
         "5 to 10 s, each from its own start, with and without the effect, fits everything that a belief leaves "
-        "open, and takes the noise from the residual of the unmodified recording, clustered by arc; at rest it "
-        "takes means over stretches and knows the laws of temperature that the unit had before. Nothing is carried "
-        "from one arc to the next, so D is less than could be known.",
+        "open, and takes its sigma from how much the fit to the unmodified recording moves where one arc is left "
+        "out; at rest it takes means over stretches and knows the laws of temperature that the unit had before. "
+        "Nothing is carried from one arc to the next, so D is less than could be known.",
     )
 
 
