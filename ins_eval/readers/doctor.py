@@ -19,8 +19,8 @@ from pymap3d import geodetic2enu
 from ins_eval.earth import gravity
 from ins_eval.errors import DataRefused
 from ins_eval.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, choose, frd_from
-from ins_eval.readers.options import NAMES
 from ins_eval.recording import Fixes, Imu, Recording, consistency
+from ins_eval.recording.begin import NAMES
 from ins_eval.recording.consistency.alternatives import LIKELY, equations
 from ins_eval.recording.consistency.clocks import Offset, clock_change, clock_offset
 from ins_eval.units import DEG, STANDARD_GRAVITY

@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping
 
 from ins_eval.errors import UsageError
-
-NAMES = {"gps": "GPS", "reference": "the reference"}  # of the tables, in sentences
+from ins_eval.recording.begin import NAMES
 
 
 def number(assumed: Mapping[str, str], key: str, default: float) -> float:

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
 
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.printable import shown
 from ins_eval.recording import Start
 from ins_eval.recording.belief import ZERO, Belief, FormTable, NotNegative, Vector
+from ins_eval.recording.form.names import POSITION
 from ins_eval.tables import parse, read_toml
 from ins_eval.units import DEG
 
@@ -50,9 +51,9 @@ class StartTable(FormTable):
     """The believed state at `time_s`, in degrees."""
 
     time_s: float | None = None  # None: one step before the first sample
-    latitude_deg: Annotated[float, Field(ge=-90.0, le=90.0)]
-    longitude_deg: Annotated[float, Field(ge=-360.0, le=360.0)]
-    height_m: float
+    latitude_deg: Annotated[float, Field(ge=-90.0, le=90.0)] | None = None  # none of the three: those of a fix
+    longitude_deg: Annotated[float, Field(ge=-360.0, le=360.0)] | None = None
+    height_m: float | None = None
     velocity_ned_mps: Vector = ZERO
     attitude_deg: Vector | None = None
     attitude_sigma_deg: tuple[NotNegative, NotNegative, NotNegative] | None = None
@@ -60,20 +61,34 @@ class StartTable(FormTable):
     velocity_sigma_mps: NotNegative = 0.0
     still_until_s: float | None = None
 
-    def state(self, one_step_before_s: float) -> Start:
-        """The same in radians."""
-        return Start(
-            time_s=one_step_before_s if self.time_s is None else self.time_s,
-            latitude_rad=self.latitude_deg * DEG,
-            longitude_rad=self.longitude_deg * DEG,
-            height_m=self.height_m,
-            velocity_n=self.velocity_ned_mps,
-            attitude_rad=_radians(self.attitude_deg),
-            attitude_sigma_rad=_radians(self.attitude_sigma_deg),
-            position_sigma_m=self.position_sigma_m,
-            velocity_sigma_mps=self.velocity_sigma_mps,
-            still_until_s=self.still_until_s,
-        )
+    @model_validator(mode="after")
+    def _whole_place(self) -> StartTable:
+        known = [key for key in POSITION if getattr(self, key) is not None]
+        if known and len(known) < len(POSITION):
+            missing = next(key for key in POSITION if key not in known)
+            raise ValueError(
+                f"has {known[0]} and no {missing}, expected all of {', '.join(POSITION)} or none; add {missing}"
+            )
+        return self
+
+    def state(self, one_step_before_s: float, at_a_fix: Start | None = None) -> Start:
+        """The same in radians; where it has no place, what it does not say is `at_a_fix`."""
+        place = {} if self.latitude_deg is None else {
+            "latitude_rad": self.latitude_deg * DEG,
+            "longitude_rad": self.longitude_deg * DEG,
+            "height_m": self.height_m,
+        }  # fmt: skip
+        state = {
+            "velocity_n": ("velocity_ned_mps", self.velocity_ned_mps),
+            "attitude_rad": ("attitude_deg", _radians(self.attitude_deg)),
+            "attitude_sigma_rad": ("attitude_sigma_deg", _radians(self.attitude_sigma_deg)),
+            "position_sigma_m": ("position_sigma_m", self.position_sigma_m),
+            "velocity_sigma_mps": ("velocity_sigma_mps", self.velocity_sigma_mps),
+            "still_until_s": ("still_until_s", self.still_until_s),
+        }
+        known = {} if at_a_fix is None else vars(at_a_fix)
+        said = {name: value for name, (key, value) in state.items() if not known or key in self.model_fields_set}
+        return Start(**known | place | said | {"time_s": one_step_before_s if self.time_s is None else self.time_s})
 
 
 class Description(FormTable):

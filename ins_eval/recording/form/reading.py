@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -34,6 +34,7 @@ from ins_eval.recording.form.names import (
     VELOCITY,
 )
 from ins_eval.recording.form.plausibility import check_plausible
+from ins_eval.recording.form.start import start_of, start_of_solution
 from ins_eval.recording.mending import mended
 from ins_eval.recording.validation import validate
 from ins_eval.tables import parse, read_toml
@@ -73,7 +74,8 @@ def read(
     gps, of_gps = _fixes(opened, "gps")
     reference, of_reference = _fixes(opened, "reference")
     solution, of_solution = _fixes(opened, "solution")
-    start, imu, assumed = _start_and_imu(opened, solution, solution_alone, lost_samples)
+    tables = {"reference": reference, "gps": gps, "solution": solution}
+    start, imu, assumed = _start_and_imu(opened, tables, solution_alone, lost_samples)
     pa.default_memory_pool().release_unused()  # it keeps as much as the tables had
     notes = (*opened.notes, *assumed, *of_gps, *of_reference, *of_solution)
     recording = Recording(
@@ -93,21 +95,20 @@ def read(
 
 
 def _start_and_imu(
-    opened: Opened, solution: Fixes | None, solution_alone: bool, lost_samples: bool
+    opened: Opened, tables: Mapping[str, Fixes | None], solution_alone: bool, lost_samples: bool
 ) -> tuple[Start, Imu | None, list[str]]:
     """The start, what the table ``imu`` holds, if there is one, and notes on both."""
-    table = open_table(opened.folder, "imu")
+    table, solution = open_table(opened.folder, "imu"), tables["solution"]
     if table is None and solution is not None:
         if not solution_alone:
             raise DataRefused(
                 f"{opened.folder}: holds no imu, only the solution that an INS put out; expected imu.parquet or "
                 "imu.csv; add it, or take `ins-eval evaluate`, which needs none"
             )
-        return _start_of_solution(opened, solution), None, []
+        return start_of_solution(opened, solution), None, []
     description = opened.description
-    for key in ("imu", "start"):
-        if getattr(description, key) is None:
-            raise DataRefused(f"{opened.file}: '[{key}]' is missing; add that table")
+    if description.imu is None:
+        raise DataRefused(f"{opened.file}: '[imu]' is missing; add that table")
     table = _there(opened, "imu", table)
     table.require(("time_s", *GYRO, *ACCELEROMETER))
     table, lost = _with_numbers(table) if lost_samples else (table, [])
@@ -116,11 +117,9 @@ def _start_and_imu(
         raise DataRefused(f"{table.path}: holds {time_s.size} row, expected at least two samples; copy the file again")
     step_s = float(np.median(np.diff(time_s)))
     _check_rate(opened, step_s)
-    start = description.start.state(one_step_before_s=float(time_s[0]) - step_s)
+    start, said = start_of(opened, tables, float(time_s[0]) - step_s)
     imu, assumed = _imu(table, description.imu, time_s, start.time_s)
-    if description.start.time_s is None:
-        assumed.append("The start has no time_s: it was taken one step before the first sample.")
-    return start, imu, [*table.notes, *lost, *assumed]
+    return start, imu, [*table.notes, *lost, *assumed, *said]
 
 
 def _with_numbers(table: Columns) -> tuple[Columns, list[str]]:
@@ -132,17 +131,6 @@ def _with_numbers(table: Columns) -> tuple[Columns, list[str]]:
     first = table.row(int(np.argmin(known)))
     note = f"{np.count_nonzero(~known)} rows hold no number for gyro or accelerometer, first row {first}: they count as"
     return table.only(known), [f"{note} missing."]
-
-
-def _start_of_solution(opened: Opened, solution: Fixes) -> Start:
-    """The start that is stated, or the first row of the solution with a position; without one its place is NaN."""
-    stamp_s = solution.time_s - opened.belief.solution.time_offset_s
-    if opened.description.start is not None:
-        return opened.description.start.state(one_step_before_s=float(stamp_s[0]))
-    placed = np.flatnonzero(np.isfinite(solution.latitude_rad) & np.isfinite(solution.longitude_rad))
-    row = int(placed[0]) if placed.size else 0
-    known = {"height_m": np.nan_to_num(solution.height_m), "velocity_n": np.nan_to_num(solution.velocity_n)}
-    return Start(float(stamp_s[row]), **replace(solution, **known).state(row))
 
 
 def read_chamber(folder: str | Path, unit: str | None = None) -> ChamberReadings:
