@@ -502,8 +502,8 @@ class TestConventions:
                 {name: getattr(flight.gps, name)[0] for name in ("latitude_rad", "height_m")},
             )
             assert start.time_s == pytest.approx(float(flight.imu.time_s[0]) - STEP_S)
-            assert (start.latitude_rad, start.height_m) == (first["latitude_rad"], first["height_m"])
-            assert start.velocity_n == tuple(flight.gps.velocity_n[0])
+            assert (start.latitude_rad, start.height_m) == (fixes.latitude_rad[0], fixes.height_m[0])
+            assert start.velocity_n == tuple(fixes.velocity_n[0])
             assert start.position_sigma_m == POSITION_SIGMA_M  # nobody states how good a fix is
             assert (start.attitude_rad is None) == (not table)
             assert any("No place of the start is stated" in note for note in recording.notes)
