@@ -377,10 +377,9 @@ def _bounds(columns: np.ndarray, step_s: float) -> dict[str, float]:
     tau is 1 s, where a filter of the output hides nothing any more.
     """
     size, second = round(PIECE_S / step_s), max(1, round(1.0 / step_s))
-    count = columns.shape[1] // size
-    if count == 0 or size < 4 * second:
+    if size < 4 * second or columns.shape[1] < size:
         return {}
-    found = {}
+    found, count = {}, columns.shape[1] // size
     for key, of, si in ((ANGLE_RANDOM_WALK, columns[:3], DEG_PER_SQRT_H), (VELOCITY_RANDOM_WALK, columns[3:], UG)):
         if not len(of):
             continue

@@ -103,6 +103,16 @@ def test_the_figure_holds_six_channels_and_what_was_measured(grade: Grade, warmi
     np.testing.assert_allclose(points.get_ydata()[0], seen.deviation[0] / DEG_PER_H, rtol=0.02)
 
 
+@pytest.mark.parametrize("step_s", [12.0, 20.0, 1000.0])
+def test_samples_slower_than_any_noise_bound_give_none(step_s: float) -> None:
+    """As of milliseconds that were taken for seconds."""
+    rng, n = np.random.default_rng(2), 60
+    columns = 1e-3 * step_s * rng.standard_normal((n, 3))
+    imu = Imu(step_s * np.arange(1, n + 1), columns, columns - np.array([0.0, 0.0, 9.8 * step_s]), "increment")
+    slow = Recording("slow", "drive", Start(0.0, 0.7, 0.2, 0.0), imu)
+    assert measure_grade(slow, imu.accelerometer).bounds == {}
+
+
 def test_it_is_believed_and_not_refused(warming: Recording) -> None:
     """A hundred times Earth rate, of which nobody stated anything."""
     time_s = np.arange(AT_REST_S[0] + 0.1, AT_REST_S[1] - 0.1, 0.1)  # evenly, over the samples that are missing

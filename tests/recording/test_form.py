@@ -497,10 +497,7 @@ class TestConventions:
         for table in ("", "[start]\nattitude_deg = [0.1, -0.7, 60.3]\n\n"):
             path.write_text(before + table + after)
             recording = form.read(folder)
-            start, first = (
-                recording.start,
-                {name: getattr(flight.gps, name)[0] for name in ("latitude_rad", "height_m")},
-            )
+            start, fixes = recording.start, flight.gps
             assert start.time_s == pytest.approx(float(flight.imu.time_s[0]) - STEP_S)
             assert (start.latitude_rad, start.height_m) == (fixes.latitude_rad[0], fixes.height_m[0])
             assert start.velocity_n == tuple(fixes.velocity_n[0])

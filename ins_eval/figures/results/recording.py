@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,7 +12,7 @@ from pymap3d.vincenty import vdist
 
 from ins_eval import figures
 from ins_eval.earth import radii
-from ins_eval.navigation import Evaluation, samples, since_start
+from ins_eval.navigation import Evaluation, samples
 from ins_eval.recording import Fixes, Recording
 from ins_eval.reference import Errors, bridge, raw_vertices
 from ins_eval.strapdown import Solution
@@ -29,10 +31,10 @@ def traces(
     raw: Sequence[str] = (),
 ) -> dict[str, Figure]:
     """Velocity, latitude, longitude and position errors; `raw` names those whose raw vertices are shown, too."""
-    errors: dict[str, Errors] = {name: bridge(e.errors) for name, e in evaluations.items()}
-    first = next(iter(evaluations.values()))
-    one, time_s = since_start(first)
+    errors = _together({name: bridge(e.errors) for name, e in evaluations.items()})
+    first, one = next(iter(evaluations.values())), next(iter(errors.values()))
     start_s = first.solution.time_s[0]
+    time_s = one.time_s - start_s
     latitude = np.interp(one.time_s, first.solution.time_s, first.solution.latitude_rad)
     height = np.interp(one.time_s, first.solution.time_s, first.solution.height_m)
     metres = metres_per_arcmin(latitude, height)
@@ -70,19 +72,36 @@ def traces(
     return drawn
 
 
+def _together(errors: Mapping[str, Errors]) -> dict[str, Errors]:
+    """The errors at the epochs that all of them have: one that ends far off may have lost some."""
+    shared = functools.reduce(np.intersect1d, (one.time_s for one in errors.values()))
+    columns = ("time_s", "north_m", "east_m", "down_m", "velocity_n", "valid")
+
+    def cut(one: Errors) -> Errors:
+        rows = np.isin(one.time_s, shared)
+        return one if rows.all() else replace(one, **{name: getattr(one, name)[rows] for name in columns})
+
+    return {name: cut(one) for name, one in errors.items()}
+
+
 def _from_start_m(solution: Solution, errors: Errors) -> np.ndarray:
     """Where the reference was, (n, 2) m north and east of where it began: the solution less its error.
 
-    An azimuthal equidistant map: distance and direction along the ellipsoid from the start, by Vincenty's formula.
+    An azimuthal equidistant map: distance and direction along the ellipsoid from the start, by Vincenty's formula. NaN
+    where an error is so large that its metres lead beyond a pole.
     """
     angles = [solution.latitude_rad, np.unwrap(solution.longitude_rad), solution.height_m]
     latitude, longitude, height = (np.interp(errors.time_s, solution.time_s, angle) for angle in angles)
     meridian, transverse = radii(latitude)
     latitude = (latitude - errors.north_m / (meridian + height)) / DEG
     longitude = (longitude - errors.east_m / (transverse + height) / np.cos(latitude * DEG)) / DEG
-    known = np.flatnonzero(np.isfinite(latitude + longitude))[0]
-    distance_m, azimuth_deg = vdist(latitude[known], longitude[known], latitude, longitude)
-    return np.column_stack([distance_m * np.cos(azimuth_deg * DEG), distance_m * np.sin(azimuth_deg * DEG)])
+    known = np.isfinite(latitude + longitude) & (np.abs(latitude) <= 90.0)
+    out = np.full((latitude.size, 2), np.nan)
+    if known.any():
+        first = int(np.argmax(known))
+        distance_m, azimuth_deg = vdist(latitude[first], longitude[first], latitude[known], longitude[known])
+        out[known] = np.column_stack([distance_m * np.cos(azimuth_deg * DEG), distance_m * np.sin(azimuth_deg * DEG)])
+    return out
 
 
 def metres_per_arcmin(latitude_rad: np.ndarray, height_m: np.ndarray) -> dict[str, np.ndarray]:
