@@ -40,6 +40,7 @@ from ins_eval.effects.composed import NAME as COMPOSED
 from ins_eval.effects.parts import SENSORS
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.columns import Measured
+from ins_eval.error_model.library import PROPORTIONAL
 from ins_eval.error_model.null import is_coarse
 from ins_eval.estimation.study import Hypothesis, fit_noise, of_case, union, wide
 
@@ -59,6 +60,7 @@ WITHIN_PRIOR = 3.0  # sigmas of its prior within which an effect that was named 
 WANDER = ("accelerometer_wander", "gyro_wander")
 CALIBRATED_RUNS = 4.0  # over which a calibrated constant is a mean: the positions of Paper A, section 3.1
 LEAST = 1e-3  # nominal sizes of a bias that is said to be exact
+FINEST = 0.1  # of usual sizes: what a bias that is said to be exact tells of other errors, by reasoning
 OF_DAY = 0.1  # of a prior's sigma, by which a coefficient differs from one recording to the next; by reasoning
 
 
@@ -153,16 +155,23 @@ def persistent(one: Hypothesis) -> bool:
 
 
 def _prior_sigma(one: Hypothesis, cases: Sequence[Case]) -> float:
-    """One sigma of the prior in nominal sizes; of a constant bias that of a mean over a few turn-ons."""
+    """One sigma of the prior in nominal sizes; of a constant bias that of a mean over a few turn-ons.
+
+    Of a unit whose stated bias is smaller than the usual one, all but scale factors and misalignments are as many times
+    smaller, as those of a coarser unit are larger (`library.sized`). Usual sizes would take a part of the offset that
+    a switch-on drew for one with temperature or with specific force, and carry it to the next.
+    """
     sensor, _, what = one.candidate.name.partition(".")
-    if what != BIAS:
-        return 1.0
     beliefs = [case.believed.recording.belief for case in cases if case.believed is not None]
     if not beliefs:
         return 1.0
     belief = getattr(beliefs[0], sensor)
-    stated = belief.bias_sigma_ug if sensor == "accelerometer" else belief.bias_sigma_deg_per_h
-    return max(LEAST, float(stated) / np.sqrt(CALIBRATED_RUNS) / one.candidate.nominal)
+    stated = float(belief.bias_sigma_ug if sensor == "accelerometer" else belief.bias_sigma_deg_per_h)
+    if what == BIAS:
+        return max(LEAST, stated / np.sqrt(CALIBRATED_RUNS) / one.candidate.nominal)
+    if VOCABULARY[one.candidate.name].unit.startswith(PROPORTIONAL):
+        return 1.0
+    return float(np.clip(stated / VOCABULARY[f"{sensor}.{BIAS}"].nominal, FINEST, 1.0))
 
 
 def _begins(one: Hypothesis, found: Sequence[Hypothesis], sigma: float, cases: Sequence[Case]) -> list[Hypothesis]:

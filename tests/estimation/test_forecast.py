@@ -27,7 +27,7 @@ from ins_eval.estimation.forecast import (
 )
 from ins_eval.estimation.study import Hypothesis
 from ins_eval.recording import form
-from ins_eval.recording.belief import Belief, EffectBelief
+from ins_eval.recording.belief import Belief, EffectBelief, GyroBelief
 from ins_eval.tables import parse, read_toml
 
 ROWS, COUNT = 40, 6
@@ -170,6 +170,18 @@ def test_what_a_switch_on_may_have_drawn_makes_no_constant_bias_more_likely() ->
     found = factors(of, *seen_exactly(np.full(9, 5.0)))
     assert (found[:6] == 0.0).all()
     assert found[6:] == pytest.approx(np.log(5.0), rel=0.2)  # the prior of the factor pulls it back
+
+
+@pytest.mark.parametrize(("stated_deg_per_h", "expected"), [(0.01, 0.2), (0.05, 1.0), (5.0, 1.0), (0.0, 0.1)])
+def test_errors_of_a_finer_gyro_are_expected_to_be_as_much_smaller(stated_deg_per_h: float, expected: float) -> None:
+    """0.05 deg/h is the usual bias; a bias that is said to be exact tells less of what else a gyro does."""
+    belief = Belief(gyro=GyroBelief(bias_sigma_deg_per_h=stated_deg_per_h))
+    case = SimpleNamespace(believed=SimpleNamespace(recording=SimpleNamespace(belief=belief)))
+    for name in ("gyro.g_sensitivity", "gyro.bias_temperature", "gyro.bias_drift"):
+        one = SimpleNamespace(candidate=SimpleNamespace(name=name, nominal=1.0))
+        assert forecasts._prior_sigma(one, [case]) == pytest.approx(expected)
+    for name in ("gyro.scale", "gyro.misalignment"):
+        assert forecasts._prior_sigma(SimpleNamespace(candidate=SimpleNamespace(name=name, nominal=1.0)), [case]) == 1.0
 
 
 def test_a_written_model_is_read_with_its_covariance(tmp_path) -> None:
