@@ -69,7 +69,7 @@ def test_a_folder_without_description(tmp_path):
         ("latitude_deg = 0.0", "latitude_deg = 91.0", "start.latitude_deg"),
         ("latitude_deg = 0.0", "latitude_deg = nan", "start.latitude_deg"),
         ("height_m = 0.0", "height_m = 'high'", "start.height_m"),
-        ("height_m = 0.0\n", "", "'start.height_m' is missing"),
+        ("height_m = 0.0\n", "", "has latitude_deg and no height_m"),
         ("height_m = 0.0", "height_m = 0.0\nattitude_deg = [0.0, 1.0]", "start.attitude_deg"),
         ("time_s = 99.9", "time_s = 0.0", "set the start's time one step before the first sample"),
         ("[start]", "[earth]\nrotation = 'perhaps'\n[start]", "earth.rotation"),
