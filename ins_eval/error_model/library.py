@@ -24,6 +24,7 @@ from ins_eval.error_model.columns import Column, Drive, Elapsed, Measured, Missi
 from ins_eval.error_model.drives import source
 from ins_eval.error_model.observations import CHANNELS, stands_in_arcs
 from ins_eval.error_model.propagation import STATES, ErrorModel
+from ins_eval.recording.consistency.clocks import WIDEST_S
 from ins_eval.recording.mending import MAGNETIC
 from ins_eval.units import DEG, PPM
 
@@ -47,7 +48,6 @@ COARSEST_PPM = 1e4
 LARGEST_OF = {"ppm": 1e5, "urad": 1e5, "ug/g^2": 1e5, "ug/g^3": 1e5, "ug": 2.5e5, "deg/h": 7.2e4}
 HARDLY = 0.01  # of a sum of squares, a tenth in size: by reasoning
 CLOCKS = ("time_offset", "clock_step")
-LARGEST_DELAY_S = 2.0  # of a receiver of 1 Hz that smooths; what jumps farther is no delay: by reasoning
 LARGEST = 400.0  # usual sizes that no instrument of its grade exceeds: consumer sheets over those of navigation grade
 PROPORTIONAL = ("ppm", "urad")
 SHORT = 5.0  # times of the filter: in less, its rate is hardly another thing than the temperature
@@ -71,7 +71,7 @@ class Candidate:
         """The coefficient that no such sensor exceeds, inf where there is none; beyond it something else is wrong."""
         effect = VOCABULARY[self.name]
         if effect.name.endswith(CLOCKS):
-            return LARGEST_DELAY_S / self.nominal
+            return WIDEST_S / self.nominal
         if effect.enters not in SENSORS:
             return np.inf
         of_grade = np.inf if effect.multipliers == ("1",) else LARGEST  # an offset has any size where nobody stated it

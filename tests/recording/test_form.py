@@ -15,9 +15,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ins_eval.errors import DataRefused, StorageError, UsageError
+from ins_eval.errors import StorageError, UsageError
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start, form
-from ins_eval.recording.belief import POSITION_SIGMA_M, AxisBelief, Belief, BiasBelief, GpsBelief, ScaleBelief
+from ins_eval.recording.belief import AxisBelief, Belief, BiasBelief, GpsBelief, ScaleBelief
 from ins_eval.recording.form.toml import dumps
 from ins_eval.units import through_degrees
 
@@ -481,43 +481,6 @@ class TestConventions:
         recording = form.read(folder)
         assert np.isnan(recording.reference.latitude_rad).all() and np.isfinite(recording.reference.height_m).all()
         assert any("latitude without longitude" in note for note in recording.notes)
-
-    def test_without_a_time_the_start_is_one_step_before_the_first_sample(self, tmp_path):
-        recording = form.read(edited(parked(tmp_path / "r"), "time_s = 99.9\n", ""))
-        assert recording.start.time_s == pytest.approx(99.9)
-        assert any("one step before" in note for note in recording.notes)
-
-    def test_without_a_place_a_recording_begins_at_the_nearest_fix(self, folder, flight):
-        """A start may be absent in any recording, or say its attitude alone."""
-        for path in folder.glob("reference.*"):
-            path.unlink()
-        path = folder / "recording.toml"
-        before, _, rest = path.read_text().partition("[start]\n")
-        after = rest[rest.index("\n[") + 1 :]
-        for table in ("", "[start]\nattitude_deg = [0.1, -0.7, 60.3]\n\n"):
-            path.write_text(before + table + after)
-            recording = form.read(folder)
-            start, fixes = recording.start, flight.gps
-            assert start.time_s == pytest.approx(float(flight.imu.time_s[0]) - STEP_S)
-            assert (start.latitude_rad, start.height_m) == (fixes.latitude_rad[0], fixes.height_m[0])
-            assert start.velocity_n == tuple(fixes.velocity_n[0])
-            assert start.position_sigma_m == POSITION_SIGMA_M  # nobody states how good a fix is
-            assert (start.attitude_rad is None) == (not table)
-            assert any("No place of the start is stated" in note for note in recording.notes)
-
-    def test_a_parked_unit_begins_at_rest_where_its_fixes_are(self, tmp_path):
-        at_s, stated = "time_s = 99.9\nlatitude_deg = 0.0\nlongitude_deg = 0.0\nheight_m = 0.0\n", "[start]\n"
-        folder = edited(parked(tmp_path / "r"), stated + at_s, "")
-        with pytest.raises(DataRefused, match=r"neither \[start\] nor a fix says where the recording begins"):
-            form.read(folder)
-        columns = "time_s,latitude_deg,longitude_deg,height_m,velocity_n_mps,velocity_e_mps,velocity_d_mps\n"
-        folder.joinpath("gps.csv").write_text(
-            columns + "100.1,0.0,0.0,1.5,0.1,-0.1,0.0\n100.3,0.0,0.0,1.4,0.0,0.1,0.0\n"
-        )
-        start = form.read(folder).start
-        assert (start.height_m, start.velocity_n, start.velocity_sigma_mps) == (1.5, (0.0, 0.0, 0.0), 0.0)
-        with pytest.raises(DataRefused, match="has latitude_deg and no longitude_deg"):
-            form.read(edited(folder, "[imu]", "[start]\nlatitude_deg = 0.0\n[imu]"))
 
     def test_the_defaults_of_a_short_description(self, tmp_path):
         recording = form.read(parked(tmp_path / "my recording"))

@@ -26,8 +26,10 @@ from ins_eval.units import DEG, DEG_PER_H
 RATE_FACTORS = np.array([1.0, DEG, 1.0 / DEG, DEG_PER_H, 1.0 / DEG_PER_H, DEG_PER_H / DEG, DEG / DEG_PER_H])
 RELATIVE_FACTORS = RATE_FACTORS[:4]
 INTERVAL_S = 1.0  # over which velocities are differenced
-OFFSETS_S = np.arange(-1.5, 1.51, 0.1)  # of the clocks, tried for every relation
-WINDOW_S, STEP_S, MARGIN_S = 8.0, 0.05, 1.5
+WINDOW_S, STEP_S = 8.0, 0.05
+# by which a window reaches beyond its fixes, and clocks may differ: three windows remain of 30 s; by reasoning
+MARGIN_S = 1.5
+OFFSETS_S = np.arange(-MARGIN_S, MARGIN_S + 0.01, 0.1)  # of the clocks, tried for every relation
 MOST_WINDOWS, FEWEST_WINDOWS = 16, 3
 WINDOW_FLOOR_MPS = 0.05  # of a difference of two velocities
 ARM_HALF_S = 0.1  # half of the time over which a receiver's velocity is a mean, of 5 to 10 Hz receivers
