@@ -9,6 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ins_eval.estimation.forecast import forecast, lower, persistent
+from ins_eval.estimation.placing import again
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -109,8 +110,9 @@ class Diagnosis:
         """What is believed of the instrument's next recordings.
 
         Wrong descriptions and named effects that are not of a sensor, or of one recording only, as they are stated; of
-        the sensors the posterior of all persistent effects, see `estimation.forecast`. The chance that sensors have
-        stands in `root`: the rows of a root of the covariance, in units of the values.
+        the sensors the posterior of all persistent effects, see `estimation.forecast`: to it those that stand in the
+        place of noise are named as well, for which of two searches leads by a fraction of a nat is chance. The chance
+        that sensors have stands in `root`: the rows of a root of the covariance, in units of the values.
         """
         known, found = self.linearisation, [self._of_recording(one) for one in self.described]
         values = {one.hypothesis: one.value / one.hypothesis.candidate.nominal for one in self.effects}
@@ -120,6 +122,11 @@ class Diagnosis:
             off = dict(zip(known.hypotheses, known.point.tolist(), strict=True))
             named = [(one, values.get(one, x), x) for one, x in off.items() if one in values or x != 0.0]
         around = self.cases if known is None else known.cases
+        named += [
+            (again(one.hypothesis, around), one.value / one.hypothesis.candidate.nominal, 0.0)
+            for one in self.rivals
+            if one.of is None and one.value is not None
+        ]
         with threadpool_limits(1):  # as in `judge`
             posterior = forecast(around, self.fitted, named)
         return [*found, *_with_roots(posterior, self.cases)]
