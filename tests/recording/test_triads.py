@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from scipy.stats import beta
 
 from benchmark.worlds.grades import RANGES, a_recording
 from ins_eval.readers import read
 from ins_eval.recording import Recording, consistency, form
 from ins_eval.recording.consistency import triads
-from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, MATRICES, mistakes
+from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, MATRICES, equations, mistakes
 from ins_eval.units import DEG, STANDARD_GRAVITY
 
 PATHS = ("climb, cruise, landing", "box", "straight", "wing rock", "drive")
@@ -35,6 +36,7 @@ def turned(recording: Recording, gyro: np.ndarray, accelerometer: np.ndarray) ->
 SAME = np.eye(3)
 X_SIGN, Y_SIGN, Z_SIGN = (np.diag(signs) for signs in ([-1.0, 1, 1], [1.0, -1, 1], [1.0, 1, -1]))
 X_WITH_Y = np.eye(3)[[1, 0, 2]]
+MOUNTED = [np.diag([1.0, -1, -1]), np.diag([1.0, 1, -1]) @ np.eye(3)[[0, 2, 1]], np.diag([-1.0, 1, 1]) @ X_WITH_Y]
 # what is spoilt, and the key of the remedy
 SPOILT = {
     "gyro x sign": (X_SIGN, SAME, "axes"),
@@ -91,6 +93,23 @@ def test_what_is_beyond_doubt_is_refused_again(world, name):
         np.testing.assert_array_equal(found.matrix if name.startswith("both") else Z_SIGN, gyro)
     else:
         assert found.factor == pytest.approx(DEG)
+
+
+@pytest.mark.parametrize("mounted", MOUNTED, ids=equations)
+def test_a_box_that_is_mounted_as_its_start_states_is_as_it_should_be(world, mounted):
+    """On its side, upside down or to the left of a car; without the attitude the same axes are refused."""
+    recording = world["consumer", "drive", 0]
+    fixes = recording.gps
+    first = np.flatnonzero(np.hypot(*fixes.velocity_n[:, :2].T) > triads.MOVING_MPS)[0]
+    course = float(np.arctan2(fixes.velocity_n[first, 1], fixes.velocity_n[first, 0]))
+    attitude = (Rotation.from_euler("z", course) * Rotation.from_matrix(mounted).inv()).as_euler("ZYX")[::-1]
+    box = turned(recording, mounted, mounted)
+    assert triads.check_triads(box)[0].decided
+    stated = replace(box, start=replace(box.start, attitude_rad=tuple(attitude), attitude_sigma_rad=(0.1, 0.1, 0.3)))
+    assert not [found for found in triads.check_triads(stated) if found.decided]
+    down = np.diag(1.0 - 2.0 * np.abs(mounted[:, 2]))
+    (found,) = refused(turned(stated, down, SAME))  # a wrong sign shows all the same
+    assert found.key == "axes"
 
 
 def test_one_mistake_stands_before_the_same_motion_in_a_turned_box(world):

@@ -6,7 +6,8 @@ With an attitude C (body to north, east, down) and velocity v of a reference, ov
 
 Without one, a vehicle on wheels goes where it points: heading is the course, and the rate about down that of the
 course; along, across and down the specific force is dv/dt, v times the rate of the course, and -g. In the air the
-specific force is taken to point up in the body, of size |dv/dt - g|. How the vehicle points is not needed to hold the
+specific force is taken to point up in the body, of size |dv/dt - g|. Down is z and ahead is x, unless a start states
+otherwise: then the axis that it states to be down is judged alone. How the vehicle points is not needed to hold the
 triads against each other: `windows`.
 """
 
@@ -52,6 +53,7 @@ FORCE_FACTORS = np.array([1.0, STANDARD_GRAVITY, 1.0 / STANDARD_GRAVITY, 1e-3 * 
                           1e3 / STANDARD_GRAVITY, 1e3, 1e-3, 2.0, 0.5])  # fmt: skip
 RATE_FLOOR = np.full(3, 2e-3)  # rad/s
 RATE_OFFSET = np.full(3, GYRO_OFFSET)
+AHEAD = 0.25 * np.pi  # of a heading about the next of four ways to mount a box
 FORCE_FLOOR = np.full(3, 0.1)  # m/s^2
 LEVEL_OFFSET = np.array([FORCE_OFFSET, FORCE_OFFSET, 0.0])  # along and across; down it is little beside gravity
 QUIET = np.log(3.0)  # of the logarithm by which gyros are quieter than their sheet, filtered ones too; by reasoning
@@ -185,13 +187,14 @@ def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table:
     along = (speed[last] - speed[first]) / dt
     across = 0.5 * (speed[first] + speed[last]) * turning
     wheels = recording.kind == "drive"
-    nothing = np.full(len(dt), np.nan)
-    rate = np.column_stack([nothing, nothing, np.where(slow, np.nan, turning)])
+    down_b = _down(recording)
+    (axis,) = np.flatnonzero(down_b)
     upwards = (velocity_n[last] - velocity_n[first]) / dt[:, None] - np.array([0.0, 0.0, down])
-    force = np.column_stack(
-        [np.where(slow, np.nan, along) if wheels else nothing, np.where(slow, np.nan, across) if wheels else nothing,
-         upwards[:, 2] if wheels else -np.linalg.norm(upwards, axis=1)]
-    )  # fmt: skip
+    rate, force = np.full((2, len(dt), 3), np.nan)
+    rate[:, axis] = down_b[axis] * np.where(slow, np.nan, turning)
+    force[:, axis] = down_b[axis] * (upwards[:, 2] if wheels else -np.linalg.norm(upwards, axis=1))
+    if wheels and down_b[2] > 0.0 and _ahead(recording, course[first[~slow]]):
+        force[:, 0], force[:, 1] = np.where(slow, np.nan, along), np.where(slow, np.nan, across)
     chosen = _liveliest(np.column_stack([along, across, across]))
     rate, force, first, last = rate[chosen], force[chosen], first[chosen], last[chosen]
 
@@ -207,6 +210,26 @@ def _by_course(recording: Recording, integrals: Integrals, moving: Fixes, table:
     by_rate = by_rate + _quiet(recording)
     relative = relative_scores(integrals, at_s, velocity_n, down, arm_m)
     return _decided(by_rate, by_force, relative, f"{table} and its course" if wheels else table)
+
+
+def _down(recording: Recording) -> np.ndarray:
+    """The body axis (3,), with its sign, that points down at the start as it is stated; z where nothing is."""
+    if recording.start.attitude_rad is None:
+        return np.array([0.0, 0.0, 1.0])
+    down_b = _rotations(np.array([recording.start.attitude_rad])).as_matrix()[0, 2]
+    axis = int(np.argmax(np.abs(down_b)))
+    return np.sign(down_b[axis]) * np.eye(3)[axis]
+
+
+def _ahead(recording: Recording, course: np.ndarray) -> bool:
+    """Whether x points where a vehicle drives off, on the first `course`, by the heading that its start states.
+
+    Yes where none is stated. Of one that turned before it moved that fast fewer axes are judged.
+    """
+    attitude, sigma = recording.start.attitude_rad, recording.start.attitude_sigma_rad
+    if attitude is None or (sigma is not None and sigma[2] > AHEAD) or not course.size:
+        return True
+    return bool(np.cos(course[0] - attitude[2]) > np.cos(AHEAD))
 
 
 def _velocities(recording: Recording, moving: Fixes, table: str) -> tuple[np.ndarray, np.ndarray, float]:
