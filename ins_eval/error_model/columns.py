@@ -25,7 +25,7 @@ _EARTH = drives.SOURCES
 _KNOWN = _EARTH + 2 * len(EARTH_TERMS)
 _ELAPSED = _KNOWN + 3
 # what a node can show, before the nine channels themselves
-_RESIDUAL, _DELAY, _LAG, _ARM, _MOUNT, _CHANNEL = 0, 1, 2, 3, 6, 9
+_RESIDUAL, _DELAY, _LAG, _SMOOTHING, _ARM, _MOUNT, _CHANNEL = 0, 1, 2, 3, 6, 9, 12
 
 
 class Drive(NamedTuple):
@@ -48,8 +48,9 @@ class Missing(NamedTuple):
 class Measured(NamedTuple):
     """weight x slow(t) x what a measurement shows.
 
-    Of "delay", "lag" (positions that are older than the velocities beside them, 1 s), "arm_x" (y, z), "mount_x" (y, z:
-    reference not parallel, 1 rad), and "channel_0" to "channel_8".
+    Of "delay", "lag" (positions that are older than the velocities beside them, 1 s), "smoothing_0" to "smoothing_2"
+    (`observations.smoothing`), "arm_x" (y, z), "mount_x" (y, z: reference not parallel, 1 rad), and "channel_0" to
+    "channel_8".
     """
 
     response: str
@@ -211,6 +212,7 @@ def observed_of(model: ErrorModel, seen: Observations) -> np.ndarray:
     observed[:, _RESIDUAL] = np.nan_to_num(seen.residual)
     observed[:, _DELAY] = seen.of_delay
     observed[:, _LAG, POSITION] = seen.of_delay[:, POSITION]
+    observed[:, _SMOOTHING:_ARM] = seen.of_smoothing
     observed[:, _ARM : _ARM + 3] = seen.of_arm
     if model.states is not None:
         observed[:, _MOUNT:_CHANNEL, 6:] = np.swapaxes(model.states.mat_nb, 1, 2)  # boxes that are not parallel
@@ -230,6 +232,8 @@ def _response(name: str) -> int:
         return _DELAY
     if name == "lag":
         return _LAG
+    if name.startswith("smoothing_"):
+        return _SMOOTHING + int(name[-1])
     if name.startswith("arm_"):
         return _ARM + "xyz".index(name[-1])
     if name.startswith("mount_"):

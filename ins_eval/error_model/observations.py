@@ -31,6 +31,7 @@ STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS = 0.01, 0.002
 REFERENCE_POSITION_M, REFERENCE_VELOCITY_MPS, REFERENCE_ATTITUDE_RAD = 1.0, 0.01, 0.01 * DEG  # where not stated
 STAND_S, STAND_EDGE_S = 10.0, 2.0  # shortest stand between two moves; what is left out at its ends
 EPOCH_S = 1.0
+SMOOTHED_S = (1.0, 3.0)  # of a velocity that a receiver smooths, to either side: by reasoning
 LONGEST_EPOCH_S = 4.0  # of a day: columns of a flight with turns keep their errors of 3e-3 (test_error_model)
 # within which only random walks and jolts change anything, and as many as tell the noise: by reasoning
 STANDING_EPOCH_S, FEWEST_STANDING = 5.0, 300
@@ -53,8 +54,9 @@ class Observations:
 
     `residual` (nodes, 9); `sigma` (nodes, 9) as believed; `design` (nodes, 9, 9) what a channel sees of the state;
     `of_arm` (nodes, 3, 9) response to an antenna that is 1 m farther along a body axis than believed; `of_delay`
-    (nodes, 9) response to a stamp that is 1 s later than believed; `arc` (nodes,) the arc of the solution;
-    `measured_by` (9,) the source of each channel.
+    (nodes, 9) response to a stamp that is 1 s later than believed; `of_smoothing` (nodes, 3, 9) response to a
+    receiver that smooths its velocity, see `smoothing`; `arc` (nodes,) the arc of the solution; `measured_by` (9,) the
+    source of each channel.
     """
 
     sources: tuple[MeasurementSource, ...]
@@ -63,6 +65,7 @@ class Observations:
     design: np.ndarray
     of_arm: np.ndarray
     of_delay: np.ndarray
+    of_smoothing: np.ndarray
     arc: np.ndarray
     measured_by: tuple[str, ...] = ("",) * CHANNELS
 
@@ -148,6 +151,7 @@ def observe(
         design=np.zeros((count, CHANNELS, STATES)),
         of_arm=np.zeros((count, 3, CHANNELS)),
         of_delay=np.zeros((count, CHANNELS)),
+        of_smoothing=np.zeros((count, 3, CHANNELS)),
         arc=arc,
     )
     out.design[:] = np.eye(CHANNELS, STATES)
@@ -185,6 +189,7 @@ def _one_source(source: MeasurementSource, row: np.ndarray, out: Observations, s
     sigma = _sigma(source)
     stamped = source.name != "standstill"  # which holds at any instant
     of_delay = stamped * _delay(states, row, spin_b, mat, fixes.velocity_n)
+    smoothed = smoothing(states)[row]
     design = np.broadcast_to(np.eye(CHANNELS, STATES), (row.size, CHANNELS, STATES)).copy()
     design[:, POSITION, ATTITUDE], design[:, VELOCITY, ATTITUDE] = cross_matrices(arm_n), cross_matrices(swing_n)
     for channel in range(CHANNELS):
@@ -194,6 +199,8 @@ def _one_source(source: MeasurementSource, row: np.ndarray, out: Observations, s
         out.sigma[at, channel] = sigma[here, channel]
         out.design[at, channel] = design[here, channel]
         out.of_delay[at, channel] = of_delay[here, channel]
+        if source.name == "gps" and 3 <= channel < 6:
+            out.of_smoothing[at, :, channel] = smoothed[here, :, channel - 3]
         for axis in range(3):
             # an antenna farther out than believed: the measurement is ahead of the solution
             if channel < 3:
@@ -213,6 +220,35 @@ def _delay(states, row: np.ndarray, spin_b: np.ndarray, mat: np.ndarray, measure
     turning_n = -np.einsum("kij,kj->ki", mat, spin_b)  # phi of C(t) against C(t - delay)
     velocity_n = np.where(np.isfinite(measured_n), measured_n, states.velocity_n[row])
     return np.column_stack([velocity_n, states.acceleration_n[row], turning_n])
+
+
+def smoothing(states: States) -> np.ndarray:
+    """What a receiver that smooths its velocity leaves out of it: v less means of it over a while, (n, 3, 3) in m/s.
+
+        v(t) - (v(t - h) + v(t + h)) / 2   for h = 1 s and 3 s, of means to both sides alike,
+        (v(t + 3 s) - v(t - 3 s)) / 2 - 3 (v(t + 1 s) - v(t - 1 s)) / 2   of one that is not,
+
+    all 0 where acceleration is steady: by how much a mean is late is a delay. A filter with weights w is a sum of the
+    three, up to what differs within a second. Beyond its ends the solution goes on as it is accelerated there.
+    """
+    near_s, far_s = SMOOTHED_S
+    time_s, first, last = states.time_s, states.time_s[0], states.time_s[-1]
+
+    def at(apart_s: float) -> np.ndarray:
+        wanted = time_s + apart_s
+        inside = np.column_stack([np.interp(wanted, time_s, one) for one in states.velocity_n.T])
+        below = np.minimum(wanted - first, 0.0)[:, None] * states.acceleration_n[0]
+        return inside + below + np.maximum(wanted - last, 0.0)[:, None] * states.acceleration_n[-1]
+
+    before, after, far_before, far_after = (at(apart_s) for apart_s in (-near_s, near_s, -far_s, far_s))
+    return np.stack(
+        [
+            states.velocity_n - 0.5 * (before + after),
+            states.velocity_n - 0.5 * (far_before + far_after),
+            0.5 * (far_after - far_before) - 0.5 * far_s / near_s * (after - before),
+        ],
+        axis=1,
+    )
 
 
 def _rate(believed: Believed, states: States) -> np.ndarray:
