@@ -17,7 +17,7 @@ class Columns(Protocol):
     """What a mapping is read from."""
 
     path: Path
-    first_row: int  # number of the first row, for messages
+    first_row: int  # number of the first row as a line of the file, for messages
     notes: tuple[str, ...]
 
     def names(self) -> list[str]: ...

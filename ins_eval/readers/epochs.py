@@ -12,8 +12,8 @@ LARGEST_HEIGHT_M = 1e6
 LARGEST_SPEED_MPS = 2e4
 
 
-def checked(fixes: Fixes, where: str) -> Fixes:
-    """The fixes as they are.
+def checked(fixes: Fixes, where: str, rows: np.ndarray | None = None) -> Fixes:
+    """The fixes as they are; `rows` (m,) are their numbers in the file, where it has rows.
 
     Raises `DataRefused` for times that are not finite and strictly increasing, no valid epoch at all, and positions
     or velocities of valid ones that no vehicle has.
@@ -24,8 +24,9 @@ def checked(fixes: Fixes, where: str) -> Fixes:
     back = np.flatnonzero(np.diff(time_s) <= 0.0)
     if back.size:
         k = int(back[0])
+        at = f"epoch {k + 2}" if rows is None else f"row {rows[k + 1]}"
         raise DataRefused(
-            f"{where}, row {k + 2}: time goes from {time_s[k]:.10g} to {time_s[k + 1]:.10g} s, expected strictly "
+            f"{where}, {at}: time goes from {time_s[k]:.10g} to {time_s[k + 1]:.10g} s, expected strictly "
             "increasing times; sort the rows, drop repeated ones and separate joined logs"
         )
     if not valid.any():

@@ -71,7 +71,8 @@ def fixes(
     keep = np.isfinite(time_s) & (keep_empty | found)
     attitude = None if attitude is None else attitude[keep]
     made = Fixes.of(time_s[keep], position[keep], velocity[keep], (found & stated)[keep], attitude)
-    return checked_groups(made, f"{source.path}, {where.rpartition(', ')[2]}")
+    rows = np.flatnonzero(keep) + source.first_row
+    return checked_groups(made, f"{source.path}, {where.rpartition(', ')[2]}", rows)
 
 
 def groups_found(position: np.ndarray, velocity: np.ndarray, attitude: np.ndarray | None) -> np.ndarray:
@@ -80,12 +81,12 @@ def groups_found(position: np.ndarray, velocity: np.ndarray, attitude: np.ndarra
     return np.any([np.isfinite(group).all(axis=1) for group in groups], axis=0)
 
 
-def checked_groups(fixes: Fixes, where: str) -> Fixes:
+def checked_groups(fixes: Fixes, where: str, rows: np.ndarray | None = None) -> Fixes:
     """The fixes as they are, once what they hold has passed `epochs.checked`; a missing value is not judged."""
 
     motion = ("latitude_rad", "longitude_rad", "height_m", "velocity_n")
     held = {name: np.where(np.isnan(values := getattr(fixes, name)), 0.0, values) for name in motion}
-    checked(replace(fixes, **held), where)
+    checked(replace(fixes, **held), where, rows)
     return fixes
 
 

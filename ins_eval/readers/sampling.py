@@ -36,7 +36,7 @@ class Readings:
     gyro: np.ndarray
     accelerometer: np.ndarray
     scalars: dict[str, np.ndarray] = field(default_factory=dict)  # temperature_c, height_baro_m, any further column
-    first_row: int = 1  # number of the first row, for messages
+    first_row: int = 1  # number of the first row as a line of the file, for messages
 
 
 @dataclass(frozen=True)

@@ -170,7 +170,7 @@ def _check_fixes(fixes: Fixes, where: str) -> None:
         if values is not None and (bad := np.flatnonzero(np.isfinite(values) & ~within(values))).size:
             row = int(bad[0]) // int(np.prod(shape[1:]))
             raise DataRefused(
-                f"{where}, row {row + 1}, column {column}: {values.flat[bad[0]]:g}, expected {OTHER[0]:g} to "
+                f"{where}, fix {row + 1}, column {column}: {values.flat[bad[0]]:g}, expected {OTHER[0]:g} to "
                 f"{OTHER[1]:g}; correct that value or leave the row out"
             )
     if not np.isfinite(fixes.time_s).all() or (np.diff(fixes.time_s) <= 0.0).any():

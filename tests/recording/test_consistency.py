@@ -243,7 +243,7 @@ def test_a_single_outlier_is_named_with_row_and_value(k, column, axis, value, sa
     flown = recording()
     values = spoilt(getattr(flown.gps, column), k if axis is None else (k, axis), value)
     (found,) = check_outliers(replace(flown, gps=replace(flown.gps, **{column: values})))
-    assert f"gps, row {k + 1} at" in found.seen and said in found.seen and found.log_odds == np.inf
+    assert f"gps, fix {k + 1} at" in found.seen and said in found.seen and found.log_odds == np.inf
 
 
 @pytest.mark.parametrize("rows", [slice(100, None), slice(None, 100)])
@@ -266,7 +266,7 @@ def test_the_farthest_of_many_outliers_is_the_receivers_own():
     for off_m, log_odds in ((825.0, np.log(1e3)), (9e4, np.inf)):
         wild = spoilt(height, 471, height[471] + off_m)
         (found,) = check_outliers(replace(flown, gps=replace(flown.gps, height_m=wild)))
-        assert "gps, row 472 at" in found.seen and found.log_odds == pytest.approx(log_odds)
+        assert "gps, fix 472 at" in found.seen and found.log_odds == pytest.approx(log_odds)
 
 
 def test_a_temperature_is_refused_or_doubted_by_its_size():
@@ -275,7 +275,7 @@ def test_a_temperature_is_refused_or_doubted_by_its_size():
     for value, log_odds in sizes.items():
         hot = recording(temperature_c=spoilt(flown.imu.temperature_c, 1234, value))
         (found,) = check_outliers(hot)
-        assert "imu, row 1235 at" in found.seen and found.log_odds == pytest.approx(log_odds)
+        assert "imu, sample 1235 at" in found.seen and found.log_odds == pytest.approx(log_odds)
 
 
 def test_a_step_that_stays_is_no_outlier():

@@ -104,17 +104,17 @@ def test_a_missing_table(tmp_path):
         ("gyro_x", "gyrox", "is it 'gyrox'?"),
         ("gyro_x,gyro_y", "a,b", "(and 1 more)"),
         ("gyro_x,gyro_y", "gyro_y,gyro_y", "'gyro_x' is missing"),
-        ("time_s,gyro_x,gyro_y,gyro_z", "time_s,gyro_x,gyro_x,gyro_y,gyro_z", "row 1, column 0|Expected 8"),
-        ("100.1,7.292115e-5", "100.1,nan", "row 2, column gyro_x: nan"),
-        ("100.1,7.292115e-5", "100.1,", "row 2, column gyro_x: nan"),
-        ("100.3,7.292115e-5", "100.3,inf", "row 4, column gyro_x: inf"),
-        ("100.2,7.292115e-5", "100.2,7_000", "row 3, column gyro_x: '7_000', expected a number"),
-        ("100.2,7.292115e-5", "100.2,fast\u00e9", "row 3, column gyro_x: 'fast"),
-        ("100.2,", "100.1,", "row 3, column time_s: time repeats 100.1 s"),
-        ("100.2,", "99.95,", "row 3, column time_s: time goes back from 100.1 to 99.95 s"),
+        ("time_s,gyro_x,gyro_y,gyro_z", "time_s,gyro_x,gyro_x,gyro_y,gyro_z", "row 2, column 0|Expected 8"),
+        ("100.1,7.292115e-5", "100.1,nan", "row 3, column gyro_x: nan"),
+        ("100.1,7.292115e-5", "100.1,", "row 3, column gyro_x: nan"),
+        ("100.3,7.292115e-5", "100.3,inf", "row 5, column gyro_x: inf"),
+        ("100.2,7.292115e-5", "100.2,7_000", "row 4, column gyro_x: '7_000', expected a number"),
+        ("100.2,7.292115e-5", "100.2,fast\u00e9", "row 4, column gyro_x: 'fast"),
+        ("100.2,", "100.1,", "row 4, column time_s: time repeats 100.1 s"),
+        ("100.2,", "99.95,", "row 4, column time_s: time goes back from 100.1 to 99.95 s"),
         ("100.4,", "101.4,", "gap of 1.1 s"),
         ("100.2,", '"100.2,', "cannot be read"),
-        ("-9.78\n100.3", "-9.78,1\n100.3", "row 3: Expected 7 columns, got 8"),
+        ("-9.78\n100.3", "-9.78,1\n100.3", "row 4: Expected 7 columns, got 8"),
     ],
 )
 def test_a_fault_in_a_table(tmp_path, old, new, expected):
@@ -202,6 +202,16 @@ def test_fixes_that_cannot_be_where_they_are(folder, column, scale, expected):
         data[name] = [scale * value for value in data[name]]
     pa.parquet.write_table(pa.table(data), folder / "gps.parquet")
     assert expected in refusal(folder)
+
+
+def test_a_fix_is_named_by_its_line_in_a_csv_and_by_its_row_in_parquet(folder):
+    data = pa.parquet.read_table(folder / "gps.parquet").to_pandas()
+    data.loc[4, "time_s"] = data.time_s[3]
+    data.to_parquet(folder / "gps.parquet", index=False)
+    assert "gps.parquet, row 5, column time_s: time repeats" in refusal(folder)
+    (folder / "gps.parquet").unlink()
+    data.to_csv(folder / "gps.csv", index=False)
+    assert "gps.csv, row 6, column time_s: time repeats" in refusal(folder)
 
 
 def test_fixes_on_another_clock(folder, flight):

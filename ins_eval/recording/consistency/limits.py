@@ -70,10 +70,15 @@ def _beyond(quantity, values, time_s, table: str, column: str, use=None) -> Iter
         value = values[k][(values[k] < low) | (values[k] > high)][0]
         more = f" and {outside.sum() - 1} more" if outside.sum() > 1 else ""
         seen = (
-            f"{table}, row {k + 1} at {time_s[k]:.6g} s, column {column}: {value:.6g} {unit}{more}, expected "
+            f"{table}, {_place(table, k)} at {time_s[k]:.6g} s, column {column}: {value:.6g} {unit}{more}, expected "
             f"{low:g} to {high:g}"
         )
         yield Finding(f"{table}.outlier", seen, _mend(table))
+
+
+def _place(table: str, k: int) -> str:
+    """Which sample of the IMU or which fix; rows are lines of a file, which a recording has left behind."""
+    return f"{'sample' if table == 'imu' else 'fix'} {k + 1}"
 
 
 def _mend(table: str) -> str:
@@ -150,9 +155,9 @@ def _single(quantity, values, time_s, named, extra: float = 0.0, rows=None) -> I
         if away[k] < TAIL * np.delete(away, found).max():
             log_odds = WARNED  # what wanders off so often wanders that far, too
         more = f" (and {found.size - 1} more such values)" if found.size > 1 else ""
-        row = (k if rows is None else int(rows[k])) + 1
+        at = _place(table, k if rows is None else int(rows[k]))
         seen = (
-            f"{table}, row {row} at {time_s[k]:.6g} s, column {column}: {values[k] * scale:.6g} {unit}{more}, expected "
+            f"{table}, {at} at {time_s[k]:.6g} s, column {column}: {values[k] * scale:.6g} {unit}{more}, expected "
             f"about {expected[k] * scale:.6g} {unit} as its neighbours; it looks like a single outlier"
         )
         yield Finding(f"{table}.outlier", seen, _mend(table), log_odds)

@@ -249,7 +249,7 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
     log_odds = 0.5 * (NU + 1.0) * float(np.log1p(z * z / NU)) * LIKELIER_THAN_T - float(np.log(len(rows)))
     more = f" (and {found.size - 1} more)" if found.size > 1 else ""
     seen = (
-        f"{table}: the stamps jump by {size_s:+.3f} s after {time_s[k]:.6g} s (row {int(np.flatnonzero(use)[k]) + 1})"
+        f"{table}: the stamps jump by {size_s:+.3f} s after {time_s[k]:.6g} s (fix {int(np.flatnonzero(use)[k]) + 1})"
         f"{more}, which the way between these fixes at their velocity contradicts, expected stamps of one clock"
     )
     mend = f"take {size_s:.3f} s off every stamp after {time_s[k]:.6g} s, or cut the recording there"

@@ -28,12 +28,12 @@ _UNREADABLE = (pa.ArrowException, OSError, ValueError, MemoryError)
 
 @dataclass(frozen=True)
 class Columns:
-    """One table of a recording. Rows count from 1, the line of names not included."""
+    """One table of a recording. Rows of a CSV count as its lines do, so that the line of names is row 1."""
 
     path: Path
     data: pa.Table
     notes: tuple[str, ...] = ()
-    row_numbers: np.ndarray | None = None  # in the file, where these are some of its rows
+    row_numbers: np.ndarray | None = None  # from 0, where these are some of the rows of the file
 
     @property
     def rows(self) -> int:
@@ -41,11 +41,12 @@ class Columns:
 
     def row(self, index: int) -> int:
         """The number in the file of the row with this index, for a sentence."""
-        return int(index) + 1 if self.row_numbers is None else int(self.row_numbers[index])
+        numbered = index if self.row_numbers is None else self.row_numbers[index]
+        return int(numbered) + (2 if self.path.suffix == CSV else 1)
 
     def only(self, chosen: np.ndarray) -> Columns:
         """The rows where `chosen` (n,) is True; they keep their numbers."""
-        return Columns(self.path, self.data.filter(pa.array(chosen)), self.notes, np.flatnonzero(chosen) + 1)
+        return Columns(self.path, self.data.filter(pa.array(chosen)), self.notes, np.flatnonzero(chosen))
 
     @property
     def names(self) -> list[str]:
@@ -216,9 +217,9 @@ def _csv(path: Path, content: bytes) -> pa.Table:
 
 
 def _unreadable(path: Path, fault: BaseException) -> DataRefused:
-    """The reason as the library gives it, on one line; its rows count the line of names, ours do not."""
+    """The reason as the library gives it, on one line; its rows count from 1 with the line of names, as ours do."""
     reason = " ".join(str(fault).split()) or type(fault).__name__
-    reason = re.sub(r"CSV parse error: Row #(\d+)", lambda found: f"row {int(found[1]) - 1}", printable(reason))
+    reason = re.sub(r"CSV parse error: Row #(\d+)", lambda found: f"row {found[1]}", printable(reason))
     reason = reason if len(reason) <= 120 else f"{reason[:117]}..."
     form = "a parquet table" if path.suffix == PARQUET else "a table in CSV, one line of names and then numbers"
     return DataRefused(f"{path}: cannot be read ({reason}), expected {form}; export or copy it again")

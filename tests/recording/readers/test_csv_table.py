@@ -255,6 +255,21 @@ def test_bad_tables_are_refused(tmp_path, motion):
         assert said in str(refused.value) and "\n" not in str(refused.value)
 
 
+def test_a_fix_is_named_by_its_line_in_the_file(tmp_path, motion):
+    """Line 1 holds the names; the row without a time is passed over and counts."""
+    lines = ["time,lat,lon,h,a,b,c", *(f"{1000 * k},40,17,0,0,0,0" for k in range(8))]
+    told = mapping(more=GPS.replace("UNIT", "deg").replace("AXES", "NED"))
+    for number, fault, said in (
+        (6, "3000,40,17,0,0,0,0", "gps, row 6: time goes from 3 to 3 s"),
+        (5, "3000,x,17,0,0,0,0", "row 5, column lat: 'x'"),
+    ):
+        spoilt = line(line("\n".join(lines), 3, ",40,17,0,0,0,0"), number, fault) + "\n"
+        (tmp_path / "fixes.csv").write_text(spoilt)
+        with pytest.raises(DataRefused) as refused:
+            read_back(tmp_path, table(motion), told)
+        assert said in str(refused.value)
+
+
 def test_bad_mappings_are_refused(tmp_path, motion):
     bad = {
         "there is no column 'gx' in my.csv": mapping().replace('"wx"', '"gx"'),

@@ -77,7 +77,7 @@ BAD = {
     "same stamps": ({"mimu": np.zeros((60, 7))}, "row 2: time repeats"),
     "no overlap": ({"fogavp": np.column_stack([np.zeros((5, 9)), 9.0 + np.arange(5)])}, "expected an overlap"),
     "degrees": ({"fogavp": np.column_stack([np.full((5, 9), 34.0), np.arange(1, 6)])}, "it looks like degrees"),
-    "unsorted": ({"fogavp": np.zeros((5, 10))}, "row 2: time goes from 0 to 0 s"),
+    "unsorted": ({"fogavp": np.zeros((5, 10))}, "epoch 2: time goes from 0 to 0 s"),
     "nan": ({"fogavp": np.full((5, 10), np.nan)}, "not finite; remove these rows"),
     "bias": ({"eb0": np.zeros(2)}, "eb0 has shape .*expected three finite numbers"),
 }
