@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ins_eval.errors import UsageError
 from ins_eval.readers.layout import Layout, choose
@@ -13,6 +13,7 @@ from ins_eval.readers.sampling import Readings, sampled
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.begin import begin_at_a_fix
 from ins_eval.recording.belief import Belief
+from ins_eval.recording.repeats import without_repeats
 from ins_eval.units import DEG
 
 PLACE = ("latitude_deg", "longitude_deg", "height_m")
@@ -43,6 +44,10 @@ def recording(tables: Tables, where: str, assumed: Mapping[str, str], source: st
     Raises `UsageError` where nothing says where it begins, and what `sampled` raises.
     """
     choose("kind", tables.kind, KINDS)
+    for name in ("gps", "reference"):
+        if (fixes := getattr(tables, name)) is not None:
+            fixes, repeats = without_repeats(fixes, name)
+            tables = replace(tables, notes=(*tables.notes, *repeats), **{name: fixes})
     imu, start_s, notes = None, float(tables.solution.time_s[0]) if tables.readings is None else 0.0, ()
     if tables.readings is not None:
         layout = tables.layout.overridden(assumed)

@@ -93,18 +93,18 @@ def check_track(fixes: Fixes, table: str) -> list[Finding]:
     if pairs is None:
         return []
     velocities = _velocities(fixes.velocity_n[use])
-    named, moved, flown = [], [], []
+    named, went, flown = [], [], []
     for place, (latitude, longitude) in places(fixes).items():
         for turned, velocity_n in velocities.items():
             named.append((place, turned))
-            moved.append(_moved(latitude[use], longitude[use], fixes.height_m[use], pairs))
+            went.append(moved(latitude[use], longitude[use], fixes.height_m[use], pairs))
             flown.append(_flown(time_s, velocity_n, pairs))
-    moved, flown = np.array(moved), np.array(flown)
+    went, flown = np.array(went), np.array(flown)
     if level:
-        moved[:, :, 2] = np.nan
+        went[:, :, 2] = np.nan
     way_m = WAY * float(np.median(np.hypot(*flown[0, :, :2].T)))
     factors = np.array(list(SPEED_UNITS.values()))
-    log = order_scores(channel_scores(moved, flown, factors, np.hypot(POSITION_FLOOR_M, [way_m, way_m, 0.0])))
+    log = order_scores(channel_scores(went, flown, factors, np.hypot(POSITION_FLOOR_M, [way_m, way_m, 0.0])))
     log += prior(factors)
     log += UNIT_PRIOR * np.array([sum(one != "as read" for one in pair) for pair in named])[:, None, None]
     best = np.unravel_index(np.argmax(log), log.shape)
@@ -115,7 +115,7 @@ def check_track(fixes: Fixes, table: str) -> list[Finding]:
         parts += ["the unit of the velocity"] if near[0, 0, 1:].any() else []
         parts += ["the unit and order of the position"] if near[1:, 0, 0].any() else []
         return undecided(f"{table}: the way", parts)
-    way = [np.sqrt(np.mean(one[0, :, : 2 if level else 3] ** 2, axis=0)).tolist() for one in (moved, flown)]
+    way = [np.sqrt(np.mean(one[0, :, : 2 if level else 3] ** 2, axis=0)).tolist() for one in (went, flown)]
     return [_finding(named[best[0]], MATRICES[best[1]], list(SPEED_UNITS)[best[2]], log_odds, table, way)]
 
 
@@ -221,7 +221,7 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
     if use.sum() < FEWEST + 1:
         return None
     rows = np.arange(len(time_s))
-    dp = _moved(fixes.latitude_rad[use], fixes.longitude_rad[use], fixes.height_m[use], (rows[:-1], rows[1:]))[:, :2]
+    dp = moved(fixes.latitude_rad[use], fixes.longitude_rad[use], fixes.height_m[use], (rows[:-1], rows[1:]))[:, :2]
     mean = 0.5 * (velocity_n[1:] + velocity_n[:-1])
     speed2 = (mean**2).sum(axis=1)
     dt = np.diff(time_s)
@@ -288,7 +288,7 @@ def _pairs(time_s: np.ndarray):
     return first[keep], last[keep]
 
 
-def _moved(latitude, longitude, height_m, pairs) -> np.ndarray:
+def moved(latitude, longitude, height_m, pairs) -> np.ndarray:
     """Differences of position north, east, down in m, (n, 3)."""
     first, last = pairs
     height_m = np.nan_to_num(height_m)

@@ -36,6 +36,7 @@ from ins_eval.recording.form.names import (
 from ins_eval.recording.form.plausibility import check_plausible
 from ins_eval.recording.form.start import start_of, start_of_solution
 from ins_eval.recording.mending import mended
+from ins_eval.recording.repeats import without_repeats
 from ins_eval.recording.validation import validate
 from ins_eval.tables import parse, read_toml
 from ins_eval.units import DEG
@@ -302,7 +303,8 @@ def _fixes(opened: Opened, name: str) -> tuple[Fixes | None, list[str]]:
         position_sigma_m=position_sigma_m,
         velocity_sigma_mps=velocity_sigma_mps,
     )
-    return fixes, [*table.notes, *table.slips(known), *(half if alone.any() else [])]
+    fixes, repeats = without_repeats(fixes, name) if name != "solution" else (fixes, [])
+    return fixes, [*table.notes, *table.slips(known), *(half if alone.any() else []), *repeats]
 
 
 def _check_groups(table: Columns) -> None:
