@@ -39,13 +39,13 @@ def checked(fixes: Fixes, where: str, rows: np.ndarray | None = None) -> Fixes:
             "and 360; it looks like degrees read as radians or another column, check the unit and the order of the "
             "columns"
         )
-    for name, values, limit, unit in (
-        ("height", fixes.height_m, LARGEST_HEIGHT_M, "m"),
-        ("velocity", fixes.velocity_n, LARGEST_SPEED_MPS, "m/s"),
+    for name, values, limit, unit, small in (
+        ("height", fixes.height_m, LARGEST_HEIGHT_M, "m", "mm"),
+        ("velocity", fixes.velocity_n, LARGEST_SPEED_MPS, "m/s", "mm/s"),
     ):
         if not np.abs(values[valid]).max() <= limit:  # true also of NaN
             raise DataRefused(
                 f"{where}: a {name} of {np.abs(values[valid]).max():.3g} {unit}, expected at most {limit:g}; remove "
-                "that row or check the columns"
+                f"that row, or check the columns and their unit, which may be {small}"
             )
     return fixes

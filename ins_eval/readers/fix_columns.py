@@ -14,9 +14,12 @@ from ins_eval.readers.epochs import checked
 from ins_eval.readers.layout import choose, frd_from
 from ins_eval.readers.mapping import Attitude, Epochs, Position, TimeColumn, Velocity
 from ins_eval.recording import Fixes
+from ins_eval.recording.consistency.track import HEIGHT_UNITS
 from ins_eval.units import DEG
 
-KEYS = ("position.unit", "position.order", "velocity.unit", "velocity.axes", "course.unit", "attitude.unit")
+KEYS = (
+    "position.unit", "position.order", "height.unit", "velocity.unit", "velocity.axes", "course.unit", "attitude.unit",
+)  # fmt: skip
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLE_UNITS = {"deg": DEG, "rad": 1.0, "1e-7 deg": 1e-7 * DEG}
 SPEED_UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "knots": 1852.0 / 3600.0, "cm/s": 0.01, "mm/s": 1e-3}
@@ -98,7 +101,10 @@ def _position(source: Columns, described: Position, where: str, assumed: Mapping
         order = assumed.get("position.order", "latitude longitude")
         choose(f"{where}, position.unit", unit, ANGLE_UNITS)
         choose(f"{where}, position.order", order, ORDERS)
+        height_unit = assumed.get("height.unit", described.height_unit)
+        choose(f"{where}, height.unit", height_unit, HEIGHT_UNITS)
         values[:, :2] *= ANGLE_UNITS[unit]
+        values[:, 2:] *= HEIGHT_UNITS[height_unit]
         values = np.column_stack([values, np.full(len(values), np.nan)])[:, :3]
         return values[:, ORDERS[order]]
     with np.errstate(all="ignore"):  # what overflows is refused by its size

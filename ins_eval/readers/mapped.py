@@ -169,6 +169,8 @@ def _fix_notes(mapping: MappingFile, assumed: Mapping[str, str]) -> list[str]:
         if described.position is not None:
             unit = assumed.get("position.unit", described.position.unit)
             parts.append(f"position {described.position.frame}" + (f" in {unit}" if unit else ""))
+            if (height_unit := assumed.get("height.unit", described.position.height_unit)) != "m":
+                parts.append(f"height in {height_unit}")
         if described.velocity is not None:
             axes = assumed.get("velocity.axes", described.velocity.axes)
             parts.append(f"velocity {axes} in {assumed.get('velocity.unit', described.velocity.unit)}")

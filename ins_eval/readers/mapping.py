@@ -51,13 +51,14 @@ class Origin(Strict):
 
 
 class Position(Strict):
-    """Latitude, longitude in `unit` and height in m; or m north-east-down, east-north-up, or Earth-fixed.
+    """Latitude, longitude in `unit` and height in its own; or m north-east-down, east-north-up, or Earth-fixed.
 
     Without the third column the height is not known.
     """
 
     columns: tuple[Column, Column, Column] | tuple[Column, Column]
     unit: str | None = None
+    height_unit: str = "m"
     frame: Literal["geodetic", "NED", "ENU", "ECEF"] = "geodetic"
     origin: Origin | None = None
 
@@ -67,6 +68,8 @@ class Position(Strict):
             raise ValueError('has no unit, expected that of latitude and longitude; add unit = "deg"')
         if self.frame != "geodetic" and self.unit not in (None, "m"):
             raise ValueError(f"frame {self.frame} is in m, not in {self.unit}; leave the unit out")
+        if self.frame != "geodetic" and self.height_unit != "m":
+            raise ValueError(f"frame {self.frame} is in m, its height not in {self.height_unit}; leave that unit out")
         if (self.frame in ("NED", "ENU")) != (self.origin is not None):
             raise ValueError("origin = { latitude_deg, longitude_deg, height_m } belongs to frame NED or ENU; mend it")
         if self.frame == "ECEF" and len(self.columns) != 3:

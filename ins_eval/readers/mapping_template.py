@@ -54,7 +54,7 @@ height_m = 0.0
 # [gps]                    # likewise [reference], a better navigator; leave out the groups that it does not have
 # file = "gps.csv"         # leave out where the fixes are in the same table
 # time = {{ column = "t", unit = "s" }}
-# position = {{ columns = ["lat", "lon", "height"], unit = "deg" }}       # deg, rad, 1e-7 deg; height in m
+# position = {{ columns = ["lat", "lon", "height"], unit = "deg" }}       # deg, rad, 1e-7 deg; height_unit = "m", "mm"
 #            {{ columns = ["n", "e", "d"], frame = "NED", origin = {{ latitude_deg = 0.0, longitude_deg = 0.0 }} }}
 #            frame: NED, ENU, ECEF in m
 # velocity = {{ columns = ["vn", "ve", "vd"], axes = "NED" }}             # or NEU, ENU, ECEF, NE, "speed course",

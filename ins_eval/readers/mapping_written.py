@@ -19,7 +19,8 @@ from ins_eval.tables import parse, read_toml
 # where a key of --assume stands in a mapping; those of the last line in each other navigator that has the group
 PLACES = {key: tuple(key.split(".")) for key in ("kind", "axes", "gyro.unit", "accelerometer.unit")}
 GROUPS = {
-    "position.unit": ("position", "unit"), "velocity.unit": ("velocity", "unit"), "velocity.axes": ("velocity", "axes"),
+    "position.unit": ("position", "unit"), "height.unit": ("position", "height_unit"),
+    "velocity.unit": ("velocity", "unit"), "velocity.axes": ("velocity", "axes"),
     "course.unit": ("velocity", "course_unit"), "attitude.unit": ("attitude", "unit"),
 }  # fmt: skip
 HEAD = "What the columns are, with what was assumed when they were imported: docs/formats.md."

@@ -22,7 +22,7 @@ from ins_eval.recording.consistency.alternatives import (
     order_scores,
 )
 from ins_eval.recording.consistency.limits import LIMITS, check_limits, check_outliers
-from ins_eval.recording.consistency.track import check_baro, check_stamps, check_track
+from ins_eval.recording.consistency.track import HEIGHT_UNITS, check_baro, check_height, check_stamps, check_track
 from ins_eval.recording.consistency.windows import HANDED, RELATIVE
 from tests.recording import corpus
 
@@ -207,6 +207,40 @@ def test_a_barometer_in_feet_and_one_far_away():
     assert "above the heights" in check_baro(replace(imu, height_baro_m=up.height_m + 1e9), up, 100.0, "gps").seen
 
 
+@pytest.mark.parametrize("unit", HEIGHT_UNITS)
+@pytest.mark.parametrize("noise_m", [0.0, 0.3])
+def test_a_height_in_another_unit_is_told_by_the_velocity_down(unit, noise_m):
+    """h = 100 + 7 sin(t / 7) and its derivative cos(t / 7), of the circle, in each unit."""
+    fixes = circle()
+    noise = noise_m * np.random.default_rng(3).standard_normal(fixes.time_s.size)
+    found = check_height(replace(fixes, height_m=(fixes.height_m + noise) / HEIGHT_UNITS[unit]), "gps")
+    if unit == "m":
+        assert found is None
+    else:
+        assert found.key == "height.unit" and found.value == unit and found.log_odds > BEYOND_DOUBT
+        assert f"the height is in {unit} and was read as m" in found.seen
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_heights_of_a_level_way_tell_no_unit(seed):
+    """Noise and a slow wander of metres over velocities of centimetres: no factor is that of a unit."""
+    rng = np.random.default_rng(seed)
+    fixes = circle()
+    wander = 0.3 * np.cumsum(rng.standard_normal(fixes.time_s.size))
+    noise = rng.standard_normal((2, fixes.time_s.size))
+    velocity = np.column_stack([fixes.velocity_n[:, :2], 0.05 * noise[0]])
+    assert check_height(replace(fixes, height_m=100.0 + wander + noise[1], velocity_n=velocity), "gps") is None
+
+
+def test_a_height_of_fixes_in_mm_is_not_a_barometer_in_another_unit():
+    fixes = circle()
+    up = replace(fixes, height_m=100.0 + 3.0 * fixes.time_s, velocity_n=np.full_like(fixes.velocity_n, np.nan))
+    n = len(up.time_s)
+    imu = Imu(up.time_s, np.zeros((n, 3)), np.zeros((n, 3)), "increment", height_baro_m=up.height_m)
+    found = check_baro(imu, replace(up, height_m=1e3 * up.height_m), 100.0, "gps")
+    assert (found.key, found.value) == ("height.unit", "mm") and found.log_odds > BEYOND_DOUBT
+
+
 # ------------------------------------------------------------------------------------------------ limits
 
 
@@ -276,6 +310,14 @@ def test_a_temperature_is_refused_or_doubted_by_its_size():
         hot = recording(temperature_c=spoilt(flown.imu.temperature_c, 1234, value))
         (found,) = check_outliers(hot)
         assert "imu, sample 1235 at" in found.seen and found.log_odds == pytest.approx(log_odds)
+
+
+def test_a_height_of_rockets_is_doubted():
+    """400 m in mm; a single one is an outlier."""
+    flown = recording()
+    (found,) = check_limits(replace(flown, gps=replace(flown.gps, height_m=flown.gps.height_m + 4e5)))
+    assert found.key == "height.unit" and "in mm they were 400.1 m" in found.seen
+    assert found.decided and found.log_odds < BEYOND_DOUBT
 
 
 def test_a_step_that_stays_is_no_outlier():

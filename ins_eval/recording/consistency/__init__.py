@@ -16,7 +16,7 @@ from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
 from ins_eval.recording.consistency.limits import check_limits, check_outliers
 from ins_eval.recording.consistency.rest import check_rest
 from ins_eval.recording.consistency.settling import check_settling
-from ins_eval.recording.consistency.track import check_baro, check_stamps, check_track
+from ins_eval.recording.consistency.track import check_baro, check_height, check_stamps, check_track
 from ins_eval.recording.consistency.triads import check_triads
 
 __all__ = ["ACCEPTED", "KEY", "Finding", "findings", "report"]
@@ -37,7 +37,9 @@ def _of_motion(recording: Recording) -> Iterator[Finding]:
         fixes = getattr(recording, table)
         if fixes is not None and fixes.valid.any():
             yield from check_track(fixes, table)
-            found = check_stamps(fixes, table), check_baro(recording.imu, fixes, recording.start.height_m, table)
+            found = [check_stamps(fixes, table), check_height(fixes, table)]
+            if found[-1] is None:
+                found.append(check_baro(recording.imu, fixes, recording.start.height_m, table))
             yield from (one for one in found if one is not None)
     if _finite(recording.imu):
         yield from check_settling(recording)

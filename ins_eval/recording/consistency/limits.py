@@ -29,6 +29,7 @@ MOST_FAULTS = 0.01  # of the rows; more are not single ones
 # of two degrees of freedom, gives more in one of TAIL^2
 TAIL = 20.0
 WARNED = float(np.log(1e3))  # log odds of a doubtful jump
+HIGHEST_M = 1e5  # of fixes: above it rockets alone go
 
 
 def changes(increments: np.ndarray, interval_s: np.ndarray) -> np.ndarray:
@@ -53,12 +54,25 @@ def check_limits(recording: Recording) -> Iterator[Finding]:
             continue
         valid = fixes.valid.astype(bool)
         yield from _beyond("height", fixes.height_m[:, None], fixes.time_s, table, "height_m", valid)
+        yield from _high(fixes.height_m[valid], table)
         speed = np.linalg.norm(np.nan_to_num(fixes.velocity_n), axis=1)[:, None]
         yield from _beyond("speed", speed, fixes.time_s, table, "velocity", valid)
         lever_m = float(np.linalg.norm(getattr(recording.belief, table).lever_arm_m))
         if lever_m > LONGEST_LEVER_ARM_M:
             seen = f"[{table}] lever_arm_m is {lever_m:.4g} m long, expected at most {LONGEST_LEVER_ARM_M:g} m"
             yield Finding(f"{table}.lever_arm_m", seen, "give it in metres, in body axes")
+
+
+def _high(height_m: np.ndarray, table: str) -> Iterator[Finding]:
+    """Heights that only a rocket has are doubted, with what they were in a smaller unit."""
+    height_m = height_m[np.isfinite(height_m)]
+    usual_m = float(np.median(height_m)) if height_m.size else 0.0
+    if abs(usual_m) > HIGHEST_M:
+        seen = (
+            f"{table}, column height_m: half of the heights lie beyond {usual_m:.4g} m, expected below {HIGHEST_M:g} m "
+            f"of all but rockets; in mm they were {1e-3 * usual_m:.4g} m, in cm {1e-2 * usual_m:.4g} m"
+        )
+        yield Finding("height.unit", seen, "give the heights in m, or state their unit", WARNED)
 
 
 def _beyond(quantity, values, time_s, table: str, column: str, use=None) -> Iterator[Finding]:

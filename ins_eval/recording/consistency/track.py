@@ -1,4 +1,4 @@
-"""Positions of another navigator against its velocities, and heights of the barometer against its heights."""
+"""Positions and heights of another navigator against its velocities, the barometer against its heights."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ POSITION_FLOOR_M = 0.3
 SPEED_UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "knots": 1852.0 / 3600.0, "m/s read as km/h": 3.6,
                "m/s read as knots": 3600.0 / 1852.0}  # fmt: skip
 WAY = 0.05  # of the way, that scale errors and filters of a receiver may take from the agreement
-HEIGHT_UNITS = {"m": 1.0, "feet": 0.3048, "km": 1e3, "cm": 1e-2, "mm": 1e-3}
+HEIGHT_UNITS = {"m": 1.0, "feet": 0.3048, "cm": 1e-2, "mm": 1e-3}
 HEIGHT_FLOOR_M = 2.0
 JUDGED_MPS = 2.0  # slower, the way does not tell the time
 SMALLEST_JUMP_S, LONGEST_JUMP_S = 0.05, 60.0
@@ -169,6 +169,50 @@ def _signed(matrix: np.ndarray) -> str:
     return ", ".join(f"{'-' if sign < 0 else ''}{VELOCITY[k]}" for k, sign in found)
 
 
+def check_height(fixes: Fixes, table: str) -> Finding | None:
+    """The unit of the heights that the velocities down, integrated, prefer; their sign is judged with the way."""
+    use = fixes.valid & np.isfinite(fixes.height_m) & np.isfinite(fixes.velocity_n[:, 2])
+    pairs = _pairs(fixes.time_s[use]) if use.sum() > FEWEST else None
+    if pairs is None:
+        return None
+    risen = fixes.height_m[use][pairs[1]] - fixes.height_m[use][pairs[0]]
+    climbed = -_flown(fixes.time_s[use], fixes.velocity_n[use], pairs)[:, 2]
+    log = _height_scores(risen, climbed, 1.0 / np.array(list(HEIGHT_UNITS.values())), POSITION_FLOOR_M)
+    best = np.unravel_index(np.argmax(log), log.shape)
+    log_odds = float(log[best] - log[0, 0])
+    if log_odds < LIKELY or best[1] == 0:
+        return None
+    seen = (
+        f"{table}: heights contradict velocities: they change by {_size(risen):.4g} m in {INTERVAL_S:g} s and the "
+        f"velocities down make {_size(climbed):.4g} m, root mean square, expected the same"
+    )
+    return _in_another_unit(seen, list(HEIGHT_UNITS)[best[1]], log_odds)
+
+
+def _size(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _in_another_unit(seen: str, unit: str, log_odds: float) -> Finding:
+    """The heights of fixes in a unit other than m."""
+    factor = HEIGHT_UNITS[unit]
+    seen = f"{seen}; it looks as if the height is in {unit} and was read as m"
+    mend = f"multiply the heights by {factor:.5g}, or state their unit"
+    return Finding("height.unit", seen, mend, log_odds, unit, factor)
+
+
+def _height_scores(wanted: np.ndarray, shown: np.ndarray, factors: np.ndarray, floor_m: float) -> np.ndarray:
+    """log of the odds (2, s) that heights `wanted` (n,) are those `shown`, with either sign and each of s factors."""
+    empty = np.full((1, len(wanted), 1), np.nan)
+    log = channel_scores(
+        np.concatenate([wanted[None, :, None], empty, empty], axis=2),
+        np.repeat(shown[None, :, None], 3, axis=2),
+        factors,
+        np.full(3, floor_m),
+    )[0, 0, 0]
+    return log + UNIT_PRIOR * ((factors != 1.0)[None, :] + np.array([[0.0], [1.0]]))
+
+
 def check_baro(imu: Imu, fixes: Fixes, start_height_m: float, table: str) -> Finding | None:
     """The unit and sign of the barometric height that the heights of the fixes, or the start, prefer."""
     if imu.height_baro_m is None:
@@ -182,22 +226,20 @@ def check_baro(imu: Imu, fixes: Fixes, start_height_m: float, table: str) -> Fin
     height_m = fixes.height_m[use]
     offset_m = float(np.median(baro_m - height_m))
     wanted, shown = height_m - np.median(height_m), baro_m - np.median(baro_m)
-    factors = np.array(list(HEIGHT_UNITS.values()))
-    empty = np.full((1, len(use), 1), np.nan)
-    log = channel_scores(
-        np.concatenate([wanted[None, :, None], empty, empty], axis=2),
-        np.repeat(shown[None, :, None], 3, axis=2),
-        factors,
-        np.full(3, HEIGHT_FLOOR_M),
-    )[0, 0, 0] + UNIT_PRIOR * ((factors != 1.0)[None, :] + np.array([[0.0], [1.0]]))
+    of_baro, of_fixes = list(HEIGHT_UNITS), list(HEIGHT_UNITS)[1:]
+    factors = np.array([HEIGHT_UNITS[one] for one in of_baro] + [1.0 / HEIGHT_UNITS[one] for one in of_fixes])
+    log = _height_scores(wanted, shown, factors, HEIGHT_FLOOR_M)
     best = np.unravel_index(np.argmax(log), log.shape)
     log_odds = float(log[best] - log[0, 0])
     if log_odds > LIKELY:
-        unit, sign = list(HEIGHT_UNITS)[best[1]], ", with the other sign" if best[0] else ""
         seen = (
             f"height_baro_m changes by {np.ptp(baro_m):.4g} m where the heights of {table} change by "
-            f"{np.ptp(height_m):.4g} m, expected about the same; it looks as if it is in {unit}{sign}"
+            f"{np.ptp(height_m):.4g} m, expected about the same"
         )
+        if best[1] >= len(of_baro):
+            return _in_another_unit(seen, of_fixes[best[1] - len(of_baro)], log_odds)
+        sign = ", with the other sign" if best[0] else ""
+        seen = f"{seen}; it looks as if it is in {of_baro[best[1]]}{sign}"
         return Finding("height_baro", seen, "convert it to metres, upwards positive", log_odds)
     of_start_m = float(np.median(baro_m)) - start_height_m
     if min(abs(offset_m), abs(of_start_m)) > LARGEST_BARO_OFFSET_M:

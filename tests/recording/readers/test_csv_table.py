@@ -289,6 +289,28 @@ def test_bad_mappings_are_refused(tmp_path, motion):
         assert said in str(refused.value) and "\n" not in str(refused.value)
 
 
+def test_a_height_in_mm_is_refused_until_it_is_stated(tmp_path, motion):
+    every = slice(0, None, 10)
+    rows = [motion.time_s[every] * 1e3, np.degrees(motion.latitude[every]), np.degrees(motion.longitude[every])]
+    rows += [1e3 * motion.height[every], *motion.velocity_n[every].T]
+    text = "\n".join(["time,lat,lon,h,a,b,c", *(",".join(f"{v:.12g}" for v in row) for row in zip(*rows, strict=True))])
+    (tmp_path / "fixes.csv").write_text(text + "\n")
+    told = mapping(more=GPS.replace("UNIT", "deg").replace("AXES", "NED"))
+    read_wrong = read_back(tmp_path, table(motion), told)
+    with pytest.raises(DataRefused, match="the height is in mm and was read as m"):
+        validate(read_wrong)
+    in_mm = told.replace('unit = "deg"', 'unit = "deg", height_unit = "mm"')
+    for right in (
+        read_back(tmp_path, table(motion), told, height__unit="mm"),
+        read_back(tmp_path, table(motion), in_mm),
+    ):
+        np.testing.assert_allclose(right.gps.height_m, motion.height[every], rtol=ROUNDING)
+        assert any("in mm" in note or "as mm" in note for note in right.notes)
+    local = told.replace('unit = "deg"', 'frame = "ECEF", height_unit = "mm"')
+    with pytest.raises(UsageError, match="frame ECEF is in m, its height not in mm"):
+        read_back(tmp_path, table(motion), local)
+
+
 def test_a_latitude_in_another_unit_is_refused(tmp_path, motion):
     (tmp_path / "fixes.csv").write_text("time,lat,lon,h,a,b,c\n0,40,17,0,0,0,0\n100,40,17,0,0,0,0\n")
     told = mapping(more=GPS.replace("UNIT", "rad").replace("AXES", "NED"))
