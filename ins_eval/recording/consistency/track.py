@@ -136,15 +136,11 @@ def _finding(pair, matrix, unit: str, log_odds: float, table: str, way: list[lis
     directions = ", ".join(VELOCITY[: len(way[0])])
     seen = (
         f"{table}: positions contradict velocities: {directions} move by {_three(way[0])} m in {INTERVAL_S:g} s "
-        f"and the velocities make {_three(way[1])} m, root mean square, expected the same; it looks as if "
+        f"and the velocities make {_three(way[1])} m, root mean square, expected the same"
     )
-    if place in ("radians read as degrees", "degrees read as radians"):
-        value = place.split()[0][:3]
-        words, mend = f"latitude and longitude are {place}", "give them in degrees, or state their unit"
-        return Finding("position.unit", seen + words, mend, log_odds, value=value)
-    if place == "latitude and longitude exchanged":
-        return Finding(f"{table}.position", seen + f"{place.replace('exchanged', 'are exchanged')}",
-                       "exchange these two columns", log_odds)  # fmt: skip
+    if place != "as read":
+        return another_place(seen, place, table, log_odds)
+    seen += "; it looks as if "
     if turned == "course":
         return Finding("course.unit", f"{seen}the course is in radians and was read as degrees",
                        "convert the course to degrees, or state its unit", log_odds, value="rad")  # fmt: skip
@@ -157,6 +153,15 @@ def _finding(pair, matrix, unit: str, log_odds: float, table: str, way: list[lis
     mend = "correct order and signs of the velocity columns"
     mend += "" if np.trace(matrix[:2, :2]) == 2.0 else ", or of latitude and longitude"
     return Finding("velocity.axes", f"{seen}{words}", mend, log_odds, matrix=matrix)
+
+
+def another_place(seen: str, place: str, table: str, log_odds: float) -> Finding:
+    """Latitude and longitude exchanged or in another unit, as `places` names it."""
+    seen = f"{seen}; it looks as if latitude and longitude are"
+    if place == "latitude and longitude exchanged":
+        return Finding(f"{table}.position", f"{seen} exchanged", "exchange these two columns", log_odds)
+    mend = "give them in degrees, or state their unit"
+    return Finding("position.unit", f"{seen} {place}", mend, log_odds, value=place.split()[0][:3])
 
 
 def _three(values: list[float]) -> str:
@@ -186,14 +191,14 @@ def check_height(fixes: Fixes, table: str) -> Finding | None:
         f"{table}: heights contradict velocities: they change by {_size(risen):.4g} m in {INTERVAL_S:g} s and the "
         f"velocities down make {_size(climbed):.4g} m, root mean square, expected the same"
     )
-    return _in_another_unit(seen, list(HEIGHT_UNITS)[best[1]], log_odds)
+    return another_height(seen, list(HEIGHT_UNITS)[best[1]], log_odds)
 
 
 def _size(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _in_another_unit(seen: str, unit: str, log_odds: float) -> Finding:
+def another_height(seen: str, unit: str, log_odds: float) -> Finding:
     """The heights of fixes in a unit other than m."""
     factor = HEIGHT_UNITS[unit]
     seen = f"{seen}; it looks as if the height is in {unit} and was read as m"
@@ -237,7 +242,7 @@ def check_baro(imu: Imu, fixes: Fixes, start_height_m: float, table: str) -> Fin
             f"{np.ptp(height_m):.4g} m, expected about the same"
         )
         if best[1] >= len(of_baro):
-            return _in_another_unit(seen, of_fixes[best[1] - len(of_baro)], log_odds)
+            return another_height(seen, of_fixes[best[1] - len(of_baro)], log_odds)
         sign = ", with the other sign" if best[0] else ""
         seen = f"{seen}; it looks as if it is in {of_baro[best[1]]}{sign}"
         return Finding("height_baro", seen, "convert it to metres, upwards positive", log_odds)

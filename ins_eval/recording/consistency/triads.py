@@ -13,6 +13,8 @@ triads against each other: `windows`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -34,6 +36,7 @@ from ins_eval.recording.consistency.alternatives import (
     undecided_axes,
 )
 from ins_eval.recording.consistency.limits import changes
+from ins_eval.recording.consistency.places import check_places
 from ins_eval.recording.consistency.track import rows_apart, without_missing_down
 from ins_eval.recording.consistency.windows import (
     FORCE_OFFSET,
@@ -73,14 +76,15 @@ TURN_INTERVAL_S, FORCE_INTERVAL_S = 1.0, 1.0
 def check_triads(recording: Recording) -> list[Finding]:
     """The alternative of both triads that the motion prefers by more than 20 to 1, or what it leaves open."""
     integrals = integrated(recording)
-    moving, table = _velocity(recording)
+    moving, table = _table(recording, lambda fixes: fixes.velocity_n)
     if integrals is None or _holds(recording):
         return []
     attitude = _attitude(recording)
     if attitude is not None:
         return _by_attitude(recording, integrals, attitude, moving, table)
     if moving is None:
-        return []
+        placed, table = _table(recording, lambda fixes: fixes.latitude_rad)
+        return [] if placed is None else [*check_places(recording, integrals, placed, table)]
     return _by_course(recording, integrals, moving, table)
 
 
@@ -94,13 +98,14 @@ def _holds(recording: Recording) -> bool:
     return False
 
 
-def _velocity(recording: Recording) -> tuple[Fixes | None, str]:
+def _table(recording: Recording, column: Callable[[Fixes], np.ndarray]) -> tuple[Fixes | None, str]:
+    """The first table with enough values in a column, and its name."""
     for table in ("gps", "reference"):
         fixes = getattr(recording, table)
         if fixes is None:
             continue
         fixes, _ = without_missing_down(fixes)  # which is near enough to what a level way makes in a second
-        use = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
+        use = fixes.valid & np.isfinite(column(fixes)).reshape(len(fixes.time_s), -1).all(axis=1)
         if use.sum() > FEWEST_FIXES and _together(recording, fixes.time_s[use]):
             return fixes, table
     return None, ""

@@ -87,12 +87,7 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: 
     if windows is None:
         return None
     begin_s, rows = windows
-    grid_s = begin_s[:, None] - MARGIN_S + STEP_S * np.arange(round((WINDOW_S + 2 * MARGIN_S) / STEP_S) + 1)
-    angle, speed = (
-        np.stack([np.interp(grid_s, integrals.time_s, line) for line in values], axis=-1)
-        for values in (integrals.angle, integrals.velocity)
-    )
-    angle, speed = np.diff(angle, axis=1), np.diff(speed, axis=1)
+    grid_s, angle, speed = _increments(integrals, begin_s)
     size = np.median(np.linalg.norm(speed, axis=2)) / STEP_S
     if size == 0.0:
         return None
@@ -124,6 +119,39 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: 
             squares[k, near], log_prior[k, near] = _refined(chosen, of_steps, wanted, arm_m, ITERATIONS, ROUNDS)
     log = _window_scores(squares, log_prior, freedom)
     return log.reshape(len(starts), 2, len(RELATIVE_FACTORS), 48).max(axis=0).transpose(0, 2, 1)
+
+
+def velocity_scores(integrals: Integrals, at_s, velocities_n: np.ndarray, down: float, arm_m: np.ndarray):
+    """log L (a,) of velocities (a, n, 3), m/s, and usual sizes of their changes and what is left of these; or None."""
+    windows = _windows(integrals, at_s, velocities_n[0])
+    if windows is None:
+        return None
+    begin_s, rows = windows
+    grid_s, angle, speed = _increments(integrals, begin_s)
+    attitude, turned = _turned(angle[None], speed)
+    first, last = rows[:, :-1], rows[:, 1:]
+    freedom = 3.0 * first.shape[1] - 3.0
+    found = []
+    for velocity_n in velocities_n:
+        wanted = velocity_n[last] - velocity_n[first]
+        changed = (wanted**2).sum(axis=(1, 2))
+        wanted[:, :, 2] -= down * (at_s[last] - at_s[first])
+        starts = _best_clock(turned, at_s[rows], grid_s, wanted)[:1], _at_clock(0.0, at_s[rows], grid_s, 1)
+        parts = ((attitude, angle[None], turned, at) for at in starts)
+        tried = [_refined(part, speed, wanted, arm_m, ITERATIONS, ROUNDS)[:2] for part in parts]
+        square, prior = min(tried, key=lambda one: float(np.median(one[0])))
+        found.append((changed, square[0], prior[0]))
+    changed, squares, log_prior = map(np.array, zip(*found, strict=True))
+    sizes = (np.sqrt(np.median(one, axis=1) / freedom) for one in (changed, squares))
+    return _window_scores(squares, log_prior, freedom), *sizes
+
+
+def _increments(integrals: Integrals, begin_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The grid (w, k) of each window, s, and the increments of angle and velocity (w, k - 1, 3) on it."""
+    grid_s = begin_s[:, None] - MARGIN_S + STEP_S * np.arange(round((WINDOW_S + 2 * MARGIN_S) / STEP_S) + 1)
+    both = integrals.angle, integrals.velocity
+    at = (np.stack([np.interp(grid_s, integrals.time_s, line) for line in values], axis=-1) for values in both)
+    return grid_s, *(np.diff(one, axis=1) for one in at)
 
 
 def _refined(
