@@ -1,4 +1,4 @@
-"""A receiver that smooths its velocity: what it leaves out of sines, and a drive in which it is late and no sensor is off.
+"""A receiver that smooths its velocity: what it leaves out of sines, and a drive in which it is late.
 
 Its filter is scipy's, of first order.
 """
@@ -52,7 +52,7 @@ def test_of_a_sine_is_left_out_what_means_leave_of_it() -> None:
 
 
 def test_a_receiver_that_smooths_its_velocity_is_late_and_no_sensor_is_off(tmp_path) -> None:
-    """It is late by the mean of its filter. What that leaves out of curves was scale factors and lever arms of 10 sigma."""
+    """It is late by the mean of its filter; what that leaves out of curves was scale factors of ten sigma."""
     made = a_recording(np.random.default_rng([0, 4]), "industrial", "drive", RATE_HZ)
     cut(made, 0.0, LENGTH_S)
     made.save(tmp_path / "recording")
