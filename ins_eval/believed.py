@@ -52,7 +52,7 @@ def believed(recording: Recording) -> Recording:
 
     1. The data sheet of ``recording.unit``, where it is named.
     2. What its stretches at rest show.
-    3. The geometric mean over the sheets of the nearest grade.
+    3. The geometric mean over the sheets of the nearest grade, or of the coarsest where no noise is seen.
     4. Of GPS: the sigmas that the fixes state, or else their spread.
 
     What was filled in leads the notes and stands in ``source`` of its table. A belief without unknown keys comes back
@@ -171,8 +171,9 @@ def _bias(table: str, sheet: UnitSheet | None, grade: Grade) -> Filled:
 
 
 def _of_grade(table: str, key: str, grade: Grade) -> Filled:
-    words = grade.grade or datasheets.GRADES[-1]
-    known = "" if grade.grade else ", since no noise is seen"
+    """The mean of the sheets of its grade; of the coarsest where the recording shows no grade."""
+    words = grade.grade or datasheets.GRADES[0]
+    known = "" if grade.grade else ", the coarsest, since no noise is seen"
     return Filled(float(f"{typical(words, table, key):.3g}"), f"mean of the data sheets of grade {words}{known}")
 
 

@@ -138,7 +138,8 @@ class Grade:
     def words(self) -> str:
         """One sentence: the grade, and from what it was told."""
         if self.grade is None:
-            return f"The grade is unknown, since no noise is seen. {self._unrest}."
+            why = f"{self.rest_s:.0f} s at rest show none" if self.rests else self._unrest
+            return f"The grade is unknown, since no noise is seen: {why[0].lower()}{why[1:]}."
         seen = self.white or self.bounds
         units = {
             ANGLE_RANDOM_WALK: "deg/sqrt(h) of the gyros",

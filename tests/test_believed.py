@@ -30,6 +30,7 @@ STEP_S = 0.02
 MEMS_OFFSET_RADPS = np.array([0.20, -0.03, 0.38]) * DEG
 ARW_DEG, VRW_UG = 0.2, 120.0  # deg/sqrt(h), ug/sqrt(Hz)
 SIGMAS = 4.0  # of a tolerance that follows from a stated sigma
+SHOWN_DIGITS = 5e-3  # relative, of three digits
 WHITE = 0.1  # relative, of white noise in minutes at rest
 
 
@@ -231,6 +232,22 @@ def test_nothing_below_is_unknown_for_a_moving_recording_and_a_chamber() -> None
     assert "mean of the data sheets" in belief.gyro.source
     assert None not in (belief.gyro.bias_radps, belief.gyro.bias_sigma_deg_per_h, belief.accelerometer.bias_sigma_ug)
     assert believed_of_chamber(Belief()).accelerometer.bias_sigma_ug == 50.0
+
+
+@pytest.mark.parametrize("kind", ["flight", "static"])
+def test_where_no_noise_is_seen_the_coarsest_grade_is_believed(kind: str) -> None:
+    """6 s in motion are too short to bound the noise; 60 s of constants at rest show none."""
+    recording = parked(6.0 if kind == "flight" else 60.0, np.zeros(3), 0.0, 0.0, kind=kind)
+    assert measure_grade(recording, recording.imu.accelerometer).grade is None
+    filled = believed(recording)
+    sheets = [one for one in datasheets.units().values() if one.grade == "consumer MEMS"]
+    stated = [value for one in sheets if (value := one.gyro.angle_random_walk_deg_per_sqrt_h)]
+    mean = np.exp(np.mean(np.log(stated)))
+    assert filled.belief.gyro.angle_random_walk_deg_per_sqrt_h == pytest.approx(mean, rel=SHOWN_DIGITS)
+    for table in (filled.belief.gyro, filled.belief.accelerometer):
+        assert "grade consumer MEMS, the coarsest, since no noise is seen" in table.source
+    why = "no stretch of 10 s is at rest." if kind == "flight" else "60 s at rest show none."
+    assert filled.notes[0] == f"The grade is unknown, since no noise is seen: {why}"
 
 
 # ---------------------------------------------------------------------------------------------------- pages and files
