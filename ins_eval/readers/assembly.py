@@ -13,11 +13,12 @@ from ins_eval.readers.sampling import Readings, sampled
 from ins_eval.recording import Fixes, Recording, Start
 from ins_eval.recording.begin import begin_at_a_fix
 from ins_eval.recording.belief import Belief
-from ins_eval.recording.repeats import without_repeats
+from ins_eval.recording.outages import measured
 from ins_eval.units import DEG
 
 PLACE = ("latitude_deg", "longitude_deg", "height_m")
 KEYS = ("kind", *Layout.KEYS, "gps.time_offset_s", "reference.time_offset_s", *PLACE)
+NAVIGATORS = ("gps", "reference", "solution")
 KINDS = ("flight", "drive", "oven", "static")
 
 
@@ -44,10 +45,8 @@ def recording(tables: Tables, where: str, assumed: Mapping[str, str], source: st
     Raises `UsageError` where nothing says where it begins, and what `sampled` raises.
     """
     choose("kind", tables.kind, KINDS)
-    for name in ("gps", "reference"):
-        if (fixes := getattr(tables, name)) is not None:
-            fixes, repeats = without_repeats(fixes, name)
-            tables = replace(tables, notes=(*tables.notes, *repeats), **{name: fixes})
+    found = {name: measured(one, name) for name in NAVIGATORS if (one := getattr(tables, name)) is not None}
+    tables = replace(tables, **{name: fixes for name, (fixes, _) in found.items()})
     imu, start_s, notes = None, float(tables.solution.time_s[0]) if tables.readings is None else 0.0, ()
     if tables.readings is not None:
         layout = tables.layout.overridden(assumed)
@@ -65,6 +64,7 @@ def recording(tables: Tables, where: str, assumed: Mapping[str, str], source: st
         belief=belief,
         notes=(
             *tables.notes,
+            *(note for _, of_table in found.values() for note in of_table),
             *notes,
             *offset_notes,
             *start_notes,

@@ -15,6 +15,7 @@ from ins_eval.readers.layout import choose, frd_from
 from ins_eval.readers.mapping import Attitude, Epochs, Position, TimeColumn, Velocity
 from ins_eval.recording import Fixes
 from ins_eval.recording.consistency.track import HEIGHT_UNITS
+from ins_eval.recording.outages import stated_valid
 from ins_eval.units import DEG
 
 KEYS = (
@@ -45,9 +46,10 @@ def stamps(source: Columns, described: TimeColumn, where: str, unit: str | None 
 
 def fixes(
     source: Columns, described: Epochs, where: str, origin_s: float, assumed: Mapping[str, str], keep_empty: bool
-) -> Fixes:
-    """The table of another navigator; a row without any value is an outage, left out unless `keep_empty`.
+) -> tuple[Fixes, list[str]]:
+    """The table of another navigator, and what was left out of it or is an outage.
 
+    A row without any value is an outage, left out unless `keep_empty`; one without a time is left out.
     `origin_s` is subtracted from the stamps. Raises `DataRefused` for what no vehicle does, `UsageError` for columns
     that are not there.
     """
@@ -59,23 +61,28 @@ def fixes(
         columns["velocity"] = _velocity(source, described.velocity, where, assumed)
     if described.attitude is not None:
         columns["attitude"] = _attitude(source, described.attitude, where, assumed)
-    stated = np.ones(len(time_s), dtype=bool)
     if described.valid is not None:
         columns["valid"] = source.numbers(described.valid.column, where)
     same_length(source.path, where, columns)
-    if described.valid is not None:
-        stated = np.nan_to_num(columns["valid"]) != 0.0
     n = len(time_s)
     position, velocity = (columns.get(name, np.full((n, 3), np.nan)) for name in ("position", "velocity"))
     if described.velocity is not None and described.velocity.axes == "ECEF":
         velocity = _from_earth_fixed(velocity, position)
     attitude = columns.get("attitude")
     found = groups_found(position, velocity, attitude)
-    keep = np.isfinite(time_s) & (keep_empty | found)
+    name = where.rpartition(", ")[2]
+    timed = np.isfinite(time_s)
+    stated, notes = stated_valid(
+        columns.get("valid", np.ones(n)), found & timed, name, lambda row: source.first_row + row
+    )
+    if (lost := found & ~timed).any():
+        first = source.first_row + int(np.argmax(lost))
+        notes.append(f"{np.count_nonzero(lost)} rows of {name} hold no time, first row {first}: they were left out.")
+    keep = timed & (keep_empty | found)
     attitude = None if attitude is None else attitude[keep]
     made = Fixes.of(time_s[keep], position[keep], velocity[keep], (found & stated)[keep], attitude)
     rows = np.flatnonzero(keep) + source.first_row
-    return checked_groups(made, f"{source.path}, {where.rpartition(', ')[2]}", rows)
+    return checked_groups(made, f"{source.path}, {name}", rows), notes
 
 
 def groups_found(position: np.ndarray, velocity: np.ndarray, attitude: np.ndarray | None) -> np.ndarray:

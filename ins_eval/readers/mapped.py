@@ -19,7 +19,7 @@ from ins_eval.readers.fix_columns import SPEED_UNITS, stamps
 from ins_eval.readers.layout import Layout, choose
 from ins_eval.readers.mapping import Epochs, MappingFile
 from ins_eval.readers.sampling import Readings
-from ins_eval.recording import Recording
+from ins_eval.recording import Fixes, Recording
 from ins_eval.tables import parse, read_toml
 
 KEYS = ("mapping", "time.unit", "gps.file", "reference.file", *assembly.KEYS, *fix_columns.KEYS)
@@ -53,7 +53,8 @@ def of_mapping(path: Path, file: Path, mapping: MappingFile, assumed: Mapping[st
     for name in OTHERS:
         described = getattr(mapping, name)
         if described is not None:
-            others[name] = _others(source, described, (file, name), origin_s, assumed, opened)
+            others[name], found = _others(source, described, (file, name), origin_s, assumed, opened)
+            other_notes += found
     if "reference" not in others and mapping.gps is not None and _only_attitude(mapping.gps):
         others["reference"] = others.pop("gps")
         other_notes.append("The table gps holds an attitude alone, which no receiver gives: it is the reference.")
@@ -72,6 +73,7 @@ def of_mapping(path: Path, file: Path, mapping: MappingFile, assumed: Mapping[st
             notes=(
                 f"The file {path.name} is a table of {len(time_s)} rows, read as {file.name} says.",
                 *source.notes,
+                *(() if beside is source else beside.notes),
                 f"The column '{described_time.column}' is taken as time in {unit}, because "
                 f"{'you assume so' if 'time.unit' in assumed else 'the mapping says so'}.",
                 *_week_note(mapping),
@@ -131,14 +133,16 @@ def _others(
     origin_s: float,
     assumed: Mapping[str, str],
     opened: Opened,
-):
-    """The table of another navigator, of a file of its own where the mapping or the user names one."""
+) -> tuple[Fixes, list[str]]:
+    """The table of another navigator and notes on it; of a file of its own where the mapping or the user names one."""
     file, name = place
     named = assumed.get(f"{name}.file")
     own = Path(named) if named is not None else None if described.file is None else file.parent / described.file
-    if own is not None:
-        source = opened(own, True)
-    return fix_columns.fixes(source, described, f"{file}, {name}", origin_s, assumed, keep_empty=own is not None)
+    if own is None:
+        return fix_columns.fixes(source, described, f"{file}, {name}", origin_s, assumed, keep_empty=False)
+    source = opened(own, True)
+    fixes, notes = fix_columns.fixes(source, described, f"{file}, {name}", origin_s, assumed, keep_empty=True)
+    return fixes, [*source.notes, *notes]
 
 
 def _only_attitude(described: Epochs) -> bool:

@@ -51,3 +51,20 @@ def test_a_parked_unit_begins_at_rest_where_its_fixes_are(tmp_path: Path) -> Non
     assert (start.height_m, start.velocity_n, start.velocity_sigma_mps) == (1.5, (0.0, 0.0, 0.0), 0.0)
     with pytest.raises(DataRefused, match="has latitude_deg and no longitude_deg"):
         form.read(edited(folder, "[imu]", "[start]\nlatitude_deg = 0.0\n[imu]"))
+
+
+def test_zeros_and_an_empty_validity_are_outages_that_are_said(tmp_path: Path) -> None:
+    """Where every fix lies at 0 N 0 E it is a place."""
+    folder = parked(tmp_path / "r")
+    names = "time_s,latitude_deg,longitude_deg,height_m,velocity_n_mps,velocity_e_mps,velocity_d_mps,valid\n"
+    zero, known = ("{},0.0,0.0,0.0,0.0,0.0,0.0,{}\n", "{},0.2,0.0,0.0,0.0,0.0,0.0,{}\n")
+    rows = [zero.format(100.0, 1), known.format(100.1, ""), known.format(100.2, 1), known.format(100.3, 0)]
+    for far, valid in ((False, [True, False, True, False]), (True, [False, False, True, False])):
+        text = "".join(row.replace(",0.2,0.0,", ",0.2,3.0,") if far else row for row in rows)
+        folder.joinpath("gps.csv").write_text(names + text)
+        recording = form.read(folder, doubted=True)
+        assert recording.gps.valid.tolist() == valid
+        said = "\n".join(recording.notes)
+        assert "1 rows of gps are at exactly 0° N 0° E, first at 100 s: they " in said
+        assert ("they count as an outage" if far else "they are taken as a place") in said
+        assert "1 rows of gps state nothing in the column of validity, first row 2: they count as an outage" in said

@@ -36,7 +36,7 @@ from ins_eval.recording.form.names import (
 from ins_eval.recording.form.plausibility import check_plausible
 from ins_eval.recording.form.start import start_of, start_of_solution
 from ins_eval.recording.mending import mended
-from ins_eval.recording.repeats import without_repeats
+from ins_eval.recording.outages import measured, stated_valid
 from ins_eval.recording.validation import validate
 from ins_eval.tables import parse, read_toml
 from ins_eval.units import DEG
@@ -287,8 +287,8 @@ def _fixes(opened: Opened, name: str) -> tuple[Fixes | None, list[str]]:
     motion[alone, :2] = np.nan
     half = [f"{name}: latitude without longitude, or the reverse, in {np.count_nonzero(alone)} rows; not used."]
     valid = whole_rows(motion)
-    if (flag := column(VALID)) is not None:
-        valid &= np.nan_to_num(flag, nan=0.0) != 0.0
+    flag = column(VALID)
+    stated, open_rows = stated_valid(np.ones(time_s.size) if flag is None else flag, valid, name, table.row)
     attitude = [filled(of) * DEG for of in attitudes]
     known = ("time_s", *POSITION, *VELOCITY, VALID, *SIGMAS, *attitudes)
     position_sigma_m, velocity_sigma_mps = (column(of) for of in SIGMAS)
@@ -298,13 +298,13 @@ def _fixes(opened: Opened, name: str) -> tuple[Fixes | None, list[str]]:
         longitude_rad=motion[:, 1] * DEG,
         height_m=motion[:, 2].copy(),
         velocity_n=motion[:, 3:].copy(),
-        valid=valid,
+        valid=valid & stated,
         attitude_rad=np.column_stack(attitude) if set(ATTITUDE) & set(table.names) and attitude else None,
         position_sigma_m=position_sigma_m,
         velocity_sigma_mps=velocity_sigma_mps,
     )
-    fixes, repeats = without_repeats(fixes, name) if name != "solution" else (fixes, [])
-    return fixes, [*table.notes, *table.slips(known), *(half if alone.any() else []), *repeats]
+    fixes, found = measured(fixes, name)
+    return fixes, [*table.notes, *table.slips(known), *(half if alone.any() else []), *open_rows, *found]
 
 
 def _check_groups(table: Columns) -> None:

@@ -217,6 +217,27 @@ def test_rows_without_a_value_are_outages(tmp_path, motion, columns):
     assert recording.gps.valid.all()
 
 
+def test_rows_of_fixes_that_are_not_used_are_counted_with_the_first(tmp_path, motion, columns):
+    """Rows count from 1 and the names are the first."""
+    n = len(motion.time_s)
+    rows = np.arange(n)
+    holes = {key: columns[key] for key in ("lat", "lon", "h")} | {
+        "t": np.where((rows >= 20) & (rows < 23), np.nan, columns["t"]),
+        "fix": np.where(rows == 40, np.nan, 1.0 * (rows != 50)),
+    }
+    holes["lat"], holes["lon"] = (np.where(rows < 4, 0.0, columns[key]) for key in ("lat", "lon"))
+    (tmp_path / "fixes.csv").write_bytes(writers.csv(holes))
+    text = POSITIONS["geodetic"] + '\nfile = "fixes.csv"\nvalid = { column = "fix" }'
+    recording = imported(tmp_path, writers.csv(columns), group(text))
+    said = "\n".join(recording.notes)
+    assert "3 rows of gps hold no time, first row 22: they were left out." in said
+    assert "1 rows of gps state nothing in the column of validity, first row 42: they count as an outage" in said
+    assert "4 rows of gps are at exactly 0° N 0° E, first at 0 s: they count as an outage" in said
+    assert len(recording.gps.time_s) == n - 3
+    assert recording.gps.valid.sum() == n - 3 - 4 - 2
+    assert recording.start.latitude_rad == pytest.approx(motion.latitude[4], abs=ROUNDING)
+
+
 # ---------------------------------------------------------------------------------------- MATLAB and netCDF
 
 
