@@ -11,6 +11,7 @@ import numpy as np
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 
 Column = str | int
+DATE, DAY_FIRST, MONTH_FIRST = "date", "date day first", "date month first"  # units of a time in text
 
 
 class Columns(Protocol):
@@ -24,7 +25,7 @@ class Columns(Protocol):
 
     def numbers(self, column: Column, where: str) -> np.ndarray: ...
 
-    def dates_s(self, column: Column, where: str) -> np.ndarray: ...
+    def dates_s(self, column: Column, where: str, unit: str = DATE) -> np.ndarray: ...
 
 
 def vectors(source: Columns, columns: Iterable[Column], where: str) -> np.ndarray:
@@ -66,7 +67,7 @@ class NamedArrays:
             )
         return np.array(self.arrays[name], dtype=float)
 
-    def dates_s(self, column: Column, where: str) -> np.ndarray:
+    def dates_s(self, column: Column, where: str, unit: str = DATE) -> np.ndarray:
         raise UsageError(
             f"{where}: '{column}' of {self.path.name} is numbers, expected dates in text; name its unit instead, such "
             'as unit = "s"'

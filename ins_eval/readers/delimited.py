@@ -11,11 +11,13 @@ import pandas as pd
 
 from ins_eval.boundary import content
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
-from ins_eval.readers.columns import Column
+from ins_eval.readers.columns import DATE, DAY_FIRST, MONTH_FIRST, Column
 from ins_eval.readers.files import shown
 
 EXPECTED = "a table in CSV with one line of names and one row a sample"
 SEPARATORS = (",", ";", "\t")
+DAY_AND_MONTH = r"^\s*(\d{1,2})([./-])(\d{1,2})[./-]\d{2,4}(?!\d)"  # or month and day: the year comes last
+MONTHS = 12
 CUT_NOTE = "{} does not end with a line break, so its last row may be cut and was left out."
 
 
@@ -24,12 +26,12 @@ class DelimitedTable:
 
     def __init__(self, path: Path, header: bool = True):
         self.path = path
-        raw = content(path, EXPECTED)
-        first = raw.lstrip(b"\xef\xbb\xbf").split(b"\n", 1)[0]
-        separator = max(SEPARATORS, key=lambda mark: first.count(mark.encode()))
+        raw = content(path, EXPECTED).removeprefix(b"\xef\xbb\xbf")
         self.cut = not raw.endswith((b"\n", b"\r"))
         self.notes = (CUT_NOTE.format(path.name),) if self.cut else ()
         self.first_row = 2 if header else 1
+        first = raw.split(b"\n", 1)[0]
+        separator = max(SEPARATORS, key=lambda mark: first.count(mark.encode()))
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")  # rows longer than the line of names would lose what is beyond
@@ -39,7 +41,7 @@ class DelimitedTable:
                     header=0 if header else None,
                     index_col=False,
                     skipinitialspace=True,
-                    encoding="utf-8-sig",
+                    encoding="utf-8",
                     encoding_errors="replace",
                     low_memory=False,
                 )
@@ -76,31 +78,78 @@ class DelimitedTable:
             return as_numbers.to_numpy(dtype=float)
         row = int(np.argmax(bad)) if bad.any() else 0
         hint = "with a point as decimal sign" if "," in str(values.iloc[row]) else "or delete that row"
-        raise DataRefused(
-            f"{self.path}, row {row + self.first_row}, column {name}: {shown(str(values.iloc[row]))}, expected a "
-            f"number; correct it, {hint}"
-        )
+        raise DataRefused(f"{self._place(row, name)}, expected a number; correct it, {hint}")
 
-    def dates_s(self, column: Column, where: str) -> np.ndarray:
-        """Dates in text as seconds since 1970, UTC unless they say otherwise; an empty field is NaN."""
+    def dates_s(self, column: Column, where: str, unit: str = DATE) -> np.ndarray:
+        """Dates in text as seconds since 1970, UTC unless they say otherwise; an empty field is NaN.
+
+        `unit` may state whether 1/2/2024 is the day or the month first; otherwise the dates themselves say it.
+        """
         name = str(column)
         if self.names().count(name) != 1:
             return self.numbers(column, where)  # refuses it with the reason
         values = self.data[name]
+        texts = values.astype(str).where(values.notna())
+        day_first = self._day_first(texts, name, where, unit)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a format that is guessed row by row
             try:
-                dates = pd.to_datetime(
-                    values.astype(str).where(values.notna()), utc=True, errors="coerce", format="mixed"
-                )
+                dates = pd.to_datetime(texts, utc=True, errors="coerce", format="mixed", dayfirst=day_first)
             except Exception:  # dates beyond all calendars fail in many ways
                 dates = pd.Series(pd.NaT, index=values.index, dtype="datetime64[ns, UTC]")
         bad = (dates.isna() & values.notna()).to_numpy()
         if bad.any() or values.dtype.kind in "iuf":
-            row = int(np.argmax(bad))
             raise DataRefused(
-                f"{self.path}, row {row + self.first_row}, column {name}: {shown(str(values.iloc[row]))}, expected a "
-                "date such as 2024-05-01T10:20:30.5; correct it, or name the unit of the numbers"
+                f"{self._place(int(np.argmax(bad)), name)}, expected a date such as 2024-05-01T10:20:30.5; correct it, "
+                "or name the unit of the numbers"
             )
         since = (dates - pd.Timestamp(0, tz="UTC")).to_numpy()
         return np.where(dates.isna(), np.nan, since / np.timedelta64(1, "s"))
+
+    def _day_first(self, texts: pd.Series, name: str, where: str, unit: str) -> bool:
+        """Whether dates whose year comes last have the day first: as stated, as one beyond 12 shows, or by the dots.
+
+        False for dates that begin with the year. Dates of one day that leave it open are read month first, and the
+        notes say so.
+        """
+        parts = texts.str.extract(DAY_AND_MONTH)
+        first, second = (pd.to_numeric(parts[k]).to_numpy(dtype=float) for k in (0, 2))
+        written = np.isfinite(first)
+        if not written.any():
+            return False
+        days = parts[written].drop_duplicates()
+        if unit != DATE:
+            day_first, why = unit == DAY_FIRST, "the unit says so"
+        elif (shows := (first > MONTHS) | (second > MONTHS)).any():
+            row = int(np.argmax(shows))
+            day_first, why = bool(first[row] > MONTHS), f"{shown(texts.iloc[row])} shows it"
+        elif (parts[1][written] == ".").all():
+            day_first, why = True, "dates with points are"
+        elif len(days) == 1:
+            day_first, why = False, "nothing shows the order and all are of one day"
+        else:
+            raise UsageError(
+                f"{where}: the dates in column '{name}' of {self.path.name}, first {shown(texts[written].iloc[0])}, "
+                f'may have the day or the month first, expected one order; state it with unit = "{DAY_FIRST}" or '
+                f'"{MONTH_FIRST}"'
+            )
+        wrong = (second if day_first else first) > MONTHS
+        order = "day first" if day_first else "month first"
+        if wrong.any():
+            raise DataRefused(
+                f"{self._place(int(np.argmax(wrong)), name)}, expected the {order}, because {why}; write all dates in "
+                "one order, such as 2024-05-01"
+            )
+        if not written[texts.notna()].all():
+            row = int(np.argmax(texts.notna() & ~written))
+            raise DataRefused(
+                f"{self._place(row, name)}, expected a date with the {order} as the others; write all in one order, "
+                "such as 2024-05-01"
+            )
+        note = f"The dates of the column '{name}' of {self.path.name} are read {order}, because {why}."
+        self.notes = tuple(dict.fromkeys((*self.notes, note)))
+        return day_first
+
+    def _place(self, row: int, name: str) -> str:
+        """File, row, column and what stands there, for a sentence."""
+        return f"{self.path}, row {row + self.first_row}, column {name}: {shown(str(self.data[name].iloc[row]))}"

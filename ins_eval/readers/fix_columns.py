@@ -9,7 +9,7 @@ import numpy as np
 from pymap3d import ecef2geodetic, ned2geodetic
 from scipy.spatial.transform import Rotation
 
-from ins_eval.readers.columns import Columns, same_length, vectors
+from ins_eval.readers.columns import DATE, DAY_FIRST, MONTH_FIRST, Columns, same_length, vectors
 from ins_eval.readers.epochs import checked
 from ins_eval.readers.layout import choose, frd_from
 from ins_eval.readers.mapping import Attitude, Epochs, Position, TimeColumn, Velocity
@@ -21,6 +21,7 @@ from ins_eval.units import DEG
 KEYS = (
     "position.unit", "position.order", "height.unit", "velocity.unit", "velocity.axes", "course.unit", "attitude.unit",
 )  # fmt: skip
+DATES = (DATE, DAY_FIRST, MONTH_FIRST)
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLE_UNITS = {"deg": DEG, "rad": 1.0, "1e-7 deg": 1e-7 * DEG}
 SPEED_UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "knots": 1852.0 / 3600.0, "cm/s": 0.01, "mm/s": 1e-3}
@@ -33,9 +34,9 @@ WEEK_S = 604800.0
 def stamps(source: Columns, described: TimeColumn, where: str, unit: str | None = None) -> np.ndarray:
     """The time of each row, s; counted from 1970 in UTC where the stamps are dates or have a GPS week."""
     unit = unit or described.unit
-    choose("time.unit", unit, (*TIME_UNITS, "date"))
-    if unit == "date":
-        return source.dates_s(described.column, where)
+    choose("time.unit", unit, (*TIME_UNITS, *DATES))
+    if unit in DATES:
+        return source.dates_s(described.column, where, unit)
     time_s = TIME_UNITS[unit] * source.numbers(described.column, where)
     if described.week is None:
         return time_s

@@ -17,13 +17,14 @@ from ins_eval.tables import Strict
 class TimeColumn(Strict):
     """Stamps; with `week` the column counts from the beginning of that GPS week, and `leap_s` takes it to UTC.
 
-    Unit ``date`` is text such as 2024-05-01T10:20:30.5, in UTC unless it says otherwise. Where a logger keeps its
+    Unit ``date`` is text such as 2024-05-01T10:20:30.5, in UTC unless it says otherwise; ``date day first`` and ``date
+    month first`` are such as 1/5/2024. Where a logger keeps its
     stamps apart, `file` beside the mapping holds one in each row; a column of a number means that it has no names.
     """
 
     file: str | None = None
     column: Column
-    unit: Literal["s", "ms", "us", "ns", "date"]
+    unit: Literal["s", "ms", "us", "ns", "date", "date day first", "date month first"]
     week: Column | None = None
     leap_s: float = 18.0  # GPS minus UTC, since 2017
 

@@ -30,7 +30,7 @@ axes = "FRD"               # where x, y, z point: Forward Backward Right Left Do
 {header}
 [time]
 column = {time}
-{time_unit}# s, ms, us, ns, date; week = "w" where it counts from a GPS week
+{time_unit}# s, ms, us, ns, date, date day first, date month first; week = "w" where it counts from a GPS week
 
 [gyro]
 columns = [{gyro}]

@@ -12,6 +12,7 @@ from ins_eval.readers import read
 from ins_eval.recording.validation import validate
 
 ROUNDING = 1e-9
+STAMP_S = 1e-6  # seconds since 1970 in 64 bits
 LASTED_S, RATE_HZ = 12.0, 50.0
 AS_IT_IS = np.eye(3)
 
@@ -175,6 +176,51 @@ def test_a_last_row_without_line_break_is_left_out_and_said(tmp_path, motion):
     recording = read_back(tmp_path, table(motion)[:-3], mapping())
     assert len(recording.imu.time_s) == len(motion.time_s) - 2
     assert "may be cut" in "\n".join(recording.notes)
+
+
+@pytest.mark.parametrize(
+    ("form", "first", "unit", "said"),
+    [
+        ("{d}/{m}/{y}", (2024, 1, 31), "date", "are read day first, because '31/01/2024"),
+        ("{m}/{d}/{y}", (2024, 1, 31), "date", "are read month first, because '01/31/2024"),
+        ("{d}/{m}/{y}", (2024, 5, 12), "date", "are read day first, because '13/05/2024"),
+        ("{d}.{m}.{y}", (2024, 5, 11), "date", "are read day first, because dates with points are."),
+        ("{d}-{m}-{y}", (2024, 5, 11), "date day first", "are read day first, because the unit says so."),
+        ("{m}/{d}/{y}", (2024, 5, 11), "date month first", "are read month first, because the unit says so."),
+        ("{y}-{m}-{d}", (2024, 5, 11), "date", None),
+    ],
+)
+def test_a_date_beyond_twelve_or_the_unit_says_whether_the_day_is_first(tmp_path, motion, form, first, unit, said):
+    """6 s before midnight to 6 s after it, whatever the order."""
+    midnight = np.datetime64("-".join(f"{part:02d}" for part in first)) + np.timedelta64(1, "D")
+    recording = read_back(tmp_path, dated(motion, form, midnight), mapping(time=unit))
+    np.testing.assert_allclose(recording.imu.time_s, motion.time_s[1:], atol=STAMP_S)
+    since_1970_s = int((midnight - np.datetime64("1970-01-01")) / np.timedelta64(1, "s")) - 6
+    notes = "\n".join(recording.notes)
+    assert f"counted from {since_1970_s} s" in notes
+    assert said in notes if said else "are read" not in notes
+
+
+def dated(motion, form: str, midnight: np.datetime64) -> str:
+    lines = table(motion).split("\n")
+    for k, second in enumerate(motion.time_s, start=1):
+        at = str(midnight + np.timedelta64(round(1e6 * (second - 6.0)), "us"))
+        y, m, d = at[:10].split("-")
+        lines[k] = f"{form.format(y=y, m=m, d=d)} {at[11:]},{lines[k].split(',', 1)[1]}"
+    return "\n".join(lines)
+
+
+def test_dates_that_leave_their_order_open_are_refused_where_it_matters(tmp_path, motion):
+    rows = dated(motion, "{d}/{m}/{y}", np.datetime64("2024-05-12"))
+    with pytest.raises(UsageError, match='state it with unit = "date day first" or "date month first"'):
+        read_back(tmp_path, rows, mapping(time="date"))
+    assert read_back(tmp_path, rows, mapping(time="date"), time__unit="date day first").imu.time_s[-1] == LASTED_S
+    shown_by_one = dated(motion, "{d}/{m}/{y}", np.datetime64("2024-05-13"))
+    with pytest.raises(DataRefused, match="row 302, column t: '13/05/2024 .* expected the month first"):
+        read_back(tmp_path, shown_by_one, mapping(time="date month first"))
+    one_day = "\n".join(rows.split("\n")[:300]) + "\n"
+    said = "\n".join(read_back(tmp_path, one_day, mapping(time="date")).notes)
+    assert "read month first, because nothing shows the order and all are of one day." in said
 
 
 def template_of(folder, rows: str) -> str:
