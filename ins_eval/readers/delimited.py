@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from pathlib import Path
 
@@ -16,6 +17,8 @@ from ins_eval.readers.files import shown
 
 EXPECTED = "a table in CSV with one line of names and one row a sample"
 SEPARATORS = (",", ";", "\t")
+LONGEST_PREAMBLE = 1000  # lines of comment before the table
+COMMENTS = (b"#", b"%", b"//")
 DAY_AND_MONTH = r"^\s*(\d{1,2})([./-])(\d{1,2})[./-]\d{2,4}(?!\d)"  # or month and day: the year comes last
 MONTHS = 12
 CUT_NOTE = "{} does not end with a line break, so its last row may be cut and was left out."
@@ -29,7 +32,12 @@ class DelimitedTable:
         raw = content(path, EXPECTED).removeprefix(b"\xef\xbb\xbf")
         self.cut = not raw.endswith((b"\n", b"\r"))
         self.notes = (CUT_NOTE.format(path.name),) if self.cut else ()
-        self.first_row = 2 if header else 1
+        before, raw = _without_comments(raw, header)
+        if comments := [line.strip() for line in before if line.strip()]:
+            lines = "1 line" if len(comments) == 1 else f"{len(comments)} lines"
+            self.notes += (f"Left out were {lines} of comment before the table of {path.name}, {shown(comments[0])}.",)
+        self.first_row = len(before) + (2 if header else 1)
+        raw = raw.lstrip(b"#%/ ") if header else raw
         first = raw.split(b"\n", 1)[0]
         separator = max(SEPARATORS, key=lambda mark: first.count(mark.encode()))
         try:
@@ -153,3 +161,29 @@ class DelimitedTable:
     def _place(self, row: int, name: str) -> str:
         """File, row, column and what stands there, for a sentence."""
         return f"{self.path}, row {row + self.first_row}, column {name}: {shown(str(self.data[name].iloc[row]))}"
+
+
+def _without_comments(raw: bytes, header: bool) -> tuple[list[bytes], bytes]:
+    """The lines before the table, which are empty or comments, and the rest; the last comment may be the names."""
+    lines = raw.split(b"\n", LONGEST_PREAMBLE)
+    count = next((k for k, line in enumerate(lines) if line.strip() and not _comment(line)), 0)
+    if header and count and not _names(lines[count]):
+        count = max((k for k in range(count) if _comment(lines[k])), default=count)
+    return (lines[:count], b"\n".join(lines[count:])) if count else ([], raw)
+
+
+def _comment(line: bytes) -> bool:
+    return line.lstrip().startswith(COMMENTS)
+
+
+def _names(line: bytes) -> bool:
+    """Whether no field of a line is a number."""
+    return not any(_number(field.strip(b'"')) for field in re.split(rb"[,;\s]+", line))
+
+
+def _number(field: bytes) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True

@@ -223,6 +223,21 @@ def test_dates_that_leave_their_order_open_are_refused_where_it_matters(tmp_path
     assert "read month first, because nothing shows the order and all are of one day." in said
 
 
+@pytest.mark.parametrize("separator", [",", "  "])
+@pytest.mark.parametrize("mark", ["#", "%", "//"])
+def test_comments_before_the_table_are_left_out_and_said(tmp_path, motion, mark, separator):
+    rows = table(motion, separator=separator)
+    before = f"{mark} logger 1, 2024\n\n{mark} rates in rad/s, forces in m/s^2\n"
+    for named in (rows, f"{mark} {rows}"):  # the names may be the last comment
+        recording = read_back(tmp_path, before + named, mapping())
+        assert_is(recording, motion)
+        said = "\n".join(recording.notes)
+        assert f"Left out were 2 lines of comment before the table of my.csv, '{mark} logger 1, 2024'." in said
+    with pytest.raises(DataRefused, match="row 8, column wx: 'x', expected a number"):
+        read_back(tmp_path, before + line(rows, 5, "0.06,x,0,0,0,0,-9.8".replace(",", separator)), mapping())
+    assert "comment" not in "\n".join(read_back(tmp_path, f"{mark}{rows}", mapping()).notes)
+
+
 def template_of(folder, rows: str) -> str:
     (folder / "my.csv").write_text(rows)
     with pytest.raises(UsageError) as refused:
