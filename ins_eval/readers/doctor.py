@@ -18,7 +18,7 @@ from pymap3d import geodetic2enu
 
 from ins_eval.earth import gravity
 from ins_eval.errors import DataRefused
-from ins_eval.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, choose, frd_from
+from ins_eval.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, choose, frd_from, letters
 from ins_eval.recording import Fixes, Imu, Recording, consistency
 from ins_eval.recording.begin import NAMES
 from ins_eval.recording.consistency.alternatives import LIKELY, equations
@@ -81,7 +81,8 @@ def _findings(recording: Recording, assumed: Mapping[str, str], keys: Collection
     found = consistency.findings(recording)
     remedy = _remedy(recording, keys)
     of_motion = {"axes", "gyro.unit", "accelerometer.unit", "attitude.unit"}
-    mending = next((f"; {remedy(one)}" for one in found if one.key in of_motion), "")
+    mends = _remedy(recording, keys, insist=False)
+    mending = {key: next((f"; {mends(one)}" for one in found if one.key == key), "") for key in of_motion}
     others = [one for one in found if one.key not in of_motion]
     notes = [_rate(recording), *consistency.report(recording, others, where, assumed, remedy)]
     if _all_finite(imu):
@@ -112,13 +113,13 @@ def _insist(key: str, value: str, keys: Collection[str]) -> str:
     return f"; --assume {key}={value} takes it all the same" if key in keys else ""
 
 
-def _remedy(recording: Recording, keys: Collection[str]) -> Callable[[consistency.Finding], str]:
+def _remedy(recording: Recording, keys: Collection[str], insist: bool = True) -> Callable[[consistency.Finding], str]:
     """How to mend a finding: with --assume where the format knows the key, else in words; and how to insist."""
-    insist = f"; --assume {consistency.KEY}=warn takes it all the same" if consistency.KEY in keys else ""
+    more = _insist(consistency.KEY, "warn", keys) if insist else ""
 
     def remedy(found: consistency.Finding) -> str:
         value = _value(found, recording.notes) if found.key in keys else None
-        return f"--assume {found.key}={value} mends it{insist}" if value is not None else f"{found.mend}{insist}"
+        return f"--assume {found.key}={value} mends it{more}" if value is not None else f"{found.mend}{more}"
 
     return remedy
 
@@ -171,7 +172,9 @@ def _quietest(imu: Imu) -> Quietest:
     return Quietest(float(imu.time_s[(k + 1) * samples - 1]), force_b, means[0][k])
 
 
-def _force(recording: Recording, quietest: Quietest, assumed, keys, where: str, mending: str) -> list[str]:
+def _force(
+    recording: Recording, quietest: Quietest, assumed, keys, where: str, mending: Mapping[str, str]
+) -> list[str]:
     """Size against gravity, direction against up."""
     if quietest.force_b is None:
         return ["The accelerometers are in pulses: their unit is a matter of what is believed of them."]
@@ -183,7 +186,7 @@ def _force(recording: Recording, quietest: Quietest, assumed, keys, where: str, 
         raise DataRefused(
             f"{where}: in the quietest second, up to {quietest.time_s:.6g} s, the specific force is {size:.4g} m/s^2 "
             f"as read, expected about {expected:.3g}; {_unit_guess(size / expected, recording)}, so correct the unit "
-            f"of the accelerometer{mending}{_insist('accelerometer.unit', 'UNIT', keys)}"
+            f"of the accelerometer{mending['accelerometer.unit']}{_insist('accelerometer.unit', 'UNIT', keys)}"
         )
     found = (
         f"Found in the quietest second, up to {quietest.time_s:.6g} s, a specific force of {size:.4g} m/s^2, "
@@ -195,13 +198,28 @@ def _force(recording: Recording, quietest: Quietest, assumed, keys, where: str, 
     if cosine < SMALLEST_COSINE and "axes" not in assumed:
         same_axis = np.argmax(np.abs(quietest.force_b)) == np.argmax(np.abs(_up_b(start.attitude_rad)))
         seen = "that axis has the other sign" if same_axis else "the axes are in another order"
+        mend = mending["axes"] or (_upright(recording, keys) if same_axis else "")
         raise DataRefused(
             f"{where}: in the quietest second, up to {quietest.time_s:.6g} s, gravity makes the specific force point "
             f"{_along(quietest.force_b)}, expected {_along(_up_b(start.attitude_rad))}; it looks as if {seen}, so "
-            f"correct the axes{mending}{_insist('axes', 'AXES', keys)}"
+            f"correct the axes{mend}{_insist('axes', 'AXES', keys)}"
         )
     right = sized and cosine >= SMALLEST_COSINE
     return [f"{found}, {'as it should be' if right else 'which you assume to be right'}."]
+
+
+def _upright(recording: Recording, keys: Collection[str]) -> str:
+    """How to turn a unit that is upside down by what its reader took, where the format lets one."""
+    said = TAKEN_AXES.search("\n".join(recording.notes))
+    if said is None or "axes" not in keys:
+        return ""
+    along = int(np.argmax(np.abs(_up_b(recording.start.attitude_rad))))
+    half_turn = np.diag([-1.0, -1.0, 1.0] if along == 0 else [1.0, -1.0, -1.0])
+    about = AXES[2 if along == 0 else 0]
+    return (
+        f", such as by --assume axes={letters(half_turn @ frd_from(said[1]))}, half a turn about {about}; where the "
+        "accelerometers count gravity instead of specific force, negate their columns"
+    )
 
 
 def _unit_guess(factor: float, recording: Recording) -> str:
@@ -238,7 +256,9 @@ def _up_b(attitude_rad: tuple[float, float, float] | None) -> np.ndarray:
     return np.array([np.sin(pitch), -np.sin(roll) * np.cos(pitch), -np.cos(roll) * np.cos(pitch)])
 
 
-def _turning(recording: Recording, quietest: Quietest, assumed, keys, where: str, mending: str) -> list[str]:
+def _turning(
+    recording: Recording, quietest: Quietest, assumed, keys, where: str, mending: Mapping[str, str]
+) -> list[str]:
     step_s = float(np.median(np.diff(recording.imu.time_s)))
     quiet = float(np.linalg.norm(quietest.rate_b))
     fast = float(np.quantile(np.linalg.norm(recording.imu.gyro, axis=1), 0.99)) / step_s
@@ -247,7 +267,7 @@ def _turning(recording: Recording, quietest: Quietest, assumed, keys, where: str
             f"{where}: the gyros turn at {quiet / DEG:.4g} deg/s in the quietest second and at {fast / DEG:.4g} deg/s "
             f"at the fastest, expected below {QUIET_RATE_RADPS / DEG:.0f} and {LARGEST_RATE_RADPS / DEG:.0f}; it looks "
             "like degrees read as radians or rates read as increments, so correct the unit of the gyro"
-            f"{mending}{_insist('gyro.unit', 'UNIT', keys)}"
+            f"{mending['gyro.unit']}{_insist('gyro.unit', 'UNIT', keys)}"
         )
     insisted = quiet > QUIET_RATE_RADPS or fast > LARGEST_RATE_RADPS
     return [

@@ -117,6 +117,11 @@ def frd_from(axes: str) -> np.ndarray:
     return matrix
 
 
+def letters(matrix: np.ndarray) -> str:
+    """The three letters of the axes (3, 3) that `frd_from` turns so: the directions of the file's x, y and z."""
+    return "".join(next(one for one, of in DIRECTIONS.items() if np.allclose(column, of)) for column in matrix.T)
+
+
 def _of_letters(axes: str) -> np.ndarray:
     letters = axes.upper()
     if len(letters) != 3 or any(letter not in DIRECTIONS for letter in letters):

@@ -148,9 +148,15 @@ def _with_numbers(readings: Readings, where: str, notes: list[str]) -> Readings:
             wild &= ~np.isnan(column.reshape(len(column), -1))
         if wild.any():
             row = int(np.argmax(wild.any(axis=1)))
+            of, way = "sensor value", "remove them or write NaN there, which counts as a missing sample"
+            if name == "time":
+                of, way = (
+                    "number of seconds",
+                    "write the time there, or remove the row, which counts as a missing sample",
+                )
             raise DataRefused(
-                f"{where}: {name} is no finite sensor value in {wild.any(axis=1).sum()} rows, first in row "
-                f"{row + readings.first_row}; remove them or write NaN there, which counts as a missing sample"
+                f"{where}: {name} is no finite {of} in {wild.any(axis=1).sum()} rows, first in row "
+                f"{row + readings.first_row}; {way}"
             )
     if np.abs(time_s).max() > LARGEST_TIME_S:
         raise DataRefused(
@@ -190,6 +196,12 @@ def _increasing(time_s, columns, layout: Layout, where: str, first_row: int, not
     if not lost:
         return time_s, columns
     k = int(np.argmin(keep))
+    back = int((np.diff(time_s) < 0.0).sum())
+    if back > len(time_s) // 2:
+        raise DataRefused(
+            f"{where}, row {k + first_row}: time goes back from {time_s[k - 1]:.10g} to {time_s[k]:.10g} s, and so in "
+            f"{back} of {len(time_s)} rows, expected strictly increasing times; sort the rows by their time"
+        )
     how = "repeats" if time_s[k] == time_s[k - 1] else "goes back"
     if layout.stamps != "drop":
         raise DataRefused(

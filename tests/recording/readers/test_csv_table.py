@@ -308,7 +308,9 @@ def test_bad_tables_are_refused(tmp_path, motion):
         "cannot be read as a table": line(sound, 5, row + ",1,2"),
         "is empty": "",
         "holds no rows": "t,wx,wy,wz,ax,ay,az\n",
-        "time is no finite": line(sound, 5, ",0,0,0,0,0,-9.8"),
+        "time is no finite number of seconds in 1 rows, first in row 5; write the time there": line(
+            sound, 5, ",0,0,0,0,0,-9.8"
+        ),
     }
     for said, rows in bad.items():
         with pytest.raises(DataRefused) as refused:

@@ -10,7 +10,7 @@ import pytest
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.readers import read
 from ins_eval.readers.doctor import KEYS, examine
-from ins_eval.readers.layout import Layout
+from ins_eval.readers.layout import Layout, frd_from
 from ins_eval.recording import Fixes, Imu, Recording, Start, consistency
 from ins_eval.recording.belief import AccelerometerBelief, AxisBelief, Belief, GpsBelief, ScaleBelief
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
@@ -144,6 +144,20 @@ def test_a_wrong_unit_of_the_gyro(flight, factor):
 def test_wrong_axes(flight, columns, seen):
     message = refusal(with_imu(flight, accelerometer=-flight.imu.accelerometer[:, columns]))
     assert seen in message and "--assume axes=AXES" in message
+
+
+@pytest.mark.parametrize(("taken", "mended"), [("FLU", "FRD"), ("FRD", "FLU"), ("RFU", "LFD")])
+def test_a_unit_upside_down_is_told_axes_that_have_it_upright(flight, taken, mended):
+    """And no unit of the gyros, which turns nothing round."""
+    parked = replace(flight, kind="static", gps=None, notes=tuple(Layout("rad/s", "m/s^2", taken).notes({}, "so")))
+    constant = np.ones_like(flight.imu.gyro)
+    upside_down = with_imu(parked, gyro=1e-4 * constant, accelerometer=9.8 / RATE_HZ * constant * [0.0, 0.0, 1.0])
+    message = refusal(upside_down)
+    assert f"so correct the axes, such as by --assume axes={mended}, half a turn about forward; where" in message
+    assert "gyro.unit" not in message and "consistency" not in message
+    turn = frd_from(mended) @ frd_from(taken).T
+    upright = with_imu(parked, gyro=1e-4 * constant, accelerometer=upside_down.imu.accelerometer @ turn.T)
+    assert "as it should be" in notes(upright)
 
 
 def test_a_start_on_its_tail_expects_gravity_there(flight):

@@ -196,8 +196,16 @@ def test_a_value_that_no_sensor_has_is_refused_with_its_row(column, bad):
     readings = rows(even(20), temperature_c=np.zeros(20))
     values = readings.scalars[column] if column == "temperature_c" else getattr(readings, column)
     values[7] = bad
-    with pytest.raises(DataRefused, match="FILE: .* is no finite sensor value in 1 rows, first in row 8"):
+    of = "number of seconds" if column == "time_s" else "sensor value"
+    with pytest.raises(DataRefused, match=f"FILE: .* is no finite {of} in 1 rows, first in row 8"):
         sampled(readings, RATES, "FILE")
+
+
+@pytest.mark.parametrize("stamps", ["refuse", "drop"])
+def test_rows_that_run_backwards_are_to_be_sorted(stamps):
+    """To leave out what goes back would leave the last sample alone."""
+    with pytest.raises(DataRefused, match="FILE, row 2: time goes back .* in 99 of 100 rows.*; sort the rows by their"):
+        sampled(rows(even(100)[::-1]), RATES.overridden({"stamps": stamps}), "FILE")
 
 
 def test_too_few_rows_and_a_wild_time():
