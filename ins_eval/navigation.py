@@ -187,7 +187,7 @@ def evaluate(
     with the known standstill of a parked recording; for GPS and reference the solution is carried to the antenna and
     the believed time offset is applied.
 
-    Raises: DataRefused where there is nothing to begin with or to compare with.
+    Raises: DataRefused where there is nothing to begin with or to compare with, and where the solution is no number.
     """
     if left := effects_left(recording.belief):
         raise ValueError(f"{recording.name}: take the believed {left[0].name} off first, see effects.without_effects")
@@ -222,10 +222,25 @@ def evaluate(
         every,
         believed.earth,
     )
+    _check_finite(solution, recording)
     attitude = None
     if recording.reference is not None:
         attitude = compare_attitude(solution, recording.reference, believed.reference.time_offset_s)
     return Evaluation(solution, alignment, _compared(recording, solution, attitude), found, attitude)
+
+
+def _check_finite(solution: Solution, recording: Recording) -> None:
+    """Raises DataRefused where the solution is no number any more: its steps are too long, or its units are wrong."""
+    numbers = np.column_stack([solution.velocity_n, solution.latitude_rad, solution.quaternion_nb])
+    lost = ~np.isfinite(numbers).all(axis=1)
+    if not lost.any():
+        return
+    every_s = float(np.median(np.diff(recording.imu.time_s)))
+    raise DataRefused(
+        f"{recording.name}: the solution grows beyond all numbers by {solution.time_s[np.argmax(lost)]:.6g} s, of "
+        f"samples that are {every_s:.6g} s apart, four of which make a step; check the units of times, gyros and accelerometers "
+        "(milliseconds given for seconds?), or cut the recording before"
+    )
 
 
 def numeric_floor(ideal: Recording, vertical: Vertical | None = None) -> tuple[Errors, float, float]:

@@ -236,6 +236,16 @@ def test_a_vehicle_that_moves_needs_something_to_be_compared_with(flight: Record
         evaluate(alone, flight.imu.accelerometer)
 
 
+def test_a_solution_that_is_no_number_any_more_is_refused() -> None:
+    """The loop that damps the height is unstable at steps of 80 s, which milliseconds given for seconds make."""
+    count, every_s = 1000, 20.0
+    force = np.tile([0.0, 0.0, -9.8 * every_s], (count, 1))
+    imu = Imu(every_s * np.arange(1, count + 1), np.zeros((count, 3)), force, "increment")
+    start = Start(0.0, 0.8, 0.2, 100.0, attitude_rad=(0.0, 0.0, 0.0))
+    with pytest.raises(DataRefused, match=r"samples that are 20 s apart, .* \(milliseconds given for seconds\?\)"):
+        evaluate(Recording("parked", "static", start, imu), imu.accelerometer)
+
+
 def test_a_parked_vehicle_is_compared_with_its_place(flight: Recording, trajectory: Trajectory) -> None:
     """An accelerometer bias of 100 ug east for 300 s: b t^2 / 2 less what Schuler takes, within 1 %."""
     rows = slice(0, round(STILL_S * RATE_HZ))

@@ -35,7 +35,6 @@ LARGEST_SPECIFIC_FORCE_MPS2 = BY_UNIT["mps2"][1]
 LARGEST_PULSE_COUNT = 1e9
 STUCK_S = 1.0
 COARSE_STUCK_S = 30.0  # of a channel whose neighbours are mostly equal: smooth motion alone holds a count for seconds
-LONGEST_INTERVAL_S = 2.0  # between samples: in a step of four of them a vehicle turns by little; by reasoning
 CHANCE_RUN_FACTOR = 5.0  # of the longest run of equal values that chance makes, beyond which it is not chance
 PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit
 CHANNELS = ("gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z")
@@ -123,12 +122,6 @@ def _check_time(recording: Recording, where: str) -> float:
         raise DataRefused(
             f"{where}: time goes from {time_s[k]:.6g} to {time_s[k + 1]:.6g} s at IMU sample {k + 2}, "
             "expected strictly increasing times; sort the rows and drop repeated ones"
-        )
-    if step_s > LONGEST_INTERVAL_S:
-        raise DataRefused(
-            f"{where}: the samples are {step_s:.6g} s apart, expected at most {LONGEST_INTERVAL_S:g} s, since four of "
-            "them make one step of the navigation (milliseconds given for seconds?); correct the unit of the times, or "
-            "record faster"
         )
     first_s = float(time_s[0] - recording.start.time_s)
     if not 0.0 < first_s <= LONGEST_STEP * step_s:

@@ -75,14 +75,6 @@ def test_a_step_just_below_the_limit_is_no_gap():
     validate(with_imu(parked(), time_s=time_s))
 
 
-def test_milliseconds_given_for_seconds_are_refused():
-    recording = parked()
-    slow = with_imu(recording, time_s=1000.0 * recording.imu.time_s)
-    message = refusal(slow)
-    assert "the samples are 10 s apart, expected at most 2 s" in message
-    assert "milliseconds given for seconds?); correct the unit of the times" in message
-
-
 def test_a_sample_that_is_stamped_late_is_no_gap_and_is_said():
     time_s = parked().imu.time_s.copy()
     time_s[1200] += 0.8 * STEP_S
