@@ -238,8 +238,8 @@ def _check_finite(solution: Solution, recording: Recording) -> None:
     every_s = float(np.median(np.diff(recording.imu.time_s)))
     raise DataRefused(
         f"{recording.name}: the solution grows beyond all numbers by {solution.time_s[np.argmax(lost)]:.6g} s, of "
-        f"samples that are {every_s:.6g} s apart, four of which make a step; check the units of times, gyros and accelerometers "
-        "(milliseconds given for seconds?), or cut the recording before"
+        f"samples that are {every_s:.6g} s apart, four of which make a step; check the units of times, gyros "
+        "and accelerometers (milliseconds given for seconds?), or cut the recording before"
     )
 
 
