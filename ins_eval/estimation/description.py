@@ -194,7 +194,8 @@ def wrong_descriptions_of_chamber(
 
 
 def _wrong(effect: EffectBelief, found: Finding) -> WrongDescription:
-    return WrongDescription(effect, float(np.nan_to_num(found.log_odds, posinf=COUNTED)), found.seen)
+    sigma = 0.0 if found.jump is None else found.jump[2]
+    return WrongDescription(effect, float(np.nan_to_num(found.log_odds, posinf=COUNTED)), found.seen, sigma)
 
 
 def _best(recording: Recording, read: _Changes, found: Finding, options: Sequence[_Changes]) -> _Changes | None:
@@ -263,7 +264,7 @@ def _of_fixes(found: Finding) -> EffectBelief | None:
         if np.array_equal(found.matrix[:2, :2], EAST_NORTH):  # level motion does not tell the third
             return EffectBelief(name="recording.reference_frame", value=0.0, frame_found=ENU)
     if found.jump is not None:
-        at_s, late_s = found.jump
+        at_s, late_s, _ = found.jump
         return EffectBelief(name="recording.clock_step", value=-late_s, at_s=at_s)
     return None
 

@@ -22,12 +22,20 @@ from ins_eval.recording.consistency.alternatives import (
     order_scores,
 )
 from ins_eval.recording.consistency.limits import LIMITS, check_limits, check_outliers
-from ins_eval.recording.consistency.track import HEIGHT_UNITS, check_baro, check_height, check_stamps, check_track
+from ins_eval.recording.consistency.track import (
+    HEIGHT_UNITS,
+    STAMP_S,
+    check_baro,
+    check_height,
+    check_stamps,
+    check_track,
+)
 from ins_eval.recording.consistency.windows import HANDED, RELATIVE
 from tests.recording import corpus
 
 NOISY_M = 5.0
 RADIUS_M, LATITUDE, LONGITUDE = 6.37e6, 0.7, 0.3
+JUMPS, JITTER_S = 30, 3e-3
 SIZE_TOLERANCE = 1e-9
 AT_SPEED_MPS = 600.0  # of fixes five times a second
 
@@ -152,6 +160,18 @@ def test_a_jump_of_the_stamps_is_told_from_lost_fixes(at_s, size_s):
     assert f"jump by +{size_s:.3f} s after {at_s:g} s" in found.seen and found.log_odds > BEYOND_DOUBT
     lost = (fixes.time_s > at_s) & (fixes.time_s < at_s + 1.0)
     assert check_stamps(replace(fixes, valid=~lost), "gps") is None
+
+
+def test_the_size_of_a_jump_is_as_sure_as_stamps_are_even():
+    fixes, of_jump = circle(), []
+    for seed in range(JUMPS):
+        late_s = 0.3 * (fixes.time_s > 50.0) + JITTER_S * np.random.default_rng(seed).standard_normal(fixes.time_s.size)
+        _, size_s, sigma_s = check_stamps(replace(fixes, time_s=fixes.time_s + late_s), "gps").jump
+        of_jump.append((size_s - 0.3) / sigma_s)
+    low, high = stats.chi2.ppf([0.001, 0.999], JUMPS)
+    assert low < np.square(of_jump).sum() < high
+    _, _, sigma_s = check_stamps(replace(fixes, time_s=fixes.time_s + 0.3 * (fixes.time_s > 50.0)), "gps").jump
+    assert sigma_s == STAMP_S
 
 
 @pytest.mark.parametrize("first_mps", [5.0, 12.0])

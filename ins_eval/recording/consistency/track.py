@@ -33,6 +33,7 @@ HEIGHT_UNITS = {"m": 1.0, "feet": 0.3048, "cm": 1e-2, "mm": 1e-3}
 HEIGHT_FLOOR_M = 2.0
 JUDGED_MPS = 2.0  # slower, the way does not tell the time
 SMALLEST_JUMP_S, LONGEST_JUMP_S = 0.05, 60.0
+STAMP_S = 1e-6  # to which stamps are read
 JUMP_SPREADS = 5.0
 MOST_JUMPS = 5
 STEADY = 0.5  # of the mean velocity of two fixes: what changes by more in between tells no time; by reasoning
@@ -300,7 +301,9 @@ def check_stamps(fixes: Fixes, table: str) -> Finding | None:
         f"{more}, which the way between these fixes at their velocity contradicts, expected stamps of one clock"
     )
     mend = f"take {size_s:.3f} s off every stamp after {time_s[k]:.6g} s, or cut the recording there"
-    jump = (float(time_s[k] + 0.5 * usual_s), size_s)
+    apart_s = dt - usual_s
+    sigma_s = float(np.sqrt(np.mean(apart_s[np.abs(apart_s) < SMALLEST_JUMP_S] ** 2)))  # of the step that was due
+    jump = (float(time_s[k] + 0.5 * usual_s), size_s, max(sigma_s, STAMP_S))
     return Finding(f"{table}.clock", seen, mend, log_odds, jump=jump)
 
 
