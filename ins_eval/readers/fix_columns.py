@@ -78,7 +78,7 @@ def fixes(
     )
     if (lost := found & ~timed).any():
         first = source.first_row + int(np.argmax(lost))
-        notes.append(f"{np.count_nonzero(lost)} rows of {name} hold no time, first row {first}: they were left out.")
+        notes.append(f"Rows of {name} without a time: {np.count_nonzero(lost)}, first row {first}; they were left out.")
     keep = timed & (keep_empty | found)
     attitude = None if attitude is None else attitude[keep]
     made = Fixes.of(time_s[keep], position[keep], velocity[keep], (found & stated)[keep], attitude)

@@ -34,11 +34,11 @@ def without_zeros(fixes: Fixes, name: str) -> tuple[Fixes, list[str]]:
         return fixes, []
     far = fixes.valid & (np.maximum(np.abs(fixes.latitude_rad), np.abs(fixes.longitude_rad)) > NEAR_RAD)
     first_s = fixes.time_s[np.argmax(zero)]
-    rows = f"{np.count_nonzero(zero)} rows of {name} are at exactly 0° N 0° E, first at {first_s:.6g} s"
+    rows = f"Rows of {name} at exactly 0° N 0° E: {np.count_nonzero(zero)}, first at {first_s:.6g} s"
     if not far.any():
-        return fixes, [f"{rows}: they are taken as a place, since no fix lies farther than 1° from it."]
+        return fixes, [f"{rows}; they are taken as a place, since no fix lies farther than 1° from it."]
     outages = replace(fixes, valid=fixes.valid & ~zero)
-    return outages, [f"{rows}: they count as an outage, since a receiver without a fix writes zeros."]
+    return outages, [f"{rows}; they count as an outage, since a receiver without a fix writes zeros."]
 
 
 def stated_valid(
@@ -53,6 +53,6 @@ def stated_valid(
     if not empty.any():
         return stated, []
     return stated, [
-        f"{np.count_nonzero(empty)} rows of {name} state nothing in the column of validity, first row "
-        f"{number(int(np.argmax(empty)))}: they count as an outage; write 1 where a fix is valid."
+        f"Rows of {name} that state nothing in the column of validity: {np.count_nonzero(empty)}, first row "
+        f"{number(int(np.argmax(empty)))}; they count as an outage; write 1 where a fix is valid."
     ]

@@ -65,6 +65,8 @@ def test_zeros_and_an_empty_validity_are_outages_that_are_said(tmp_path: Path) -
         recording = form.read(folder, doubted=True)
         assert recording.gps.valid.tolist() == valid
         said = "\n".join(recording.notes)
-        assert "1 rows of gps are at exactly 0° N 0° E, first at 100 s: they " in said
+        assert "Rows of gps at exactly 0° N 0° E: 1, first at 100 s; they " in said
         assert ("they count as an outage" if far else "they are taken as a place") in said
-        assert "1 rows of gps state nothing in the column of validity, first row 3: they count as an outage" in said
+        assert (
+            "Rows of gps that state nothing in the column of validity: 1, first row 3; they count as an outage" in said
+        )

@@ -230,9 +230,9 @@ def test_rows_of_fixes_that_are_not_used_are_counted_with_the_first(tmp_path, mo
     text = POSITIONS["geodetic"] + '\nfile = "fixes.csv"\nvalid = { column = "fix" }'
     recording = imported(tmp_path, writers.csv(columns), group(text))
     said = "\n".join(recording.notes)
-    assert "3 rows of gps hold no time, first row 22: they were left out." in said
-    assert "1 rows of gps state nothing in the column of validity, first row 42: they count as an outage" in said
-    assert "4 rows of gps are at exactly 0° N 0° E, first at 0 s: they count as an outage" in said
+    assert "Rows of gps without a time: 3, first row 22; they were left out." in said
+    assert "Rows of gps that state nothing in the column of validity: 1, first row 42; they count as an outage" in said
+    assert "Rows of gps at exactly 0° N 0° E: 4, first at 0 s; they count as an outage" in said
     assert len(recording.gps.time_s) == n - 3
     assert recording.gps.valid.sum() == n - 3 - 4 - 2
     assert recording.start.latitude_rad == pytest.approx(motion.latitude[4], abs=ROUNDING)
