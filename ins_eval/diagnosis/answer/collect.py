@@ -24,9 +24,9 @@ from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
 from ins_eval.diagnosis.unnamed.disturbance import (
     intervals,
     is_sure,
+    quieter,
     restless,
     surest_of,
-    with_quiet_sensors,
     within_grade,
 )
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, located
@@ -34,7 +34,6 @@ from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
 from ins_eval.diagnosis.unnamed.one_sensor import one_sensor
 from ins_eval.diagnosis.unnamed.where import where
 from ins_eval.effects.parts import SENSORS
-from ins_eval.error_model.null import is_coarse
 from ins_eval.estimation.best_set import (
     ROUNDS,
     alike,
@@ -136,13 +135,10 @@ def other_noise(
 ) -> Iterator[list[Fitted]]:
     """The noise of sensors that wander little, and that of sure disturbances without a name.
 
-    What is wrong has made the sensors look noisy, and a slow error of a bench stands in for an effect. But coarse
-    sensors in motion do wander: jumps and laws enough would describe any path of them.
+    What is wrong has made the sensors look noisy, and a slow error of a bench or a reference stands in for an effect.
     """
     quiet = [
-        one
-        if case.believed is not None and is_coarse(case.believed.recording.belief) and case.kind not in PARKED
-        else replace(one, noise_point=with_quiet_sensors(case, one.noise_point))
+        replace(one, noise_point=quieter(case, one.noise_point))
         for case, one in zip(cases, linearisation.fitted, strict=True)
     ]
     if any((a.noise_point != b.noise_point).any() for a, b in zip(quiet, linearisation.fitted, strict=True)):

@@ -16,6 +16,7 @@ import numpy as np
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.mismatch import Wander
 from ins_eval.effects.parts import SENSORS
+from ins_eval.error_model.null import is_coarse
 from ins_eval.estimation.evidence import free, log_evidence, log_evidence_of, reduce
 from ins_eval.navigation import PARKED
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 QUIET = -2.0  # prior sigmas of a level that nothing else feigns: by reasoning
 OF_SENSORS = ("accelerometer_wander", "gyro_wander")
 OF_RECEIVERS = ("slow_position", "slow_velocity", "slow_attitude", "slow_heading")
-OF_STAND = ("slow_attitude", "slow_heading")  # how what a parked unit stands on leans
+OF_ATTITUDE = ("slow_attitude", "slow_heading")  # of a reference, or of what a parked unit stands on and leans with
 OF_BENCH = ("slow_position",)  # the slow error of an accelerometer in a chamber
 
 
@@ -169,7 +170,18 @@ def with_quiet_sensors(case: Case, noise_point: np.ndarray) -> np.ndarray:
     is believed."""
     if case.believed is None:
         return np.zeros_like(noise_point)
-    return _with_quiet(case, noise_point, (*OF_SENSORS, *OF_STAND) if case.kind in PARKED else OF_SENSORS)
+    return _with_quiet(case, noise_point, (*OF_SENSORS, *OF_ATTITUDE) if case.kind in PARKED else OF_SENSORS)
+
+
+def quieter(case: Case, noise_point: np.ndarray) -> np.ndarray:
+    """`noise_point` without what an effect may have made look noisy: sensors, and a reference that knows attitude.
+
+    But coarse sensors in motion do wander: jumps and laws enough would describe any path of them.
+    """
+    if case.believed is None or case.kind in PARKED:
+        return with_quiet_sensors(case, noise_point)
+    coarse = is_coarse(case.believed.recording.belief)
+    return _with_quiet(case, noise_point, OF_ATTITUDE if coarse else (*OF_SENSORS, *OF_ATTITUDE))
 
 
 def within_grade(case: Case, noise_point: np.ndarray, policy: Policy) -> np.ndarray:
