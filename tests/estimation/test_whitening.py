@@ -276,7 +276,8 @@ def test_means_over_blocks_keep_what_is_slow(flight) -> None:
     single = whiten(fine, case.noise.levels(at)).normal.diagonal()
     five = Blocks(5)
     means = whiten(coarse(fine, five), coarse_noise(case.noise, five, fine.residual).levels(at)).normal.diagonal()
-    np.testing.assert_allclose(means, single, rtol=0.03)
+    slow = np.array(["smoothed" not in column.name for column in case.nuisances])  # what smoothing leaves is fast
+    np.testing.assert_allclose(means[slow], single[slow], rtol=0.03)
 
 
 def test_random_walks_move_positions_and_tilts_within_a_block(problem) -> None:
