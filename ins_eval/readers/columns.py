@@ -28,6 +28,15 @@ class Columns(Protocol):
     def dates_s(self, column: Column, where: str, unit: str = DATE) -> np.ndarray: ...
 
 
+def is_number(field: str | bytes) -> bool:
+    """Whether a field of text is a number, as Python writes one."""
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
 def vectors(source: Columns, columns: Iterable[Column], where: str) -> np.ndarray:
     """Columns side by side, (n, columns); refused where their lengths differ."""
     columns = list(columns)

@@ -12,12 +12,12 @@ import pandas as pd
 
 from ins_eval.boundary import content
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
-from ins_eval.readers.columns import DATE, DAY_FIRST, MONTH_FIRST, Column
+from ins_eval.readers.columns import DATE, DAY_FIRST, MONTH_FIRST, Column, is_number
 from ins_eval.readers.files import shown
 
 EXPECTED = "a table in CSV with one line of names and one row a sample"
 SEPARATORS = (",", ";", "\t")
-LONGEST_PREAMBLE = 1000  # lines of comment before the table
+LONGEST_PREAMBLE = 1000  # lines of comment before the table, that are looked through: by reasoning
 COMMENTS = (b"#", b"%", b"//")
 DAY_AND_MONTH = r"^\s*(\d{1,2})([./-])(\d{1,2})[./-]\d{2,4}(?!\d)"  # or month and day: the year comes last
 MONTHS = 12
@@ -178,12 +178,4 @@ def _comment(line: bytes) -> bool:
 
 def _names(line: bytes) -> bool:
     """Whether no field of a line is a number."""
-    return not any(_number(field.strip(b'"')) for field in re.split(rb"[,;\s]+", line))
-
-
-def _number(field: bytes) -> bool:
-    try:
-        float(field)
-    except ValueError:
-        return False
-    return True
+    return not any(is_number(field.strip(b'"')) for field in re.split(rb"[,;\s]+", line))

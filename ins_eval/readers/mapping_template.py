@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from ins_eval.errors import InsEvalError
-from ins_eval.readers.columns import Columns
+from ins_eval.readers.columns import Columns, is_number
 from ins_eval.units import STANDARD_GRAVITY
 
 UNKNOWN = "?"
@@ -69,7 +69,7 @@ height_m = 0.0
 def template(table: Columns) -> str:
     """The text of a mapping file; what cannot be guessed from the names stands as "?"."""
     names = table.names()
-    numbered = all(_is_number(name) for name in names)
+    numbered = all(is_number(name) for name in names)
     time = next((name for name in names if TIME.fullmatch(_plain(name))), UNKNOWN)
     gyro = [_of_axis(names, GYRO, SHORT["gyro"], axis) for axis in "xyz"]
     accelerometer = [_of_axis(names, ACCELEROMETER, SHORT["accelerometer"], axis) for axis in "xyz"]
@@ -155,14 +155,6 @@ def _time_unit(table: Columns, name: str) -> str:
     steps = steps[np.isfinite(steps)]
     step = float(np.median(steps)) if steps.size else 0.0
     return next(unit for unit, largest in TIME_STEPS.items() if step <= largest)
-
-
-def _is_number(name: str) -> bool:
-    try:
-        float(name)
-    except ValueError:
-        return False
-    return True
 
 
 def _ascii(name: str) -> str:

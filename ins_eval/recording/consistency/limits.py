@@ -29,7 +29,7 @@ MOST_FAULTS = 0.01  # of the rows; more are not single ones
 # of two degrees of freedom, gives more in one of TAIL^2
 TAIL = 20.0
 WARNED = float(np.log(1e3))  # log odds of a doubtful jump
-HIGHEST_M = 1e5  # of fixes: above it rockets alone go
+HIGHEST_M = 1e5  # of fixes: above it rockets alone go, where space begins by convention (FAI)
 
 
 def changes(increments: np.ndarray, interval_s: np.ndarray) -> np.ndarray:
