@@ -15,6 +15,7 @@ from ins_eval.units import STANDARD_GRAVITY
 SECONDS, RATE_HZ, FIX_HZ, STANDS_S = 120.0, 50.0, 5.0, 60.0
 SETTLES_S, LEAPS_MPS, SPREAD_S = 9.0, 2.0, 1.5
 NOISE_MPS, MANOEUVRE_MPS2, LATE_S = 0.05, 2.0, 0.24
+OFFSET_RADPS = np.array([0.02, -0.03, 0.12])  # of gyros that nobody zeroed, seven degrees a second
 WITHIN_S = 3.0  # after the last leap; what is judged together spans four seconds
 
 
@@ -46,10 +47,14 @@ def switched_on(recording: Recording, rng: np.random.Generator, from_s: float = 
     return replace(recording, gps=replace(fixes, velocity_n=fixes.velocity_n + off))
 
 
+@pytest.mark.parametrize("offset", [0.0, 1.0])
 @pytest.mark.parametrize("seed", range(5))
-def test_fixes_of_a_receiver_that_settles_are_left_out(seed: int) -> None:
+def test_fixes_of_a_receiver_that_settles_are_left_out(seed: int, offset: float) -> None:
+    """Whatever offset the gyros have: it turns nothing."""
     rng = np.random.default_rng(seed)
     recording = switched_on(driven(rng), rng)
+    imu = recording.imu
+    recording = replace(recording, imu=replace(imu, gyro=imu.gyro + offset * OFFSET_RADPS / RATE_HZ))
     settled_s = settled_from(recording)
     assert SETTLES_S - WITHIN_S < settled_s < SETTLES_S + WITHIN_S
     left = settled(recording)

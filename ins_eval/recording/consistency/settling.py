@@ -3,10 +3,11 @@
 Second differences over `LAG_S` of a receiver's velocity hold its noise, its slow error and what the box does. The last
 is bounded by what the IMU felt around: by how much its specific force changed, and by how far it turned,
 
-    |v(t + h) - 2 v(t) + v(t - h)|  <=  h (range of f + g range of the angles).
+    |v(t + h) - 2 v(t) + v(t - h)|  <=  h (range of f + g range of the angles),
 
-What goes beyond is the receiver's own. Where that is several times what it usually is, from the first fix on, the
-receiver had not settled. Later in a recording the same may be a sensor that sticks, and is left to be located.
+angles less those of the rate that gyros usually show where the fixes stand: an offset turns nothing. What goes beyond
+is the receiver's own. Where that is several times what it usually is, from the first fix on, it had not settled.
+Later in a recording the same may be a sensor that sticks, and is left to be located.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ TOGETHER_S, TOGETHER = 4.0, 15  # over which leaps are judged together, and fixe
 LARGEST = 5.0  # of what is usual: no single leap counts for more
 UNSETTLED = 2.5  # root mean square of leaps, of what is usual; 1.1 of white noise
 FEWEST = 60  # fixes that tell what is usual
+STANDS_MPS, STANDING_S = 0.5, 10.0  # fixes that stand, and as long that tell the offset of gyros
 LEAST_MPS = 1e-3  # below any receiver's velocity noise: what is usual of one without noise
 
 
@@ -97,9 +99,24 @@ def _felt(recording: Recording, at_s: np.ndarray) -> np.ndarray:
         np.column_stack([np.interp(edges_s, ends_s, np.append(0.0, np.cumsum(column))) for column in one.T])
         for one in (imu.accelerometer, imu.gyro)
     )
+    angle = angle - (edges_s - start_s)[:, None] * _offset(recording, edges_s, angle)
     bins = 2 * round((LAG_S + LATE_S) / BIN_S) + 1
     ranges = (maximum_filter1d(x, bins, axis=0) - minimum_filter1d(x, bins, axis=0)
               for x in (np.diff(force, axis=0) / BIN_S, angle[1:]))  # fmt: skip
     of_force, of_angle = (np.linalg.norm(one, axis=1) for one in ranges)
     here = np.clip(((at_s - start_s) / BIN_S).astype(int), 0, len(of_force) - 1)
     return (of_force + STANDARD_GRAVITY * of_angle)[here]
+
+
+def _offset(recording: Recording, edges_s: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """The rate (3,) in rad/s that gyros usually show where the fixes stand; 0 where these hardly do.
+
+    `angle` (n, 3) rad is what they turned until `edges_s` (n,).
+    """
+    fixes = recording.gps
+    speed = np.linalg.norm(fixes.velocity_n, axis=1)
+    known = fixes.valid & np.isfinite(speed)
+    stands = np.interp(edges_s[1:], fixes.time_s[known], speed[known]) < STANDS_MPS
+    if BIN_S * stands.sum() < STANDING_S:
+        return np.zeros(3)
+    return np.median(np.diff(angle, axis=0)[stands], axis=0) / BIN_S
