@@ -42,6 +42,8 @@ LEAST_POSITION_SIGMA_M = 0.01
 MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
 LAG_S = 0.05  # of positions against velocities of one receiver: real ones of two autopilots are 15 and 90 ms younger
 SMOOTHING = 0.5  # share of what a receiver that means over three seconds leaves out, 2 / 3: by reasoning
+LAG = "positions of GPS older than its velocities"
+SMOOTHED = tuple(f"velocities of GPS smoothed {over}" for over in ("over 1 s", "over 3 s", "to one side"))
 REFERENCE_ARM_M = 0.3  # between the points at which two boxes navigate, beyond what is stated
 
 
@@ -271,10 +273,10 @@ def nuisances(believed: Believed) -> list[Column]:
     fixes = believed.recording.gps
     if fixes is not None and np.isfinite(fixes.velocity_n).any():
         if null.is_coarse(belief):
-            out.append(Column("positions of GPS older than its velocities", (Measured("lag", LAG_S),)))
+            out.append(Column(LAG, (Measured("lag", LAG_S),)))
         if believed.recording.kind not in PARKED:
-            for k, over in enumerate(("1 s", "3 s", "one side")):
-                out.append(Column(f"velocities of GPS smoothed over {over}", (Measured(f"smoothing_{k}", SMOOTHING),)))
+            for k, name in enumerate(SMOOTHED):
+                out.append(Column(name, (Measured(f"smoothing_{k}", SMOOTHING),)))
     reference = believed.recording.reference
     if reference is not None:
         for k, axis in enumerate("NED"):  # of its datum, and of where in its box it navigates

@@ -15,6 +15,7 @@ from scipy.signal import lfilter
 from benchmark.worlds.grades import a_recording, cut
 from ins_eval.believed import believed
 from ins_eval.diagnosis.answer.judge import judge
+from ins_eval.diagnosis.answer.summary import turned_on
 from ins_eval.error_model.observations import SMOOTHED_S, smoothing
 from ins_eval.estimation.case import prepare
 from ins_eval.recording import form
@@ -24,6 +25,7 @@ ROUNDING = 1e-12
 RATE_HZ, LENGTH_S = 25.0, 700.0
 FORGETS = np.exp(-1.0)  # of a fix a second before: a filter of first order with a time constant of 1 s
 SIGMAS = 4.0
+IN_PHASE = 0.15  # of what is left out: the other columns have a part of it
 
 
 def left_out(velocity: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
@@ -52,7 +54,10 @@ def test_of_a_sine_is_left_out_what_means_leave_of_it() -> None:
 
 
 def test_a_receiver_that_smooths_its_velocity_is_late_and_no_sensor_is_off(tmp_path) -> None:
-    """It is late by the mean of its filter; what that leaves out of curves was scale factors of ten sigma."""
+    """It is late by the mean of its filter; what that leaves out of curves was scale factors of ten sigma.
+
+    The page says what was left out of a sine: of one that is in phase with it 1 - Re H, H the filter's response.
+    """
     made = a_recording(np.random.default_rng([0, 4]), "industrial", "drive", RATE_HZ)
     cut(made, 0.0, LENGTH_S)
     made.save(tmp_path / "recording")
@@ -64,3 +69,8 @@ def test_a_receiver_that_smooths_its_velocity_is_late_and_no_sensor_is_off(tmp_p
     (late,) = found.effects
     assert late.hypothesis.candidate.name == "gps.time_offset"
     assert late.value == pytest.approx(FORGETS / (1.0 - FORGETS), abs=SIGMAS * late.sigma)
+    over_near, over_far, _ = (one.found for one in turned_on(found, 0) if one.unit == "share")
+    w, (near_s, far_s) = 1.0, SMOOTHED_S
+    in_phase = over_near * (1.0 - np.cos(w * near_s)) + over_far * (1.0 - np.cos(w * far_s))
+    response = (1.0 - FORGETS) / (1.0 - FORGETS * np.exp(-1j * w))
+    assert in_phase == pytest.approx(1.0 - response.real, rel=IN_PHASE)

@@ -4,7 +4,7 @@ ground        the hypotheses and sums that the answer rests on
 evidence      log Bayes factor of every family in the place of one effect
 limits        what the recordings could show of each family
 before_after  whitened residual without and with the effects, both with one noise
-turned_on     turn-on biases and start attitude where the data put them
+turned_on     turn-on biases, start attitude, and how a receiver lags and smooths, where the data put them
 block_means   a whitened residual averaged, as it is shown
 """
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from ins_eval.diagnosis.answer.detectability import Detectability, detectability
 from ins_eval.effects.effect import AXES
+from ins_eval.estimation.case import LAG, LAG_S, SMOOTHED, SMOOTHING
 from ins_eval.estimation.search import Space, one_more
 from ins_eval.estimation.study import Hypothesis, Sums, space, sums, union
 from ins_eval.units import DEG
@@ -136,7 +137,7 @@ class TurnedOn:
 
 
 def turned_on(found: Diagnosis, r: int) -> list[TurnedOn]:
-    """Turn-on biases and start attitude of recording `r` beside the effects of the answer, if any."""
+    """Turn-on biases, start attitude and receiver of recording `r` beside the effects of the answer, if any."""
     linearisation = found.linearisation if found.effects else None
     case = found.cases[r] if linearisation is None else linearisation.cases[r]
     if case.believed is None:
@@ -161,6 +162,8 @@ def turned_on(found: Diagnosis, r: int) -> list[TurnedOn]:
     (k,) = (k for k, column in enumerate(case.nuisances) if column.name == "start attitude D")
     stated = float(start.attitude_rad[2]) / DEG - heading * float(case.taken[k])  # around which the errors are told
     sizes["start attitude D"] = ("deg", stated, heading)
+    sizes[LAG] = ("s", 0.0, LAG_S)
+    sizes |= {name: ("share", 0.0, SMOOTHING) for name in SMOOTHED}
     words = {
         "start attitude N": "tilt about north",
         "start attitude E": "tilt about east",
