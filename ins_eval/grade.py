@@ -12,7 +12,7 @@ import numpy as np
 from ins_eval import datasheets
 from ins_eval.allan import AllanDeviation, Coefficient, NoiseFit, allan_deviation, fit_noise
 from ins_eval.earth import EARTH_RATE, gravity
-from ins_eval.recording import Imu, Recording
+from ins_eval.recording import PARKED, Imu, Recording
 from ins_eval.recording.stillness import Stretch, still_stretches
 from ins_eval.temperature_law import TemperatureLaw, temperature_laws
 from ins_eval.tree import as_tree
@@ -22,7 +22,6 @@ BIAS = {"gyro": "bias_repeatability_deg_per_h", "accelerometer": "bias_repeatabi
 CHANNELS = ("gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z")
 OF_THE_PLACE = 0.5  # weight of noise that a sheet does not have
 VISIBLE_SIGMAS = 3.0  # of an offset at rest before it is believed
-AT_REST = ("oven", "static")
 SHORTEST_REST_S = 10.0
 STANDING_SPEED_MPS = 0.3
 BLOCK_S, LEAST_BLOCKS = 20.0, 5  # means that show how an offset wanders
@@ -328,7 +327,7 @@ def typical(grade: str, table: str, key: str) -> float | None:
 def _rests(recording: Recording) -> list[Stretch]:
     """Quiet stretches; of a recording that moves only those in which a reference or GPS stands, or that are stated."""
     quiet = still_stretches(recording.imu, SHORTEST_REST_S)
-    if recording.kind in AT_REST:
+    if recording.kind in PARKED:
         return quiet
     if recording.start.still_until_s is not None:
         stated = Stretch(recording.start.time_s, recording.start.still_until_s)
@@ -384,10 +383,8 @@ def _bounds(columns: np.ndarray, step_s: float) -> dict[str, float]:
     for key, of, si in ((ANGLE_RANDOM_WALK, columns[:3], DEG_PER_SQRT_H), (VELOCITY_RANDOM_WALK, columns[3:], UG)):
         if not len(of):
             continue
-        pieces = of[:, : count * size].reshape(len(of), count, size // second, -1) if size % second == 0 else None
-        if pieces is None:
-            trimmed = of[:, : count * size].reshape(len(of), count, size)[:, :, : size // second * second]
-            pieces = trimmed.reshape(len(of), count, size // second, second)
+        whole = of[:, : count * size].reshape(len(of), count, size)[:, :, : size // second * second]
+        pieces = whole.reshape(len(of), count, size // second, second)
         variance = 0.5 * np.mean(np.diff(pieces.mean(axis=3), axis=2) ** 2, axis=2) * second * step_s
         quietest = np.quantile(variance, QUIETEST_SHARE, axis=1)
         if quietest.min() > 0.0:

@@ -15,7 +15,7 @@ from ins_eval.earth import EARTH_RATE, radii
 from ins_eval.effects import effects_left, turned_start
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import Initialization, find
-from ins_eval.recording import Recording, Start
+from ins_eval.recording import PARKED, Recording, Start
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.stillness import Stretch, choose_alignment, still_stretches
 from ins_eval.reference import AttitudeErrors, Errors, compare, compare_attitude, standstill
@@ -24,7 +24,6 @@ from ins_eval.thermal import filtered_rate
 from ins_eval.units import DEG, DEG_PER_H
 
 STANDING_SPEED_MPS = 0.5  # a receiver that reports more on average does not stand
-PARKED = ("static", "oven")
 UNKNOWN_RAD = 30.0 * DEG  # a stated attitude sigma from which on the attitude is as good as unknown
 NORTH_RAD = 10.0 * DEG  # gyros that do not find the heading at rest to that do not find north
 EARTH_RATE_TOLERANCE = 0.1  # of Earth rate: gyros of which no bias sigma is known must show it so well

@@ -15,8 +15,7 @@ from ins_eval.channels import ChannelEstimate, FittedChannel, Windows, find_cloc
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.errors import DataRefused
 from ins_eval.implied import epoch_spacing_s, implied_increments
-from ins_eval.navigation import PARKED
-from ins_eval.recording import Fixes, Recording, Start
+from ins_eval.recording import PARKED, Fixes, Recording, Start
 from ins_eval.recording.stillness import ENOUGH_FOR_ALIGNMENT_S, Stretch, choose_alignment, still_stretches
 from ins_eval.trajectory import Increments
 from ins_eval.tree import as_tree

@@ -41,7 +41,6 @@ from ins_eval.initialization import (
     Initialization,
 )
 from ins_eval.navigation import (
-    PARKED,
     Evaluation,
     Measures,
     beginning,
@@ -53,7 +52,7 @@ from ins_eval.navigation import (
     since_start,
 )
 from ins_eval.profile import load
-from ins_eval.recording import Imu, Recording, Start
+from ins_eval.recording import PARKED, Imu, Recording, Start
 from ins_eval.recording.stillness import Stretch
 from ins_eval.reference import Errors
 from ins_eval.restarts import Restarts, restarts

@@ -14,8 +14,8 @@ from ins_eval.analysis.evaluation_numbers import ClockOffset, RecordingFacts, So
 from ins_eval.analysis.schuler import SCHULER_PERIOD_S, SchulerFit, fit_schuler
 from ins_eval.error_model.geometry import States
 from ins_eval.errors import DataRefused
-from ins_eval.navigation import PARKED, at_antenna, radial_error_rates
-from ins_eval.recording import Fixes, Recording
+from ins_eval.navigation import at_antenna, radial_error_rates
+from ins_eval.recording import PARKED, Fixes, Recording
 from ins_eval.reference import MISSING_ROW_FACTOR, Errors, compare, standstill
 from ins_eval.strapdown import Solution
 from ins_eval.tree import as_tree

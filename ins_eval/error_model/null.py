@@ -26,8 +26,8 @@ from ins_eval.initialization import (
     stated_heading_sigma,
     track,
 )
-from ins_eval.navigation import PARKED, beginning, compensate, height_aid, samples, standstill_to_align_on, without_bias
-from ins_eval.recording import Start
+from ins_eval.navigation import beginning, compensate, height_aid, samples, standstill_to_align_on, without_bias
+from ins_eval.recording import PARKED, Start
 from ins_eval.recording.mending import mended
 from ins_eval.strapdown import SAMPLES_PER_STEP, Solution, navigate_arcs
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, HOUR, STANDARD_GRAVITY, UG

@@ -17,8 +17,7 @@ from scipy.spatial.transform import Rotation
 from ins_eval.earth import EARTH_RATE, radii
 from ins_eval.error_model.geometry import ATTITUDE, CLOCK_S, POSITION, STATES, VELOCITY, States, cross_matrices
 from ins_eval.errors import DataRefused
-from ins_eval.navigation import PARKED
-from ins_eval.recording import Fixes
+from ins_eval.recording import PARKED, Fixes
 from ins_eval.recording.belief import GpsBelief
 from ins_eval.recording.stillness import MOVED_FACTOR, Stretch, still_stretches
 from ins_eval.units import DEG

@@ -24,7 +24,7 @@ from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.loudness import loudness
 from ins_eval.estimation.noise_fit import Ready, fit
 from ins_eval.estimation.whitening import Known, Whitened, known_at, whiten, with_more
-from ins_eval.navigation import PARKED
+from ins_eval.recording import PARKED
 from ins_eval.units import DEG_PER_H, UG
 
 if TYPE_CHECKING:

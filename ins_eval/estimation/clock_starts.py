@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ins_eval.navigation import PARKED
+from ins_eval.recording import PARKED
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.recording.consistency.clock_history import ClockHistory, clock_histories
 

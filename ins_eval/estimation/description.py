@@ -25,8 +25,7 @@ from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import indicated
 from ins_eval.estimation.clock_starts import clock_beliefs
 from ins_eval.estimation.evidence import log_evidence, reduce
-from ins_eval.navigation import PARKED
-from ins_eval.recording import ChamberReadings, Recording, consistency
+from ins_eval.recording import PARKED, ChamberReadings, Recording, consistency
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, BEYOND_DOUBT, COUNTED, Finding, mistakes
 from ins_eval.recording.consistency.rest import check_chamber

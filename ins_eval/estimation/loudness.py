@@ -10,8 +10,8 @@ from scipy.ndimage import median_filter
 from ins_eval.error_model.geometry import CLOCK_S
 from ins_eval.error_model.null import is_coarse
 from ins_eval.estimation.noise import SECOND_DIFFERENCE, angle_random_walk
-from ins_eval.navigation import PARKED
 from ins_eval.random_processes import NORMAL_MAD
+from ins_eval.recording import PARKED
 
 if TYPE_CHECKING:
     from ins_eval.error_model.null import Believed

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from ins_eval.navigation import PARKED
+from ins_eval.recording import PARKED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -23,9 +23,8 @@ from ins_eval.initialization.state import (
     wrapped,
 )
 from ins_eval.initialization.windows import WIDE_GYRO_BIAS_RADPS, first_window, standstills, window_of
-from ins_eval.recording import Recording
+from ins_eval.recording import PARKED, Recording
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
-from ins_eval.recording.consistency.rest import PARKED
 from ins_eval.recording.stillness import Stretch
 from ins_eval.strapdown import Solution, navigate
 from ins_eval.units import DEG, DEG_PER_H, HOUR

@@ -11,9 +11,8 @@ from ins_eval.earth import radii
 from ins_eval.errors import DataRefused
 from ins_eval.initialization.rest import Felt, rate_sigma, seconds_at_rest, velocity_sigma
 from ins_eval.initialization.state import GATE, MOVING_MPS, Window
-from ins_eval.recording import Fixes, Recording
+from ins_eval.recording import PARKED, Fixes, Recording
 from ins_eval.recording.belief import GpsBelief
-from ins_eval.recording.consistency.rest import PARKED
 from ins_eval.recording.stillness import Stretch, still_stretches
 from ins_eval.units import DEG, DEG_PER_H, DEG_PER_SQRT_H, UG
 

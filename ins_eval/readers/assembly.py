@@ -10,7 +10,7 @@ from ins_eval.readers.layout import Layout, choose
 from ins_eval.readers.mapping import GivenStart
 from ins_eval.readers.options import believed_time_offset, number
 from ins_eval.readers.sampling import Readings, sampled
-from ins_eval.recording import Fixes, Recording, Start
+from ins_eval.recording import KINDS, Fixes, Recording, Start
 from ins_eval.recording.begin import begin_at_a_fix
 from ins_eval.recording.belief import Belief
 from ins_eval.recording.outages import measured
@@ -19,7 +19,6 @@ from ins_eval.units import DEG
 PLACE = ("latitude_deg", "longitude_deg", "height_m")
 KEYS = ("kind", *Layout.KEYS, "gps.time_offset_s", "reference.time_offset_s", *PLACE)
 NAVIGATORS = ("gps", "reference", "solution")
-KINDS = ("flight", "drive", "oven", "static")
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Literal
 from pydantic import model_validator
 
 from ins_eval.readers.columns import Column
+from ins_eval.recording import Kind
 from ins_eval.recording.belief import Belief, Vector
 from ins_eval.tables import Strict
 
@@ -149,7 +150,7 @@ class GivenStart(Strict):
 class MappingFile(Strict):
     """What the columns are."""
 
-    kind: Literal["flight", "drive", "oven", "static"]
+    kind: Kind
     axes: str
     name: str | None = None
     header: bool = True  # false: columns are numbered from 1

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from ins_eval.errors import DataRefused
-from ins_eval.recording import Fixes, Imu, Recording, Start
+from ins_eval.recording import PARKED, Fixes, Imu, Recording, Start
 from ins_eval.recording.stamps import gaps
 
 SHORTEST_S = 10.0  # of a stretch that is kept
-PARKED = ("static", "oven")
 
 
 def stretches(recording: Recording) -> list[Recording]:

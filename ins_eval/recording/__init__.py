@@ -11,11 +11,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from ins_eval.recording.belief import Belief
+
+Kind = Literal["flight", "drive", "oven", "static"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+PARKED: tuple[Kind, ...] = ("oven", "static")  # what is not meant to move
 
 
 @dataclass(frozen=True)
@@ -122,7 +126,7 @@ class Recording:
     """One uninterrupted recording of one instrument: its `imu`, its own `solution`, or both."""
 
     name: str
-    kind: Literal["flight", "drive", "oven", "static"]
+    kind: Kind
     start: Start
     imu: Imu | None  # None: only what the INS put out itself was recorded
     gps: Fixes | None = None

@@ -13,7 +13,7 @@ import numpy as np
 from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.errors import DataRefused
 from ins_eval.limits import BY_UNIT, OTHER, within
-from ins_eval.recording import Fixes, Imu, Recording, consistency
+from ins_eval.recording import PARKED, Fixes, Imu, Recording, consistency
 from ins_eval.recording.consistency.limits import ROUND_OFF, changes
 from ins_eval.recording.consistency.rest import (
     EARTH_RATE_FACTOR,
@@ -63,7 +63,7 @@ def validate(
     _check_finite(recording.imu, where)
     step_s = _check_time(recording, where)
     _check_range(recording.imu, step_s, where)
-    if recording.kind in ("oven", "static"):
+    if recording.kind in PARKED:
         _check_rest(recording, where, judged)
     suspicions = [
         *consistency.report(recording, consistency.findings(recording) if found is None else found, where),

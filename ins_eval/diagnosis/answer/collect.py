@@ -50,7 +50,7 @@ from ins_eval.estimation.own_noise import with_own_noise
 from ins_eval.estimation.placing import Point
 from ins_eval.estimation.refine import Impossible
 from ins_eval.estimation.study import Hypothesis, fit_noise, marginal, wide
-from ins_eval.navigation import PARKED
+from ins_eval.recording import PARKED
 from ins_eval.streams import Streams
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ins_eval.earth import EARTH_RATE, gravity, radii
 from ins_eval.error_model.null import Believed, as_told, triad
-from ins_eval.navigation import PARKED, samples
+from ins_eval.navigation import samples
 from ins_eval.profile import HeightChange, Place, Profile, SpeedChange, Thermal, Turn
-from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording, Start
+from ins_eval.recording import PARKED, ChamberReadings, Fixes, Imu, Recording, Start
 from ins_eval.recording.belief import AxisBelief, Belief, EarthBelief, ScaleBelief
 from ins_eval.thermal import imu_temperature, lagged, thermometer_step
 from ins_eval.trajectory import Trajectory

@@ -23,7 +23,7 @@ from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.estimation.linearisation import more_probable
 from ins_eval.estimation.placing import of_tried
 from ins_eval.estimation.search import log_bayes_factor, posterior
-from ins_eval.navigation import PARKED
+from ins_eval.recording import PARKED
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.answer.experiments import Catalogue

@@ -18,7 +18,7 @@ from ins_eval.diagnosis.unnamed.mismatch import Wander
 from ins_eval.effects.parts import SENSORS
 from ins_eval.error_model.null import is_coarse
 from ins_eval.estimation.evidence import free, log_evidence, log_evidence_of, reduce
-from ins_eval.navigation import PARKED
+from ins_eval.recording import PARKED
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.unnamed.locate import Channel, Interval, Significance

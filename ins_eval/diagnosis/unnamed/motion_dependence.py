@@ -27,7 +27,7 @@ from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.disturbance import Suspect, with_quiet_sensors
 from ins_eval.error_model.drives import source, strength
 from ins_eval.estimation.evidence import SCALES, Gained, log_evidence_of, mixture, reduce
-from ins_eval.navigation import PARKED
+from ins_eval.recording import PARKED
 from ins_eval.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from ins_eval.effects.parts import SENSORS
 from ins_eval.estimation.evidence import log_evidence, log_evidence_of, mixture, reduce
 from ins_eval.estimation.noise import ALONE_SPREAD
 from ins_eval.estimation.noise_fit import WIDEST, Fitted
-from ins_eval.navigation import PARKED
+from ins_eval.recording import PARKED
 
 if TYPE_CHECKING:
     from ins_eval.diagnosis.unnamed.locate import Interval

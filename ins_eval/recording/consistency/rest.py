@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ins_eval.earth import EARTH_RATE, gravity
-from ins_eval.recording import Imu, Recording
+from ins_eval.recording import PARKED, Imu, Recording
 from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, MATRICES, MISTAKES, SIGN, SOURCE, Finding
 from ins_eval.recording.stillness import still_stretches
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, STANDARD_GRAVITY
@@ -26,7 +26,6 @@ EARTH_RATE_FACTOR = 25.0  # a gyro at rest shows Earth rate and its bias; degree
 EARTH_DIRECTION = 0.1  # part along gravity, from sin(latitude): Earth rate in another unit
 LARGE_BIAS, SAME_DIRECTION = 5.0, 0.95  # of Earth rate; cosine to the bias
 LEAST_BIAS = 1e-3  # of Earth rate: no smaller bias counts, for the mean is not known better
-PARKED = ("oven", "static")
 LEAST_INPUT_G = 0.5  # below it a bias shows more than a scale factor
 CHAMBER_TOLERANCE = 0.35  # of the logarithm of a factor: of a single position a bias is a part
 OF_CHAMBER = {

@@ -17,10 +17,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ins_eval.recording import Recording
+from ins_eval.recording import PARKED, Recording
 from ins_eval.recording.consistency.alternatives import Finding
 from ins_eval.recording.consistency.limits import WARNED
-from ins_eval.recording.consistency.rest import PARKED
 from ins_eval.units import STANDARD_GRAVITY
 
 # by reasoning, held against the receivers of an aeroplane that settles and of a quadcopter and others that had settled

@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_va
 
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.printable import shown
-from ins_eval.recording import Start
+from ins_eval.recording import KINDS, Start
 from ins_eval.recording.belief import ZERO, Belief, FormTable, NotNegative, Vector
 from ins_eval.recording.form.names import POSITION
 from ins_eval.tables import parse, read_toml
@@ -19,7 +19,6 @@ from ins_eval.units import DEG
 
 FILE = "recording.toml"
 FORMAT = "ins-recording/1"
-MOVING_OR_NOT = ("flight", "drive", "oven", "static")
 CHAMBER = "chamber"
 AXES = "FRD"
 _NEAR = 0.8  # similarity from which an unknown key is taken for a slip of the pen
@@ -104,7 +103,7 @@ class Description(FormTable):
     @field_validator("format", "kind")
     @classmethod
     def _known(cls, value: str, info: ValidationInfo) -> str:
-        known = (FORMAT,) if info.field_name == "format" else (*MOVING_OR_NOT, CHAMBER)
+        known = (FORMAT,) if info.field_name == "format" else (*KINDS, CHAMBER)
         if value not in known:
             raise ValueError(f"{shown(value)} is not known, expected {' or '.join(known)}{did_you_mean(value, known)}")
         return value

@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from ins_eval.errors import DataRefused
-from ins_eval.recording import Fixes, Start
+from ins_eval.recording import PARKED, Fixes, Start
 from ins_eval.recording.begin import begin_at_a_fix
-from ins_eval.recording.consistency.rest import PARKED
 from ins_eval.recording.form.description import Opened, StartTable
 
 
