@@ -14,6 +14,7 @@ from ins_eval.errors import DataRefused
 from ins_eval.recording import Imu, Recording
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
 from ins_eval.recording.consistency.limits import check_limits, check_outliers
+from ins_eval.recording.consistency.place import check_start
 from ins_eval.recording.consistency.rest import check_rest
 from ins_eval.recording.consistency.settling import check_settling
 from ins_eval.recording.consistency.track import check_baro, check_height, check_stamps, check_track
@@ -27,7 +28,7 @@ ACCEPTED = "What contradicts {} is accepted, because you assume so."  # the note
 
 
 def findings(recording: Recording) -> list[Finding]:
-    """Every contradiction, the coarsest first: limits, single values, position and velocity, height, the IMU."""
+    """Every contradiction, the coarsest first: limits, single values, position and velocity, height, start, the IMU."""
     with np.errstate(all="ignore"):  # damaged values overflow, and are refused by what comes of them
         return [*check_limits(recording), *check_outliers(recording), *_of_motion(recording)]
 
@@ -42,6 +43,7 @@ def _of_motion(recording: Recording) -> Iterator[Finding]:
                 found.append(check_baro(recording.imu, fixes, recording.start.height_m, table))
             yield from (one for one in found if one is not None)
     if _finite(recording.imu):
+        yield from check_start(recording)
         yield from check_settling(recording)
         yield from check_rest(recording)
         yield from check_triads(recording)

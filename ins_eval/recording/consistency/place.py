@@ -1,0 +1,61 @@
+"""The place at which a recording begins against that of its first fixes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ins_eval.earth import radii
+from ins_eval.recording import Recording
+from ins_eval.recording.belief import POSITION_SIGMA_M
+from ins_eval.recording.consistency.alternatives import Finding
+from ins_eval.recording.consistency.limits import WARNED
+
+NEAR_S, MOST_FIXES = 5.0, 9  # from the start, and as many as one that is wrong does not decide
+LATE_S = 1.0  # by which fixes may be late
+SIGMAS = 5.0
+# beyond the sigmas, by reasoning: slow errors of a receiver and its antenna; a geoid is mostly farther away
+ACROSS_M, ABOVE_M = 20.0, 15.0
+
+
+def check_start(recording: Recording) -> Iterator[Finding]:
+    """A start that is farther from the fixes than either may err, across or in height.
+
+    Fixes of the first `NEAR_S` are taken back to the start with their velocities, and their median is compared.
+    """
+    start = recording.start
+    for table in ("gps", "reference"):
+        fixes, described = getattr(recording, table), getattr(recording.belief, table)
+        if fixes is None:
+            continue
+        since_s = fixes.time_s - described.time_offset_s - start.time_s
+        place = np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m])
+        rows = np.flatnonzero(fixes.valid & np.isfinite(place).all(axis=1) & (np.abs(since_s) < NEAR_S))[:MOST_FIXES]
+        if not rows.size:
+            continue
+        velocity_n = np.where(np.isfinite(fixes.velocity_n[rows]), fixes.velocity_n[rows], start.velocity_n)
+        meridian, transverse = radii(start.latitude_rad)
+        around = np.remainder(place[rows, 1] - start.longitude_rad + np.pi, 2.0 * np.pi) - np.pi
+        apart_m = np.column_stack([
+            (place[rows, 0] - start.latitude_rad) * (meridian + start.height_m),
+            around * (transverse + start.height_m) * np.cos(start.latitude_rad),
+            start.height_m - place[rows, 2],
+        ])  # fmt: skip
+        apart_m = np.median(apart_m - since_s[rows, None] * velocity_n, axis=0)
+        own = fixes.position_sigma_m
+        sigma_m = (described.position_sigma_m or POSITION_SIGMA_M) if own is None else float(np.nanmax(own[rows]))
+        allowed_m = SIGMAS * np.hypot(sigma_m, start.position_sigma_m)
+        speed = np.abs(np.median(velocity_n, axis=0))
+        across_m, most_m = np.hypot(*apart_m[:2]), allowed_m + ACROSS_M + LATE_S * np.hypot(*speed[:2])
+        if across_m > most_m:
+            seen = f"start: its place is {across_m:.0f} m from that of {table}, expected within {most_m:.0f} m"
+            yield Finding("start.place", seen, f"state the place of {table}, or how uncertain it is", WARNED)
+        most_m = allowed_m + ABOVE_M + LATE_S * speed[2]
+        if abs(apart_m[2]) > most_m:
+            seen = (
+                f"start: its height is {abs(apart_m[2]):.0f} m {'below' if apart_m[2] < 0.0 else 'above'} that of "
+                f"{table}, expected within {most_m:.0f} m; one may be above the sea, the other above the ellipsoid"
+            )
+            yield Finding("start.height", seen, f"state the height of {table}", WARNED)
+        return
