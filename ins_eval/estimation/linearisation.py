@@ -216,20 +216,20 @@ class Linearisation:
             more += [nats - of_family[own] for nats in np.delete(of_family, own)]
         return self.best.log_posterior + self.lost_to_size + float(logsumexp(more))
 
-    def unlikelier(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+    def unlikelier(self, k: int, shows: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """By how many nats of likelihood each family in the place of member `k` fits worse than it, at any sizes.
 
         Half of what chi-square is more, (families,): at the noise here, and at that beside another in its place if they
-        are more alike there.
+        are more alike there and lower chi-square by `shows`: where the member itself hardly counts all are alike.
         """
         others = [j for j in self.best.members if j != k]
         gains, space = chi_square_gains(self.here.normal, self.here.projection, others, self.space), self.space
         here = 0.5 * (gains[k] - np.maximum.reduceat(gains[space.order], space.first))
         least, own = here.copy(), int(space.families[k])
-        for (beside, _), there in self.own_noise.items():
-            if beside == frozenset(others) and own in there.taken:
-                for family, taken in there.taken.items():
-                    least[family] = min(least[family], 0.5 * (there.taken[own] - taken))
+        known = [there.taken for (beside, _), there in self.own_noise.items() if beside == frozenset(others)]
+        for taken in (one for one in known if own in one):
+            for family in (one for one, lowers in taken.items() if lowers >= shows):
+                least[family] = min(least[family], 0.5 * (taken[own] - taken[family]))
         return here, least
 
     def without(self, dropped: Collection[int]) -> Linearisation:
@@ -251,11 +251,9 @@ class Linearisation:
         shifted = b - a[:, out] @ centre[out]
         normal, projection = a - a[:, out] @ across, shifted - across.T @ shifted[out]
         normal[out], normal[:, out], projection[out] = 0.0, 0.0, 0.0
-        own_noise = {
-            (them - {*out}, f): one._replace(fitted=())  # what is set aside is so at this noise
-            for (them, f), one in self.own_noise.items()
-            if them.issuperset(out)
-        }
+        # what is set aside is so at this noise
+        own_noise = {(them - {*out}, f): one._replace(fitted=())
+                     for (them, f), one in self.own_noise.items() if them.issuperset(out)}  # fmt: skip
         here = replace(self.here, normal=normal, projection=projection)
         return replace(self, here=here, own_noise=own_noise).without(out)
 

@@ -251,6 +251,10 @@ def test_another_effect_is_weighed_at_a_noise_of_its_own() -> None:
     assert least[:2] == pytest.approx([0.0, behind], abs=ONE_SCALE)
     assert here[1] > behind + 1.0
     assert [list(one) for one in found.unlikelier(0)] == [list(here), list(here)]
+    _, showing = known.unlikelier(
+        0, 2.0 * taken_off[0]
+    )  # at a noise where the first itself hardly counts all are alike
+    assert list(showing) == list(here)
     in_its_place = known.exchanged(0, 1)  # at its own noise, and the first then at that
     assert in_its_place.best.members == (1,)
     assert log_evidence_of_best(found) - log_evidence_of_best(in_its_place) == pytest.approx(expected, abs=ONE_SCALE)

@@ -3,10 +3,10 @@
 A rival is what lies within `Policy.near` nats of the effect in whose place it stands, at the sizes that are expected;
 sums count as far as its scatter is noise (`Linearisation.trusted`). What then gains less than its choice costs has
 none. Where there is one, all that is within `Policy.listed` is listed too. A twin, what at any size leaves at most
-`Policy.twin` more of chi-square than the effect, at its noise or that of another in its place and beyond what linear
-sums leave open, is always listed; one that would have to be larger than any sensor's has the nats of sizes up to that,
-and is no rival. So is a set of effects at another noise that is nearly as probable as the best one: what is an effect
-there is noise here.
+`Policy.twin` more of chi-square than the effect, at its noise or, if nothing would leave as much more, at that of
+another in its place, and beyond what linear sums leave open, is always listed; one that would have to be larger than
+any sensor's has the nats of sizes up to that, and is no rival. So is a set of effects at another noise that is nearly
+as probable as the best one: what is an effect there is noise here.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _in_the_place(linearisation: Linearisation, k: int, policy: Policy) -> list[
     """The rivals and twins of member `k`."""
     trusted = linearisation.trusted(k)
     of_family, members = trusted.places(k)
-    space, (unlikelier, least_unlikely) = linearisation.space, linearisation.unlikelier(k)
+    space, (unlikelier, least_unlikely) = linearisation.space, linearisation.unlikelier(k, policy.twin)
     own = int(space.families[k])
     twin = least_unlikely <= 0.5 * policy.twin + policy.nats_left_open(float(of_family[own]))
     too_large = twin & np.isneginf(of_family) & (space.centre[members] == 0.0)
