@@ -20,7 +20,7 @@ SIGMAS = 4.0  # of a share of so many draws
 
 @pytest.fixture(scope="module")
 def whole(repository: Path) -> dict:
-    return quick.whole_set(json.loads((repository / quick.LOG).read_text()))
+    return quick.plain_set(json.loads((repository / quick.LOG).read_text()))
 
 
 @pytest.mark.parametrize(("count", "fresh"), [(219, 12), (60, 30)])
