@@ -14,9 +14,9 @@ from ins_eval.errors import DataRefused
 from ins_eval.recording import Imu, Recording
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
 from ins_eval.recording.consistency.limits import check_limits, check_outliers
-from ins_eval.recording.consistency.place import check_start
 from ins_eval.recording.consistency.rest import check_rest
 from ins_eval.recording.consistency.settling import check_settling
+from ins_eval.recording.consistency.start import check_start
 from ins_eval.recording.consistency.track import check_baro, check_height, check_stamps, check_track
 from ins_eval.recording.consistency.triads import check_triads
 

@@ -43,9 +43,9 @@ def check_start(recording: Recording) -> Iterator[Finding]:
             start.height_m - place[rows, 2],
         ])  # fmt: skip
         apart_m = np.median(apart_m - since_s[rows, None] * velocity_n, axis=0)
-        own = fixes.position_sigma_m
-        sigma_m = (described.position_sigma_m or POSITION_SIGMA_M) if own is None else float(np.nanmax(own[rows]))
-        allowed_m = SIGMAS * np.hypot(sigma_m, start.position_sigma_m)
+        own = np.empty(0) if fixes.position_sigma_m is None else fixes.position_sigma_m[rows]
+        sigma_m = max(own[np.isfinite(own)], default=described.position_sigma_m or POSITION_SIGMA_M)
+        allowed_m = SIGMAS * np.hypot(sigma_m, start.position_sigma_m) + np.linalg.norm(described.lever_arm_m)
         speed = np.abs(np.median(velocity_n, axis=0))
         across_m, most_m = np.hypot(*apart_m[:2]), allowed_m + ACROSS_M + LATE_S * np.hypot(*speed[:2])
         if across_m > most_m:
