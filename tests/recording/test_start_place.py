@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pymap3d import ned2geodetic
@@ -56,6 +58,13 @@ def test_a_height_above_the_sea_beside_one_above_the_ellipsoid_is(velocity_n, do
     assert list(found) == ["start.height"]
     stated = found["start.height"].split(f" m {side} that of gps")[0].rsplit(" ", 1)[-1]
     assert float(stated) == pytest.approx(GEOID_M, abs=TOLERANCE_M)
+
+
+def test_a_start_long_before_the_fixes_is_held_against_them_where_it_stood_until_then() -> None:
+    begun = recording((0.0, 0.0, 0.0), (0.0, 0.0, -GEOID_M))
+    earlier = replace(begun.start, time_s=-120.0)
+    assert not of_start(replace(begun, start=earlier))  # it may have come from elsewhere
+    assert list(of_start(replace(begun, start=replace(earlier, still_until_s=0.0)))) == ["start.height"]
 
 
 def test_another_place_is() -> None:

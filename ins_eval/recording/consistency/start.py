@@ -22,14 +22,17 @@ ACROSS_M, ABOVE_M = 20.0, 15.0
 def check_start(recording: Recording) -> Iterator[Finding]:
     """A start that is farther from the fixes than either may err, across or in height.
 
-    Fixes of the first `NEAR_S` are taken back to the start with their velocities, and their median is compared.
+    Fixes of the first `NEAR_S`, or until as long after a standstill that is stated, are taken back to the start with
+    their velocities, and their median is compared.
     """
     start = recording.start
+    stood_s = start.time_s if start.still_until_s is None else start.still_until_s
     for table in ("gps", "reference"):
         fixes, described = getattr(recording, table), getattr(recording.belief, table)
         if fixes is None:
             continue
-        since_s = fixes.time_s - described.time_offset_s - start.time_s
+        at_s = fixes.time_s - described.time_offset_s
+        since_s = at_s - np.clip(at_s, start.time_s, stood_s)  # in motion
         place = np.column_stack([fixes.latitude_rad, fixes.longitude_rad, fixes.height_m])
         rows = np.flatnonzero(fixes.valid & np.isfinite(place).all(axis=1) & (np.abs(since_s) < NEAR_S))[:MOST_FIXES]
         if not rows.size:
