@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from pymap3d import geodetic2ned
 
-from ins_eval.earth import radii
 from ins_eval.recording import Recording
 from ins_eval.recording.belief import POSITION_SIGMA_M
 from ins_eval.recording.consistency.alternatives import Finding
 from ins_eval.recording.consistency.limits import WARNED
+from ins_eval.recording.consistency.settling import LATE_S
 
 NEAR_S, MOST_FIXES = 5.0, 9  # from the start, and as many as one that is wrong does not decide
-LATE_S = 1.0  # by which fixes may be late
-SIGMAS = 5.0
+SIGMAS = 5.0  # beyond which neither errs, by reasoning
 # beyond the sigmas, by reasoning: slow errors of a receiver and its antenna; a geoid is mostly farther away
 ACROSS_M, ABOVE_M = 20.0, 15.0
 
@@ -38,13 +38,8 @@ def check_start(recording: Recording) -> Iterator[Finding]:
         if not rows.size:
             continue
         velocity_n = np.where(np.isfinite(fixes.velocity_n[rows]), fixes.velocity_n[rows], start.velocity_n)
-        meridian, transverse = radii(start.latitude_rad)
-        around = np.remainder(place[rows, 1] - start.longitude_rad + np.pi, 2.0 * np.pi) - np.pi
-        apart_m = np.column_stack([
-            (place[rows, 0] - start.latitude_rad) * (meridian + start.height_m),
-            around * (transverse + start.height_m) * np.cos(start.latitude_rad),
-            start.height_m - place[rows, 2],
-        ])  # fmt: skip
+        begin = start.latitude_rad, start.longitude_rad, start.height_m
+        apart_m = np.column_stack(geodetic2ned(*place[rows].T, *begin, deg=False))
         apart_m = np.median(apart_m - since_s[rows, None] * velocity_n, axis=0)
         own = np.empty(0) if fixes.position_sigma_m is None else fixes.position_sigma_m[rows]
         sigma_m = max(own[np.isfinite(own)], default=described.position_sigma_m or POSITION_SIGMA_M)
