@@ -20,6 +20,7 @@ class Columns(Protocol):
     path: Path
     first_row: int  # number of the first row as a line of the file, for messages
     notes: tuple[str, ...]
+    units: Mapping[str, str]  # of columns, where the source states them
 
     def names(self) -> list[str]: ...
 
@@ -63,6 +64,7 @@ class NamedArrays:
 
     def __init__(self, path: Path, arrays: Mapping[str, np.ndarray], notes: tuple[str, ...] = ()):
         self.path, self.arrays, self.notes = path, arrays, notes
+        self.units: Mapping[str, str] = {}
 
     def names(self) -> list[str]:
         return list(self.arrays)

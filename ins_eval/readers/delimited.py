@@ -16,9 +16,13 @@ from ins_eval.readers.columns import DATE, DAY_FIRST, MONTH_FIRST, Column, is_nu
 from ins_eval.readers.files import shown
 
 EXPECTED = "a table in CSV with one line of names and one row a sample"
-SEPARATORS = (",", ";", "\t")
-LONGEST_PREAMBLE = 1000  # lines of comment before the table, that are looked through: by reasoning
+SEPARATORS = (b",", b";", b"\t")
+LONGEST_PREAMBLE = 1000  # lines before the table, that are looked through: by reasoning
 COMMENTS = (b"#", b"%", b"//")
+STAMP = re.compile(rb"\d{1,4}[:/.-]\d{1,2}[:/.-]\d")  # the beginning of a date or a time of day
+MISSING = {b"", b"-", b"na", b"n/a", b"nan", b"null", b"none"}
+TIME_OF_DAY = r"^\s*([01]?\d|2[0-3]):([0-5]\d):([0-5]\d|60)([.,]\d+)?\s*$"
+DAY_S = 86400.0
 DAY_AND_MONTH = r"^\s*(\d{1,2})([./-])(\d{1,2})[./-]\d{2,4}(?!\d)"  # or month and day: the year comes last
 MONTHS = 12
 CUT_NOTE = "{} does not end with a line break, so its last row may be cut and was left out."
@@ -33,19 +37,25 @@ class DelimitedTable:
         self.cut = not raw.endswith((b"\n", b"\r"))
         self.notes = (CUT_NOTE.format(path.name),) if self.cut else ()
         before, raw = _without_comments(raw, header)
-        if comments := [line.strip() for line in before if line.strip()]:
-            lines = "1 line" if len(comments) == 1 else f"{len(comments)} lines"
-            self.notes += (f"Left out were {lines} of comment before the table of {path.name}, {shown(comments[0])}.",)
-        self.first_row = len(before) + (2 if header else 1)
+        preamble, raw = _without_preamble(raw) if header else ([], raw)
+        units, raw = _without_units(raw) if header else ([], raw)
+        for left_out, what in (
+            ([line for line in before if line.strip()], "of comment before the table"),
+            ([line for line in preamble if line.strip()], "before the names of the columns"),
+            (units, "of units below the names of the columns"),
+        ):
+            if left_out:
+                lines = "was 1 line" if len(left_out) == 1 else f"were {len(left_out)} lines"
+                self.notes += (f"Left out {lines} {what} of {path.name}, {shown(left_out[0].strip())}.",)
+        self.first_row = len(before) + len(preamble) + len(units) + (2 if header else 1)
         raw = raw.lstrip(b"#%/ ") if header else raw
-        first = raw.split(b"\n", 1)[0]
-        separator = max(SEPARATORS, key=lambda mark: first.count(mark.encode()))
+        separator = _separator(raw.split(b"\n", 1)[0])
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")  # rows longer than the line of names would lose what is beyond
                 self.data = pd.read_csv(
                     io.BytesIO(raw),
-                    sep=separator if separator.encode() in first else r"\s+",
+                    sep=r"\s+" if separator is None else separator.decode(),
                     header=0 if header else None,
                     index_col=False,
                     skipinitialspace=True,
@@ -59,6 +69,8 @@ class DelimitedTable:
         self.data.columns = [
             str(name).strip().lstrip("#% ") if header else str(k) for k, name in enumerate(self.data.columns, start=1)
         ]
+        texts = [field.decode("utf-8", "replace") for line in units for field in _fields(line, separator)]
+        self.units = dict(zip(self.names(), texts, strict=False))
         if self.cut:
             self.data = self.data.iloc[:-1]
         if self.data.empty:
@@ -91,13 +103,17 @@ class DelimitedTable:
     def dates_s(self, column: Column, where: str, unit: str = DATE) -> np.ndarray:
         """Dates in text as seconds since 1970, UTC unless they say otherwise; an empty field is NaN.
 
-        `unit` may state whether 1/2/2024 is the day or the month first; otherwise the dates themselves say it.
+        Times of day without a date are seconds since the midnight before the first of them. `unit` may state whether
+        1/2/2024 is the day or the month first; otherwise the dates themselves say it.
         """
         name = str(column)
         if self.names().count(name) != 1:
             return self.numbers(column, where)  # refuses it with the reason
         values = self.data[name]
         texts = values.astype(str).where(values.notna())
+        of_day = texts.str.fullmatch(TIME_OF_DAY, na=False).to_numpy(dtype=bool)
+        if of_day.any() and (of_day | texts.isna()).all():
+            return self._of_day_s(texts, name)
         day_first = self._day_first(texts, name, where, unit)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a format that is guessed row by row
@@ -105,7 +121,7 @@ class DelimitedTable:
                 dates = pd.to_datetime(texts, utc=True, errors="coerce", format="mixed", dayfirst=day_first)
             except Exception:  # dates beyond all calendars fail in many ways
                 dates = pd.Series(pd.NaT, index=values.index, dtype="datetime64[ns, UTC]")
-        bad = (dates.isna() & values.notna()).to_numpy()
+        bad = (dates.isna() & values.notna()).to_numpy() | of_day  # a time without a date would be of today
         if bad.any() or values.dtype.kind in "iuf":
             raise DataRefused(
                 f"{self._place(int(np.argmax(bad)), name)}, expected a date such as 2024-05-01T10:20:30.5; correct it, "
@@ -113,6 +129,18 @@ class DelimitedTable:
             )
         since = (dates - pd.Timestamp(0, tz="UTC")).to_numpy()
         return np.where(dates.isna(), np.nan, since / np.timedelta64(1, "s"))
+
+    def _of_day_s(self, texts: pd.Series, name: str) -> np.ndarray:
+        """Times of day, s; after midnight, where they fall by more than half a day, they go on."""
+        parts = texts.str.extract(TIME_OF_DAY)
+        hours, minutes, seconds = (pd.to_numeric(parts[k]).to_numpy(dtype=float) for k in range(3))
+        fraction = pd.to_numeric("0" + parts[3].fillna(".0").str.replace(",", ".")).to_numpy(dtype=float)
+        time_s = 3600.0 * hours + 60.0 * minutes + seconds + fraction
+        known = np.isfinite(time_s)
+        time_s[known] += DAY_S * np.cumsum(np.diff(time_s[known], prepend=time_s[known][0]) < -DAY_S / 2.0)
+        note = f"The column '{name}' of {self.path.name} has times of day and no date: seconds since midnight."
+        self.notes = tuple(dict.fromkeys((*self.notes, note)))
+        return time_s
 
     def _day_first(self, texts: pd.Series, name: str, where: str, unit: str) -> bool:
         """Whether dates whose year comes last have the day first: as stated, as one beyond 12 shows, or by the dots.
@@ -170,6 +198,43 @@ def _without_comments(raw: bytes, header: bool) -> tuple[list[bytes], bytes]:
     if header and count and not _names(lines[count]):
         count = max((k for k in range(count) if _comment(lines[k])), default=count)
     return (lines[:count], b"\n".join(lines[count:])) if count else ([], raw)
+
+
+def _without_preamble(raw: bytes) -> tuple[list[bytes], bytes]:
+    """The lines before the names of the columns, and the rest; none where the first has as many fields as most.
+
+    The names are the first line with as many fields as most, if none of them is a number.
+    """
+    lines = [line.rstrip(b"\r") for line in raw.split(b"\n", LONGEST_PREAMBLE)[:LONGEST_PREAMBLE]]
+    for separator in (_separator(lines[0]), *SEPARATORS, None):
+        counts = [len(_fields(line, separator)) for line in lines]
+        usual = max(counts, key=counts.count)
+        first = counts.index(usual)
+        if usual > 1 and (first == 0 or _names(lines[first])):
+            return lines[:first], raw.split(b"\n", first)[first]
+    return [], raw
+
+
+def _without_units(raw: bytes) -> tuple[list[bytes], bytes]:
+    """The line of units below the names of the columns, if there is one before the numbers, and the rest."""
+    names, units, rest = (*raw.split(b"\n", 2), b"", b"")[:3]
+    separator = _separator(names)
+    fields = _fields(units.lower(), separator)
+    said = [field for field in fields if field not in MISSING]
+    texts = said and _names(units) and not any(STAMP.match(field) for field in said)
+    if texts and len(fields) == len(_fields(names, separator)) and not _names(rest.split(b"\n", 1)[0]):
+        return [units], names + b"\n" + rest
+    return [], raw
+
+
+def _separator(line: bytes) -> bytes | None:
+    """What separates the fields of a line; None is white space."""
+    found = max(SEPARATORS, key=line.count)
+    return found if found in line else None
+
+
+def _fields(line: bytes, separator: bytes | None) -> list[bytes]:
+    return [field.strip().strip(b'"') for field in line.split(separator)]
 
 
 def _comment(line: bytes) -> bool:

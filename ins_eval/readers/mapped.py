@@ -16,7 +16,7 @@ from ins_eval.errors import UsageError
 from ins_eval.readers import assembly, fix_columns, mapping_template, receivers
 from ins_eval.readers.columns import Columns, same_length, vectors
 from ins_eval.readers.fix_columns import SPEED_UNITS, stamps
-from ins_eval.readers.layout import Layout, choose
+from ins_eval.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, Layout, choose
 from ins_eval.readers.mapping import Epochs, MappingFile
 from ins_eval.readers.sampling import Readings
 from ins_eval.recording import Fixes, Recording
@@ -48,6 +48,8 @@ def of_mapping(path: Path, file: Path, mapping: MappingFile, assumed: Mapping[st
         beside = opened(file.parent / described_time.file, isinstance(described_time.column, str))
     time_s = stamps(beside, described_time, f"{file}, time", unit)
     origin_s, origin_note = _origin(time_s)
+    if mapping.gyro is not None:
+        _check_units(source, mapping, file, assumed)
     readings = None if mapping.gyro is None else _readings(source, mapping, file, time_s - origin_s)
     others, other_notes = {}, []
     for name in OTHERS:
@@ -102,6 +104,19 @@ def _mapping(path: Path, assumed: Mapping[str, str], opened: Opened) -> tuple[Pa
     if "kind" in assumed:
         described["kind"] = assumed["kind"]
     return file, parse(MappingFile, described, str(file))
+
+
+def _check_units(source: Columns, mapping: MappingFile, file: Path, assumed: Mapping[str, str]) -> None:
+    """Refuse another unit of a sensor than the source states beside its columns, unless it is assumed."""
+    for sensor, units in (("gyro", GYRO_UNITS), ("accelerometer", ACCELEROMETER_UNITS)):
+        taken = getattr(mapping, sensor)
+        for column in taken.columns:
+            stated = source.units.get(str(column))
+            if stated in units and stated != taken.unit and f"{sensor}.unit" not in assumed:
+                raise UsageError(
+                    f"{file}: {sensor}.unit is {taken.unit}, but {source.path.name} states {stated} below the name of "
+                    f"column '{column}', expected the same; correct one of them, or --assume {sensor}.unit={taken.unit}"
+                )
 
 
 def _readings(source: Columns, mapping: MappingFile, file: Path, time_s: np.ndarray) -> Readings:

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from ins_eval.errors import InsEvalError
-from ins_eval.readers.columns import Columns, is_number
+from ins_eval.readers.columns import DATE, Columns, is_number
 from ins_eval.units import STANDARD_GRAVITY
 
 UNKNOWN = "?"
@@ -84,7 +84,7 @@ def template(table: Columns) -> str:
         time_unit=_unit(_time_unit(table, time)),
         gyro=", ".join(map(_quoted, gyro)),
         accelerometer=", ".join(map(_quoted, accelerometer)),
-        gyro_unit=_unit("deg/s" if DEGREES.search(gyro[0].lower()) else "rad/s"),
+        gyro_unit=_unit("deg/s" if DEGREES.search(f"{gyro[0]} {table.units.get(gyro[0])}".lower()) else "rad/s"),
         force_unit=_unit(force_unit),
         force_note=force_note,
         up_note=_up_note(table, accelerometer),
@@ -151,7 +151,10 @@ def _force_unit(table: Columns, columns: list[str]) -> tuple[str, str]:
 
 
 def _time_unit(table: Columns, name: str) -> str:
-    steps = np.diff(_values(table, name))
+    values = _values(table, name)
+    if not values.size and name in table.names():
+        return DATE  # in text
+    steps = np.diff(values)
     steps = steps[np.isfinite(steps)]
     step = float(np.median(steps)) if steps.size else 0.0
     return next(unit for unit, largest in TIME_STEPS.items() if step <= largest)

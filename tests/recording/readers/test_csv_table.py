@@ -9,7 +9,9 @@ import pytest
 
 from ins_eval.errors import DataRefused, UsageError
 from ins_eval.readers import read
+from ins_eval.readers.delimited import DelimitedTable
 from ins_eval.recording.validation import validate
+from ins_eval.units import DEG
 
 ROUNDING = 1e-9
 STAMP_S = 1e-6  # seconds since 1970 in 64 bits
@@ -238,6 +240,59 @@ def test_comments_before_the_table_are_left_out_and_said(tmp_path, motion, mark,
     assert "comment" not in "\n".join(read_back(tmp_path, f"{mark}{rows}", mapping()).notes)
 
 
+UNITS = "s,rad/s,rad/s,rad/s,m/s^2,m/s^2,m/s^2\n"
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", "  "])
+@pytest.mark.parametrize("before", ["", "Logger: A 3\nRate,100 Hz\n\n", "logger\nserial;number;7\n"])
+@pytest.mark.parametrize("units", ["", UNITS])
+def test_lines_before_the_names_and_units_below_them_are_left_out_and_said(tmp_path, motion, before, units, separator):
+    units = units.replace(",", separator)
+    rows = before + table(motion, separator=separator).replace("\n", f"\n{units}", 1)
+    recording = read_back(tmp_path, rows, mapping())
+    assert_is(recording, motion)
+    said = "\n".join(recording.notes)
+    assert ("lines before the names of the columns" in said) == bool(before)
+    assert ("Left out was 1 line of units below the names of the columns" in said) == bool(units)
+    number = rows.count("\n", 0, rows.index("wx")) + 4 + bool(units)
+    with pytest.raises(DataRefused, match=f"row {number}, column wx: 'x', expected a number"):
+        read_back(tmp_path, line(rows, number, "0.06,x,0,0,0,0,-9.8".replace(",", separator)), mapping())
+
+
+@pytest.mark.parametrize("row", ["2024-05-01 10:20:30,null,null", "null,null,null", "10:20:30,-,-"])
+def test_a_first_row_without_numbers_is_a_row_and_no_line_of_units(tmp_path, row):
+    (tmp_path / "fixes.csv").write_text(f"t,lat,lon\n{row}\n10:20:31,1,2\n10:20:32,1,2\n")
+    assert len(DelimitedTable(tmp_path / "fixes.csv").data) == 3
+
+
+def test_a_unit_that_the_table_states_otherwise_is_refused(tmp_path, motion):
+    rows = table(motion, gyro=1.0 / DEG).replace("\n", f"\n{UNITS.replace('rad/s', 'deg/s')}", 1)
+    with pytest.raises(UsageError, match="gyro.unit is rad/s, but my.csv states deg/s below the name of column 'wx'"):
+        read_back(tmp_path, rows, mapping())
+    assert_is(read_back(tmp_path, rows, mapping("deg/s")), motion)
+    insisted = read_back(tmp_path, rows, mapping("deg/s", "g"), accelerometer__unit="m/s^2")
+    assert_is(insisted, motion)
+    (tmp_path / "my.toml").unlink()
+    assert tomllib.loads(template_of(tmp_path, rows))["gyro"]["unit"] == "deg/s"
+
+
+@pytest.mark.parametrize("fraction", [".", ","])
+def test_times_of_day_go_on_after_midnight(tmp_path, motion, fraction):
+    lines = table(motion, separator=";").split("\n")
+    for k, second in enumerate(motion.time_s, start=1):
+        at = str(np.datetime64("2024-05-12") + np.timedelta64(round(1e6 * (second - 6.0)), "us"))[11:]
+        lines[k] = f"{at.replace('.', fraction)};{lines[k].split(';', 1)[1]}"
+    rows = "\n".join(lines)
+    recording = read_back(tmp_path, rows, mapping(time="date"))
+    np.testing.assert_allclose(recording.imu.time_s - recording.start.time_s, motion.time_s[1:], atol=STAMP_S)
+    assert "The column 't' of my.csv has times of day and no date: seconds since midnight." in recording.notes
+    (tmp_path / "my.toml").unlink()
+    assert tomllib.loads(template_of(tmp_path, rows))["time"]["unit"] == "date"
+    one_has_a_date = line(rows, 5, "2024-05-11T23:59:54.06;0;0;0;0;0;-9.8")
+    with pytest.raises(DataRefused, match="row 2, column t: '23:59:54.* expected a date such as"):
+        read_back(tmp_path, one_has_a_date, mapping(time="date"))
+
+
 def template_of(folder, rows: str) -> str:
     (folder / "my.csv").write_text(rows)
     with pytest.raises(UsageError) as refused:
@@ -301,7 +356,7 @@ def test_bad_tables_are_refused(tmp_path, motion):
         "row 5, column az: '-9,8', expected a number; correct it, with a point": line(
             sound, 5, '0.06,0,0,0,0,0,"-9,8"'
         ),
-        "row 2, column t: 's', expected a number": sound.replace("\n", "\ns,rad/s,rad/s,rad/s,m/s2,m/s2,m/s2\n", 1),
+        "row 2, column t: 's', expected a number": sound.replace("\n", "\ns,0.1,rad/s,rad/s,m/s2,m/s2,m/s2\n", 1),
         "accelerometer is no finite sensor value in 1 rows, first in row 5": line(sound, 5, "0.06,0,0,0,0,0,-inf"),
         "gyro is no finite sensor value in 1 rows, first in row 5": line(sound, 5, "0.06,inf,0,0,0,0,-9.8"),
         "row 5: time repeats from 0.04 to 0.04 s": line(sound, 5, "0.04,0,0,0,0,0,-9.8"),
