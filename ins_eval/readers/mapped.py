@@ -134,8 +134,8 @@ def _readings(source: Columns, mapping: MappingFile, file: Path, time_s: np.ndar
 
 
 def _origin(time_s: np.ndarray) -> tuple[float, list[str]]:
-    first_s = float(time_s[0])
-    if not np.isfinite(first_s) or abs(first_s) < LONG_AGO_S:
+    known_s = time_s[np.isfinite(time_s)]
+    if not known_s.size or abs(first_s := float(known_s[0])) < LONG_AGO_S:
         return 0.0, []
     origin_s = float(np.floor(first_s))
     return origin_s, [f"All times are counted from {origin_s:.0f} s of the file's clock."]

@@ -5,8 +5,8 @@ Row k of a file in rates holds the rate at its stamp; the increment over a step 
     increment_k = (rate_k-1 + rate_k) / 2 (t_k - t_k-1),
 
 and the first row is the start. Row k of a file in increments covers the step that ends at its stamp. A row that is
-missing, or in which gyro or accelerometer holds no number, is filled with a straight line between its neighbours where
-the gap is short, and marked.
+missing, or in which time, gyro or accelerometer holds no number, is filled with a straight line between its neighbours
+where the gap is short, and marked.
 """
 
 from __future__ import annotations
@@ -143,33 +143,30 @@ def _with_numbers(readings: Readings, where: str, notes: list[str]) -> Readings:
     time_s = readings.time_s
     values = {"time": time_s, "gyro": readings.gyro, "accelerometer": readings.accelerometer}
     for name, column in (values | readings.scalars).items():
-        wild = ~(np.abs(column.reshape(len(column), -1)) < LARGEST_VALUE)  # true also of NaN
-        if name != "time":
-            wild &= ~np.isnan(column.reshape(len(column), -1))
+        flat = column.reshape(len(column), -1)
+        wild = ~((np.abs(flat) < LARGEST_VALUE) | np.isnan(flat)).all(axis=1)
         if wild.any():
-            row = int(np.argmax(wild.any(axis=1)))
-            of, way = "sensor value", "remove them or write NaN there, which counts as a missing sample"
-            if name == "time":
-                of, way = (
-                    "number of seconds",
-                    "write the time there, or remove the row, which counts as a missing sample",
-                )
+            of = "number of seconds" if name == "time" else "sensor value"
             raise DataRefused(
-                f"{where}: {name} is no finite {of} in {wild.any(axis=1).sum()} rows, first in row "
-                f"{row + readings.first_row}; {way}"
+                f"{where}: {name} is no finite {of} in {wild.sum()} rows, first in row "
+                f"{int(np.argmax(wild)) + readings.first_row}; remove them or write NaN there, which counts as a "
+                "missing sample"
             )
-    if np.abs(time_s).max() > LARGEST_TIME_S:
+    stamped = np.isfinite(time_s)
+    if stamped.any() and np.nanmax(np.abs(time_s)) > LARGEST_TIME_S:
         raise DataRefused(
-            f"{where}: a time of {np.abs(time_s).max():.3g} s, expected the seconds of a clock; "
+            f"{where}: a time of {np.nanmax(np.abs(time_s)):.3g} s, expected the seconds of a clock; "
             "check the unit of the time column"
         )
-    keep = np.isfinite(np.column_stack([readings.gyro, readings.accelerometer])).all(axis=1)
-    if not keep.all():
-        lost = np.flatnonzero(~keep)
-        notes.append(
-            f"{lost.size} rows hold no number for gyro or accelerometer, first row {lost[0] + readings.first_row}: "
-            "they count as missing."
-        )
+    felt = np.isfinite(np.column_stack([readings.gyro, readings.accelerometer])).all(axis=1)
+    for known, of in ((stamped, "time"), (felt, "gyro or accelerometer")):
+        if not known.all():
+            lost = np.flatnonzero(~known)
+            notes.append(
+                f"{lost.size} rows hold no number for {of}, first row {lost[0] + readings.first_row}: they count as "
+                "missing."
+            )
+    keep = stamped & felt
     if keep.sum() < FEWEST_ROWS:
         raise DataRefused(f"{where}: {keep.sum()} rows hold numbers, expected at least three; check the columns")
     scalars = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -276,6 +277,17 @@ def test_a_unit_that_the_table_states_otherwise_is_refused(tmp_path, motion):
     assert tomllib.loads(template_of(tmp_path, rows))["gyro"]["unit"] == "deg/s"
 
 
+def test_rows_without_a_time_count_as_missing(tmp_path, motion):
+    since_1970 = SimpleNamespace(**{**vars(motion), "time_s": motion.time_s + 1.7e9})
+    lines = table(since_1970).split("\n")
+    for k in (1, 100):
+        lines[k] = f",{lines[k].split(',', 1)[1]}"
+    recording = read_back(tmp_path, "\n".join(lines), mapping())
+    assert "2 rows hold no number for time, first row 2: they count as missing." in recording.notes
+    assert recording.imu.filled.sum() == 2 and recording.imu.time_s.size == motion.time_s.size - 2
+    np.testing.assert_allclose(recording.imu.time_s, motion.time_s[2:], atol=STAMP_S)  # no digit is lost
+
+
 @pytest.mark.parametrize("fraction", [".", ","])
 def test_times_of_day_go_on_after_midnight(tmp_path, motion, fraction):
     lines = table(motion, separator=";").split("\n")
@@ -363,9 +375,10 @@ def test_bad_tables_are_refused(tmp_path, motion):
         "cannot be read as a table": line(sound, 5, row + ",1,2"),
         "is empty": "",
         "holds no rows": "t,wx,wy,wz,ax,ay,az\n",
-        "time is no finite number of seconds in 1 rows, first in row 5; write the time there": line(
-            sound, 5, ",0,0,0,0,0,-9.8"
+        "time is no finite number of seconds in 1 rows, first in row 5; remove them": line(
+            sound, 5, "inf,0,0,0,0,0,-9.8"
         ),
+        "0 rows hold numbers": "\n".join(("t,wx,wy,wz,ax,ay,az", *[",0,0,0,0,0,-9.8"] * 5)) + "\n",
     }
     for said, rows in bad.items():
         with pytest.raises(DataRefused) as refused:
