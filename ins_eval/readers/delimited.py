@@ -21,6 +21,7 @@ LONGEST_PREAMBLE = 1000  # lines before the table, that are looked through: by r
 COMMENTS = (b"#", b"%", b"//")
 STAMP = re.compile(rb"\d{1,4}[:/.-]\d{1,2}[:/.-]\d")  # the beginning of a date or a time of day
 MISSING = {b"", b"-", b"na", b"n/a", b"nan", b"null", b"none"}
+IN_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")  # the unit at the end of a name
 TIME_OF_DAY = r"^\s*([01]?\d|2[0-3]):([0-5]\d):([0-5]\d|60)([.,]\d+)?\s*$"
 DAY_S = 86400.0
 DAY_AND_MONTH = r"^\s*(\d{1,2})([./-])(\d{1,2})[./-]\d{2,4}(?!\d)"  # or month and day: the year comes last
@@ -69,8 +70,9 @@ class DelimitedTable:
         self.data.columns = [
             str(name).strip().lstrip("#% ") if header else str(k) for k, name in enumerate(self.data.columns, start=1)
         ]
+        self.units = {name: said[1] for name in self.names() if (said := IN_BRACKETS.search(name))}
         texts = [field.decode("utf-8", "replace") for line in units for field in _fields(line, separator)]
-        self.units = dict(zip(self.names(), texts, strict=False))
+        self.units |= dict(zip(self.names(), texts, strict=False))
         if self.cut:
             self.data = self.data.iloc[:-1]
         if self.data.empty:

@@ -114,7 +114,7 @@ def _check_units(source: Columns, mapping: MappingFile, file: Path, assumed: Map
             stated = source.units.get(str(column))
             if stated in units and stated != taken.unit and f"{sensor}.unit" not in assumed:
                 raise UsageError(
-                    f"{file}: {sensor}.unit is {taken.unit}, but {source.path.name} states {stated} below the name of "
+                    f"{file}: {sensor}.unit is {taken.unit}, but {source.path.name} states {stated} with the name of "
                     f"column '{column}', expected the same; correct one of them, or --assume {sensor}.unit={taken.unit}"
                 )
 

@@ -268,8 +268,11 @@ def test_a_first_row_without_numbers_is_a_row_and_no_line_of_units(tmp_path, row
 
 def test_a_unit_that_the_table_states_otherwise_is_refused(tmp_path, motion):
     rows = table(motion, gyro=1.0 / DEG).replace("\n", f"\n{UNITS.replace('rad/s', 'deg/s')}", 1)
-    with pytest.raises(UsageError, match="gyro.unit is rad/s, but my.csv states deg/s below the name of column 'wx'"):
+    with pytest.raises(UsageError, match="gyro.unit is rad/s, but my.csv states deg/s with the name of column 'wx'"):
         read_back(tmp_path, rows, mapping())
+    in_name = table(motion).replace("ax", '"ax (g)"', 1)
+    with pytest.raises(UsageError, match="states g with the name of column"):
+        read_back(tmp_path, in_name, mapping().replace('"ax"', '"ax (g)"'))
     assert_is(read_back(tmp_path, rows, mapping("deg/s")), motion)
     insisted = read_back(tmp_path, rows, mapping("deg/s", "g"), accelerometer__unit="m/s^2")
     assert_is(insisted, motion)
