@@ -22,6 +22,7 @@ from ins_eval.estimation import arcs, noise
 from ins_eval.estimation.blocks import EACH, Blocks, few_blocks, short_blocks
 from ins_eval.estimation.coarse import coarse, coarse_noise
 from ins_eval.estimation.loudness import loudness
+from ins_eval.estimation.missing import filled_in
 from ins_eval.estimation.noise_fit import Ready, fit
 from ins_eval.estimation.whitening import Known, Whitened, known_at, whiten, with_more
 from ins_eval.recording import PARKED
@@ -214,7 +215,7 @@ def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Colum
     model = replace(model, loudness=loudness(navigated, model.nodes_s))
     seen, outliers = noise.without_outliers(seen)
     slow = SlowFactor()
-    agitation = noise.agitation(navigated, model.nodes_s)
+    agitation, filled = noise.agitation(navigated, model.nodes_s), filled_in(navigated, model.nodes_s)
     open_temperature = left_open(navigated, model, slow)
     uncertain = [*uncertain, *places(navigated, model, slow), *open_temperature.columns]
     navigated = navigated.without_increments(recording)
@@ -231,7 +232,7 @@ def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Colum
         nuisances=tuple(uncertain),
         taken=np.zeros(len(uncertain)),
         candidates=(*candidates(navigated, model, given, slow), *composed_candidates(navigated, model, given, slow)),
-        noise=noise.noise_model(navigated.recording.belief, model, seen, open_temperature.density, agitation),
+        noise=noise.noise_model(navigated.recording.belief, model, seen, open_temperature.density, agitation, filled),
         outliers=outliers,
         epochs_s=model.interval_s,
         member=partial(member, navigated, model, given, slow),

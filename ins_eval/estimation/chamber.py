@@ -174,6 +174,7 @@ def _noise(seen: Observations, interval_s: np.ndarray, counted: np.ndarray) -> N
         steps=np.zeros((interval_s.size, 3, 3)),
         jumps=np.zeros((interval_s.size, 3)),
         agitation=np.zeros((interval_s.size, 2)),
+        filled=np.zeros((interval_s.size, 2)),
         later=np.zeros_like(level),
         interval_s=interval_s,
     )

@@ -126,7 +126,9 @@ def coarse_noise(noise: NoiseModel, of: Blocks, residual: np.ndarray) -> NoiseMo
     first, last = np.append(0, rows[:-1, block // 2]), rows[:, block // 2]  # epochs between the middle nodes
     steps = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(noise.steps, axis=0)])
     jumps = np.concatenate([np.zeros((1, 3)), np.cumsum(noise.jumps, axis=0)])
-    agitation = np.concatenate([np.zeros((1, 2)), np.cumsum(noise.agitation, axis=0)])
+    agitation, filled = (
+        np.concatenate([np.zeros((1, 2)), np.cumsum(one, axis=0)]) for one in (noise.agitation, noise.filled)
+    )
     time_s = np.append(0.0, np.cumsum(noise.interval_s))
     return replace(
         noise,
@@ -134,6 +136,7 @@ def coarse_noise(noise: NoiseModel, of: Blocks, residual: np.ndarray) -> NoiseMo
         steps=steps[last] - steps[first],
         jumps=jumps[last] - jumps[first],
         agitation=agitation[last] - agitation[first],
+        filled=filled[last] - filled[first],
         later=np.concatenate([noise.later[:1], later]),
         interval_s=time_s[last] - time_s[first],
     )

@@ -92,8 +92,9 @@ class NoiseModel:
     `steps` (epochs, 3, 3) what the thermometer adds to velocity, `jumps` (epochs, 3) what jumps of a receiver add to
     its slow position error (`receiver_jumps`), and `agitation` (epochs, 2) the squares of what the
     increments of velocity and angle change within a second, summed over an epoch: where motion changes fast, what was
-    sampled is not what was integrated, and sensors err in proportion to it. `later` (nodes, 9) is what a stamp that is
-    a second late changes.
+    sampled is not what was integrated, and sensors err in proportion to it. `filled` (epochs, 2) is the variance of
+    what samples that were filled in miss (`missing`). `later` (nodes, 9) is what a stamp that is a second
+    late changes.
     """
 
     priors: dict[str, Prior]
@@ -102,6 +103,7 @@ class NoiseModel:
     steps: np.ndarray
     jumps: np.ndarray
     agitation: np.ndarray
+    filled: np.ndarray
     later: np.ndarray
     interval_s: np.ndarray
     alone: int | None = None
@@ -125,6 +127,7 @@ class NoiseModel:
         dt = self.interval_s
         of = (v.get(f"{sensor}_sampling", 0.0) ** 2 for sensor in SENSORS)
         force, rate = (level * one for level, one in zip(of, self.agitation.T, strict=True))
+        force, rate = force + self.filled[:, 0], rate + self.filled[:, 1]
         wander_time_s = v.get("wander_time", WANDER_TIME_S)
         sigma = np.repeat([v["slow_position"], v["slow_velocity"], v["slow_attitude"]], 3) * self.down
         sigma[HEADING] = v.get("slow_heading", sigma[HEADING])
@@ -185,9 +188,14 @@ class NoiseModel:
 
 
 def noise_model(
-    belief: Belief, model: ErrorModel, seen: Observations, step_density: np.ndarray, agitation: np.ndarray
+    belief: Belief,
+    model: ErrorModel,
+    seen: Observations,
+    step_density: np.ndarray,
+    agitation: np.ndarray,
+    filled: np.ndarray,
 ) -> NoiseModel:
-    """Priors from the belief, white noise from the measurements themselves."""
+    """Priors from the belief, white noise from the measurements themselves; the rest is as in `NoiseModel`."""
     level, ratio = white(seen)
     typical = np.array([np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 1.0 for column in
                         np.where(np.isfinite(seen.residual), seen.sigma, np.nan).T])  # fmt: skip
@@ -228,6 +236,7 @@ def noise_model(
         steps=steps,
         jumps=jumps(seen, level, model),
         agitation=agitation,
+        filled=filled,
         later=np.where(np.isfinite(seen.residual), seen.of_delay, 0.0),
         interval_s=model.interval_s,
     )
