@@ -25,6 +25,7 @@ from ins_eval.estimation.stated_start import wrong_start
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency import WARNING
+from ins_eval.recording.consistency.limits import without_jumps
 from ins_eval.recording.consistency.settling import settled
 from ins_eval.recording.form.description import CHAMBER, open_folder
 from ins_eval.recording.mending import FAMILY, mended
@@ -118,7 +119,8 @@ def _made_ready(folder: Path, name: str, belief_file: Path | None = None, unit: 
         wrong = wrong_descriptions_of_chamber(readings, belief, name, where)
         right = with_effects(belief, [one.effect for one in wrong])
         return _Ready(prepare_chamber(readings, right, name, where), right, [], wrong, [])
-    doubted = form.read(folder, belief=belief, doubted=True)
+    doubted, jumps = without_jumps(form.read(folder, belief=belief, doubted=True))
+    doubted = replace(doubted, notes=(*doubted.notes, *(f"{WARNING}{one}." for one in jumps)))
     doubted = doubted if unit is None else replace(doubted, unit=unit)
     wrong, found = wrong_descriptions(replace(doubted, name=name, folder=where))
     right = replace(doubted, belief=with_effects(belief, [one.effect for one in wrong]))

@@ -21,7 +21,7 @@ from ins_eval.recording.consistency.alternatives import (
     equations,
     order_scores,
 )
-from ins_eval.recording.consistency.limits import LIMITS, check_limits, check_outliers
+from ins_eval.recording.consistency.limits import LIMITS, check_limits, check_outliers, without_jumps
 from ins_eval.recording.consistency.track import (
     HEIGHT_UNITS,
     STAMP_S,
@@ -296,8 +296,12 @@ def test_nothing_is_found_in_smooth_columns():
 def test_a_single_outlier_is_named_with_row_and_value(k, column, axis, value, said):
     flown = recording()
     values = spoilt(getattr(flown.gps, column), k if axis is None else (k, axis), value)
-    (found,) = check_outliers(replace(flown, gps=replace(flown.gps, **{column: values})))
+    wild = replace(flown, gps=replace(flown.gps, **{column: values}))
+    (found,) = check_outliers(wild)
     assert f"gps, fix {k + 1} at" in found.seen and said in found.seen and found.log_odds == np.inf
+    left, (clause,) = without_jumps(wild)
+    assert clause == f"{found.seen}, and is left out" and np.flatnonzero(~left.gps.valid).tolist() == [k]
+    assert not [*check_outliers(left)]
 
 
 @pytest.mark.parametrize("rows", [slice(100, None), slice(None, 100)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -114,6 +115,21 @@ def check_outliers(recording: Recording) -> Iterator[Finding]:
             yield from _of_fixes(fixes, table)
 
 
+def without_jumps(recording: Recording) -> tuple[Recording, list[str]]:
+    """The recording without single fixes that only a fault makes, and a clause on those of each column."""
+    clauses = []
+    for table in ("gps", "reference"):
+        if (fixes := getattr(recording, table)) is None:
+            continue
+        found = [one for one in _of_fixes(fixes, table) if one.log_odds > WARNED]
+        if found:
+            valid = fixes.valid.copy()
+            valid[[row for one in found for row in one.rows]] = False
+            recording = replace(recording, **{table: replace(fixes, valid=valid)})
+            clauses += [f"{one.seen}, and is left out" for one in found]
+    return recording, clauses
+
+
 def _of_fixes(fixes: Fixes, table: str) -> Iterator[Finding]:
     rows = np.flatnonzero(fixes.valid)
     if len(fixes.time_s) < 2:
@@ -174,5 +190,6 @@ def _single(quantity, values, time_s, named, extra: float = 0.0, rows=None) -> I
             f"{table}, {at} at {time_s[k]:.6g} s, column {column}: {values[k] * scale:.6g} {unit}{more}, expected "
             f"about {expected[k] * scale:.6g} {unit} as its neighbours; it looks like a single outlier"
         )
-        yield Finding(f"{table}.outlier", seen, _mend(table), log_odds)
+        chosen = found if rows is None else rows[found]
+        yield Finding(f"{table}.outlier", seen, _mend(table), log_odds, rows=tuple(chosen.tolist()))
         return
