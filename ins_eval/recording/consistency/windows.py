@@ -122,7 +122,11 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: 
 
 
 def velocity_scores(integrals: Integrals, at_s, velocities_n: np.ndarray, down: float, arm_m: np.ndarray):
-    """log L (a,) of velocities (a, n, 3), m/s, and usual sizes of their changes and what is left of these; or None."""
+    """log L (a,) of velocities (a, n, 3), m/s, and usual sizes of their changes and what is left of these; or None.
+
+    They are scored as densities of what was read, the first of them: with the Jacobian of each alternative, the product
+    of the sizes of its components.
+    """
     windows = _windows(integrals, at_s, velocities_n[0])
     if windows is None:
         return None
@@ -134,7 +138,7 @@ def velocity_scores(integrals: Integrals, at_s, velocities_n: np.ndarray, down: 
     found = []
     for velocity_n in velocities_n:
         wanted = velocity_n[last] - velocity_n[first]
-        changed = (wanted**2).sum(axis=(1, 2))
+        changed = (wanted**2).sum(axis=1)
         wanted[:, :, 2] -= down * (at_s[last] - at_s[first])
         starts = _best_clock(turned, at_s[rows], grid_s, wanted)[:1], _at_clock(0.0, at_s[rows], grid_s, 1)
         parts = ((attitude, angle[None], turned, at) for at in starts)
@@ -142,8 +146,10 @@ def velocity_scores(integrals: Integrals, at_s, velocities_n: np.ndarray, down: 
         square, prior = min(tried, key=lambda one: float(np.median(one[0])))
         found.append((changed, square[0], prior[0]))
     changed, squares, log_prior = map(np.array, zip(*found, strict=True))
-    sizes = (np.sqrt(np.median(one, axis=1) / freedom) for one in (changed, squares))
-    return _window_scores(squares, log_prior, freedom), *sizes
+    sizes = np.sqrt(np.median(changed, axis=1)) + TINY
+    larger = np.exp(np.log(sizes / sizes[0]).mean(axis=1))
+    changed_mps, left_mps = (np.sqrt(np.median(one, axis=1) / freedom) for one in (changed.sum(axis=2), squares))
+    return _window_scores(squares / larger[:, None] ** 2, log_prior, freedom), changed_mps, left_mps
 
 
 def _increments(integrals: Integrals, begin_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
