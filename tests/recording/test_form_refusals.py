@@ -12,7 +12,8 @@ import pyarrow.parquet
 import pytest
 
 from ins_eval.errors import DataRefused, InsEvalError, UsageError
-from ins_eval.recording import Recording, form
+from ins_eval.recording import Imu, Recording, Start, form
+from ins_eval.units import STANDARD_GRAVITY
 
 _form = runpy.run_path(str(Path(__file__).with_name("test_form.py")))
 DEG, SAMPLES = _form["DEG"], _form["SAMPLES"]
@@ -246,6 +247,19 @@ def test_an_accelerometer_in_another_unit(tmp_path, form_of, factor, expected, k
     path = folder / "imu.csv"
     path.write_text(path.read_text().replace("-9.78\n", f"{-9.78 * factor}\n"))
     assert expected in refusal(folder)
+
+
+@pytest.mark.parametrize(("felt_g", "said"), [(0.0, True), (1.0, False)])
+def test_gravity_that_was_taken_off(tmp_path, felt_g, said):
+    """Ten minutes of 0.2 m/s^2 about what is felt: whatever it did, on average it felt 0.83 g."""
+    rng, time_s = np.random.default_rng(4), np.arange(0.1, 600.0, 0.1)
+    force = 0.2 * rng.standard_normal((time_s.size, 3)) - [0.0, 0.0, felt_g * STANDARD_GRAVITY]
+    imu = Imu(time_s, 1e-3 * rng.standard_normal((time_s.size, 3)), 0.1 * force, "increment")
+    folder = form.write(Recording("phone", "drive", Start(0.0, 45.0 * DEG, 10.0 * DEG, 100.0), imu), tmp_path / "phone")
+    if not said:
+        form.read(folder)
+        return
+    assert "expected at least 0.83 g" in (message := refusal(folder)) and "gravity was taken off" in message
 
 
 def test_a_chamber_where_a_recording_is_expected_and_the_reverse(tmp_path, folder):

@@ -114,7 +114,10 @@ def _check_heading(fixes: Fixes, where: str) -> None:
 
 
 def _check_force(recording: Recording, where: str) -> None:
-    """The median specific force is not that of gravity in another unit."""
+    """The median specific force is not that of gravity in another unit, and its mean no less than gravity makes it.
+
+    Over T seconds |mean f| = |g - change of velocity / T|, whatever it did, and the mean of |f| is no less.
+    """
     imu = recording.imu
     per_unit = recording.belief.accelerometer.mps_per_pulse if imu.accelerometer_form == "pulse" else np.ones(3)
     if per_unit is None:
@@ -136,4 +139,13 @@ def _check_force(recording: Recording, where: str) -> None:
         raise DataRefused(
             f"{where}: the median specific force is {force_g:.4g} g ({', or '.join(guesses)}?), expected about 1 g; "
             "state the form of the columns in [imu], or convert them"
+        )
+    lasted_s = float(imu.time_s[-1]) - recording.start.time_s
+    least_g = 1.0 - FASTEST_MPS / (STANDARD_GRAVITY * lasted_s)
+    mean_g = float(force.mean()) / STANDARD_GRAVITY
+    if mean_g < ORDINARY_FORCE[0] * least_g:
+        raise DataRefused(
+            f"{where}: the specific force is {mean_g:.3g} g on average over {lasted_s:.4g} s, expected at least "
+            f"{least_g:.2g} g, since gravity is part of it however it moves; it looks as if gravity was taken off (a "
+            "linear acceleration); give what the accelerometers measured"
         )
