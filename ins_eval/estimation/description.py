@@ -109,7 +109,7 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
     is, a scale factor error beyond any sensor's. At a wrong instant any column may seem to be wrong, and so may a gyro
     where the Earth is believed to stand still. So it must be also where clocks are brought together as the motion
     tells, or where no term of the Earth is left out, if that is more probable. Put right, the recording must be more
-    probable beyond doubt.
+    probable beyond doubt, and no column of it may seem to be wrong.
     """
     if not _beyond_sensors(case):
         return []
@@ -127,6 +127,9 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
     if best is None or not leads[best] > BEYOND_DOUBT:
         return []
     chosen = options[best]
+    right = [_navigated(_believing(recording, (*known, chosen))) for known in {(), likeliest}]
+    if all(one is None or _beyond_sensors(one) for one in right):
+        return []
     seeming = [one for one in tried if one[0] == chosen.sensor]
     sensor, axis, scale = next((one for one in seeming if one[1] == chosen.axis), seeming[0])
     done = f"the sign of {chosen.axis} turned"
@@ -163,18 +166,25 @@ def _what_else(tried: Sequence[tuple[str, str, float]]) -> Iterator[EffectBelief
 
 
 def _beyond_sensors(case: Case) -> list[tuple[str, str, float]]:
-    """Sensor and axis of each scale factor error that alone would fit beyond doubt, and is more than `HALF`."""
+    """Sensor and axis of each scale factor error that would fit beyond doubt, and is more than `HALF`.
+
+    Each alone beside the arms to the antennas, however long they are: what these show where it turns a gyro does, too.
+    """
     if case.believed is None or case.kind in PARKED:
         return []
+    arms = [one.column for one in case.candidates if one.name.endswith(".lever_arm")]
     ones = [case.member(f"{sensor}.scale", axis, {}) for sensor in SENSORS for axis in AXES]
-    whitened = case.whitened([one.column for one in ones], np.zeros(len(case.noise.free)), case.blocks)
-    left = reduce(whitened, len(case.nuisances))
-    coefficients = left.projection / np.maximum(np.diag(left.normal), 1e-300)
-    shares = PPM * coefficients * np.array([one.nominal for one in ones])
+    columns = [*arms, *(one.column for one in ones)]
+    left = reduce(case.whitened(columns, np.zeros(len(case.noise.free)), case.blocks), len(case.nuisances))
+    n = len(arms)
+    across = np.linalg.pinv(left.normal[:n, :n], hermitian=True) @ left.normal[:n, n:]
+    normal = np.maximum(np.diag(left.normal)[n:] - (left.normal[:n, n:] * across).sum(axis=0), 1e-300)
+    projection = left.projection[n:] - across.T @ left.projection[:n]
+    shares = PPM * projection / normal * np.array([one.nominal for one in ones])
     return [
         (one.name.partition(".")[0], str(one.axis), float(share))
-        for one, share, score in zip(ones, shares, left.score, strict=True)
-        if 0.5 * score**2 > BEYOND_DOUBT and abs(share) > HALF
+        for one, share, gain in zip(ones, shares, 0.5 * projection**2 / normal, strict=True)
+        if gain > BEYOND_DOUBT and abs(share) > HALF
     ]
 
 

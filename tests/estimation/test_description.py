@@ -14,10 +14,12 @@ from benchmark.worlds.cases import a_recording as of_navigation_grade
 from benchmark.worlds.cases import a_unit
 from benchmark.worlds.description import misdescribe
 from benchmark.worlds.grades import a_recording as of_grade
+from benchmark.worlds.grades import cut
 from benchmark.worlds.mems import a_journey
 from benchmark.worlds.record import Made
 from ins_eval.believed import believed
 from ins_eval.cli import main
+from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import NO_MISMATCH
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.parts import SENSORS, conditions
@@ -27,6 +29,7 @@ from ins_eval.estimation import description
 from ins_eval.estimation.case import prepare, with_effects
 from ins_eval.estimation.description import (
     REFUTED,
+    _believing,
     _beyond_sensors,
     _evidence,
     _of_matrix,
@@ -205,16 +208,46 @@ def test_an_accelerometer_that_is_off_by_a_fifth_is_no_other_column(tmp_path, wr
     assert any(sensor == "accelerometer" for sensor, _, _ in _beyond_sensors(case)) == seen
 
 
-def test_a_gyro_that_feels_an_earth_that_is_left_out_is_not_turned_over(tmp_path, monkeypatch) -> None:
+def of_the_world(folder, number: int, trajectory: str) -> Recording:
+    """600 s of an industrial unit as the benchmark's world records it."""
+    made = of_grade(np.random.default_rng([0, number]), "industrial", trajectory, 25.0)
+    cut(made, 0.0, 600.0)
+    made.save(folder / "recording")
+    return replace(form.read(folder / "recording", doubted=True), folder=folder / "recording")
+
+
+def test_an_arm_on_the_wrong_side_is_no_gyro_of_another_sign(tmp_path) -> None:
+    """12 m of arm show a scale factor of a gyro that is off by more than any sensor's, where it turns."""
+    read = of_the_world(tmp_path, 1, "box")
+    arm_m = np.add(read.belief.gps.lever_arm_m, [12.0, 0.0, -4.0])
+    gps = read.belief.gps.model_copy(update={"lever_arm_m": tuple(arm_m.tolist())})
+    recording = believed(replace(read, belief=read.belief.model_copy(update={"gps": gps})))
+    case = prepare(recording)
+    assert wrong_columns(recording, case) == []
+    (found, *_) = judge([case]).effects
+    assert (found.hypothesis.candidate.name, found.hypothesis.candidate.axis) == ("gps.lever_arm", "x")
+    assert found.value == pytest.approx(-12.0, abs=4.0 * found.sigma)
+
+
+def test_what_no_single_column_explains_is_no_single_column(tmp_path) -> None:
+    """x and y of both triads exchanged, and positions of metres without velocities: a sign fitted better, not well."""
+    read = of_the_world(tmp_path, 4, "drive")
+    imu = replace(read.imu, gyro=read.imu.gyro[:, [1, 0, 2]], accelerometer=read.imu.accelerometer[:, [1, 0, 2]])
+    gps = replace(read.gps, velocity_n=np.full_like(read.gps.velocity_n, np.nan))
+    recording = believed(replace(read, imu=imu, gps=gps))
+    case = prepare(recording)
+    assert _beyond_sensors(case) and wrong_columns(recording, case) == []
+
+
+def test_a_gyro_that_feels_an_earth_that_is_left_out_is_not_turned_over(tmp_path) -> None:
     """Straight on, the rotation along z is a rate of one sign there: with that turned over much of it is right."""
     made("navigation", "straight", LEFT_OUT).save(tmp_path / "straight")
     read = form.read(tmp_path / "straight")
     earth = read.belief.earth.model_copy(update={"rotation": False})
     recording = believed(replace(read, belief=read.belief.model_copy(update={"earth": earth})))
-    case = prepare(recording)
-    assert wrong_columns(recording, case) == []
-    monkeypatch.setattr(description, "_left_out", lambda belief: [])
-    assert [(one.effect.name, one.effect.axis) for one in wrong_columns(recording, case)] == [(SIGN, "z")]
+    turned = EffectBelief(name=SIGN, axis="z", value=-1.0, sensor="gyro")
+    assert _evidence(_believing(recording, [turned])) > _evidence(recording) + BEYOND_DOUBT
+    assert wrong_columns(recording, prepare(recording)) == []
 
 
 @pytest.mark.parametrize("turn", [m for m in MATRICES if np.linalg.det(m) > 0.0])
