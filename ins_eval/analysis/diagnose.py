@@ -13,6 +13,7 @@ from ins_eval.diagnosis.answer.answer import answer
 from ins_eval.diagnosis.answer.described import with_descriptions
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.answer.verdict import Diagnosis
+from ins_eval.errors import DataRefused
 from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import prepare_chamber
 from ins_eval.estimation.description import (
@@ -32,6 +33,8 @@ from ins_eval.recording.mending import FAMILY, mended
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from ins_eval.recording import Recording
 
 STEPS = 4  # of the search, beside one for each recording
 
@@ -84,7 +87,9 @@ def diagnose_folders(
         step(folder.name)
         made.append(_made_ready(folder, name, belief_file, unit))
     belief = made[0].belief
-    found = with_descriptions(judge([one.case for one in made], step, belief), [one.wrong for one in made])
+    judged = judge([one.case for one in made], step, belief)
+    still = [_still_wrong(one, judged.believed_in(r)) for r, one in enumerate(made)]
+    found = with_descriptions(judged, still)
     warnings = [words for one in made for words in one.warnings]
     return RecordingsDiagnosis(found, belief, {one.case.name: one.stated for one in made}, warnings)
 
@@ -102,13 +107,17 @@ def belief_of(folder: Path, belief_file: Path | None) -> tuple[Belief, Path]:
 
 
 class _Ready(NamedTuple):
-    """A recording ready to be judged, its belief, the same as rows, what was mended in it, and what is likely wrong."""
+    """A recording ready to be judged, its belief, the same as rows, what was mended in it, and what is likely wrong.
+
+    `begun` is the recording with the start that was stated, where the attitude of that is among what was mended.
+    """
 
     case: Case
     belief: Belief
     stated: Sequence[BeliefRow]
     wrong: Sequence[WrongDescription]
     warnings: Sequence[str]
+    begun: Recording | None = None
 
 
 def _made_ready(folder: Path, name: str, belief_file: Path | None = None, unit: str | None = None) -> _Ready:
@@ -132,12 +141,27 @@ def _made_ready(folder: Path, name: str, belief_file: Path | None = None, unit: 
         wrong = [*wrong, *more]
         recording = mended(replace(recording, belief=with_effects(recording.belief, [one.effect for one in more])))
         case = prepare(recording, where)
-    whole = with_effects(recording.belief, stated)
+    whole, begun = with_effects(recording.belief, stated), None
     if turned := wrong_start(recording, case):
-        wrong = [*wrong, *turned]
+        wrong, begun = [*wrong, *turned], recording
         right = with_effects(recording.belief, [one.effect for one in turned])
         case = prepare(replace(recording, belief=right), where)
-    return _Ready(case, whole, belief_rows(recording), wrong, warnings)
+    return _Ready(case, whole, belief_rows(recording), wrong, warnings, begun)
+
+
+def _still_wrong(one: _Ready, effects: Sequence[EffectBelief]) -> Sequence[WrongDescription]:
+    """What was mended and is wrong also where the `effects` that were found are believed.
+
+    Gyros that step turn what the whole recording shows of its start.
+    """
+    if one.begun is None or not effects:
+        return one.wrong
+    with_them = replace(one.begun, belief=with_effects(one.begun.belief, effects))
+    others = [each for each in one.wrong if not each.effect.name.startswith("alignment.")]
+    try:
+        return [*others, *wrong_start(with_them, prepare(with_them, one.case.believed.folder))]
+    except DataRefused:  # it cannot be navigated with them
+        return one.wrong
 
 
 def _names(folders: Sequence[Path]) -> list[str]:

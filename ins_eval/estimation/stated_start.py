@@ -9,7 +9,7 @@ import numpy as np
 from ins_eval.effects import turned_start
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.error_model.geometry import cross_matrices, turn, turned
-from ins_eval.error_model.null import LARGEST_ATTITUDE_RAD
+from ins_eval.error_model.null import begins_as_stated
 from ins_eval.estimation.description import WrongDescription
 from ins_eval.recording.belief import EffectBelief
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
@@ -27,9 +27,10 @@ ROTATION_NAMES = {k: of for of, k in ROTATIONS.items()}
 def wrong_start(recording: Recording, case: Case) -> list[WrongDescription]:
     """What is wrong with the attitude that is stated of a start, one of level and heading each.
 
-    Only where that is too far for a linear error model, so that the recording does not begin in it; elsewhere it is an
-    effect among others, or is made good by a late clock as well. With phi from the one to the other,
-    C_found = exp(phi x) C_stated, and P its covariance, components k are wrong, the clearest first, where the nats
+    Only where the recording does not begin in it (`begins_as_stated`): it is too far for a linear error model, or gyros
+    are coarse. Elsewhere it is an effect among others, or is made good by a late clock as well. With phi from the one
+    to the other, C_found = exp(phi x) C_stated, and P its covariance, components k are wrong, the clearest first, where
+    the nats
 
         z^2 / (S_kk + p) / 2,    z = phi_k - P_ko (P_oo + S_oo)^-1 phi_o,    p = P_kk - P_ko (P_oo + S_oo)^-1 P_ok
 
@@ -38,7 +39,7 @@ def wrong_start(recording: Recording, case: Case) -> list[WrongDescription]:
     stated, navigated = turned_start(recording.start, recording.belief), case.believed
     if navigated is None or stated.attitude_rad is None or stated.attitude_sigma_rad is None:
         return []
-    if np.linalg.norm(turn(stated.attitude_rad, navigated.start.attitude_rad)) < LARGEST_ATTITUDE_RAD:
+    if begins_as_stated(recording, navigated.start):
         return []
     off, covariance = _off(case)
     phi = turn(stated.attitude_rad, turned([navigated.start.attitude_rad], [off])[0])

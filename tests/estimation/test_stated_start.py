@@ -17,13 +17,15 @@ from ins_eval.effects.start import ROTATIONS
 from ins_eval.error_model import geometry
 from ins_eval.estimation.case import prepare
 from ins_eval.estimation.stated_start import _of_further_turn, wrong_start
+from ins_eval.interface.diagnose import diagnose
 from ins_eval.recording import form
-from ins_eval.units import ARCSEC
+from ins_eval.units import ARCSEC, DEG_PER_H
 
 RATE_HZ = 20.0
 GRADES = ("navigation", "industrial")
 STATED_SIGMA_DEG, SIGMAS = 0.1, 4.0  # of a start; of what is found
 STOOD_S, PITCH_DEG = 300.0, -20.0
+STEPS_AT_S, STEP_DEG_PER_H = 200.0, 3000.0
 SMALL_RAD = 1e-6  # of a numerical derivative
 
 
@@ -41,6 +43,8 @@ def made(grade: str) -> Made:
         ("navigation", (0.0, 15.0, 20.0)),
         ("industrial", (0.0, 0.0, 0.0)),
         ("industrial", (-25.0, 0.0, 0.0)),
+        ("industrial", (0.0, 0.0, 9.0)),
+        ("industrial", (0.0, 4.0, 0.0)),
         *(
             pytest.param(grade, off_deg, marks=pytest.mark.slow)
             for grade in GRADES
@@ -63,6 +67,23 @@ def test_a_start_that_is_stated_far_from_the_truth(tmp_path, grade: str, off_deg
     assert {(one.effect.name, one.effect.axis) for one in found} == {key for key, phi in off.items() if abs(phi) > 1.0}
     for one in found:
         assert abs(one.effect.value - off[one.effect.name, one.effect.axis]) < SIGMAS * one.sigma
+
+
+def test_a_gyro_that_steps_does_not_turn_the_start(tmp_path) -> None:
+    """As with one bias the whole drive shows a start 75 degrees off; with the step that is found it is as stated."""
+    one = made("industrial")
+    one.save(tmp_path / "read")
+    recording = form.read(tmp_path / "read")
+    attitude_rad = tuple(one.felt.truth.state(np.array([recording.start.time_s]))[2][0])
+    sigma_rad = (np.radians(STATED_SIGMA_DEG),) * 3
+    gyro = recording.imu.gyro.copy()
+    gyro[recording.imu.time_s > STEPS_AT_S, 2] += STEP_DEG_PER_H * DEG_PER_H / RATE_HZ
+    start = replace(recording.start, attitude_rad=attitude_rad, attitude_sigma_rad=sigma_rad)
+    folder = form.write(replace(recording, start=start, imu=replace(recording.imu, gyro=gyro)), tmp_path / "steps")
+    effects = diagnose([folder]).found.answer["effects"]
+    assert not [each for each in effects if each["name"].startswith("alignment.")]
+    low, high = next(each["parameters"]["interval95"] for each in effects if each["name"] == "gyro.bias_step")
+    assert low < STEP_DEG_PER_H < high
 
 
 def test_a_parked_unit_that_is_stated_to_lie_otherwise(recording_at_rest) -> None:
