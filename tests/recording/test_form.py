@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import errno
+import subprocess
+import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -512,3 +514,17 @@ class TestConventions:
         path = folder / "imu.csv"
         path.write_text(path.read_text().rstrip("\n"))
         assert any("may be cut" in note for note in form.read(folder).notes)
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="threads are counted in /proc")
+def test_reading_a_table_leaves_no_thread(tmp_path):
+    """One that still ends when a refusal ends the process aborted it, once in six times."""
+    folder = form.write(flight_of(np.random.default_rng(5)), tmp_path / "flight")
+    counts = (
+        "import os, sys; from pathlib import Path; import ins_eval.recording.form.columns as columns; "
+        "before = os.listdir('/proc/self/task'); columns._parquet(Path(sys.argv[1])); "
+        "print(len(before), len(os.listdir('/proc/self/task')))"
+    )
+    command = [sys.executable, "-c", counts, str(folder / "imu.parquet")]
+    before, after = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+    assert before == after
