@@ -280,7 +280,7 @@ def test_gyros_exchanged_are_not_a_box_on_its_side(tmp_path) -> None:
 
 @pytest.mark.slow
 def test_at_a_wrong_instant_no_column_is_called_wrong() -> None:
-    """A real flight whose clock drifts by two seconds: with an accelerometer turned over it fits better than as read."""
+    """A real flight whose clock drifts by two seconds fits better with an accelerometer turned over."""
     if not PLANE.exists():
         pytest.skip(f"{PLANE} is not here")
     read = apm_mat.read(PLANE, {})

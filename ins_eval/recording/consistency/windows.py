@@ -122,11 +122,7 @@ def relative_scores(integrals: Integrals, at_s, velocity_n, down: float, arm_m: 
 
 
 def velocity_scores(integrals: Integrals, at_s, velocities_n: np.ndarray, down: float, arm_m: np.ndarray):
-    """log L (a,) of velocities (a, n, 3), m/s, and usual sizes of their changes and what is left of these; or None.
-
-    They are scored as densities of what was read, the first of them: with the Jacobian of each alternative, the product
-    of the sizes of its components.
-    """
+    """log L (a,) of velocities (a, n, 3), m/s, with Jacobians, usual sizes of changes and of what is left; or None."""
     windows = _windows(integrals, at_s, velocities_n[0])
     if windows is None:
         return None
@@ -146,8 +142,8 @@ def velocity_scores(integrals: Integrals, at_s, velocities_n: np.ndarray, down: 
         square, prior = min(tried, key=lambda one: float(np.median(one[0])))
         found.append((changed, square[0], prior[0]))
     changed, squares, log_prior = map(np.array, zip(*found, strict=True))
-    sizes = np.sqrt(np.median(changed, axis=1)) + TINY
-    larger = np.exp(np.log(sizes / sizes[0]).mean(axis=1))
+    sizes = np.log(np.sqrt(np.median(changed, axis=1)) + TINY)
+    larger = np.exp((sizes - sizes[0]).mean(axis=1))
     changed_mps, left_mps = (np.sqrt(np.median(one, axis=1) / freedom) for one in (changed.sum(axis=2), squares))
     return _window_scores(squares / larger[:, None] ** 2, log_prior, freedom), changed_mps, left_mps
 
