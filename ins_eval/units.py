@@ -11,6 +11,7 @@ DEG = pi / 180.0  # rad
 ARCSEC = DEG / 3600.0  # rad
 MINUTE = 60.0  # s
 HOUR = 3600.0  # s
+DAY = 86400.0  # s
 DEG_PER_H = DEG / HOUR  # rad/s
 DEG_PER_SQRT_H = DEG / sqrt(HOUR)  # rad/sqrt(s), angle random walk
 NMI = 1852.0  # m, international nautical mile

@@ -118,17 +118,13 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
     heights = {one: _height(navigated) for one, navigated in around.items()}
     likeliest = max(heights, key=heights.__getitem__)
     tried = _beyond_sensors(around[likeliest] or case)
-    options = list(_what_else(tried))
-    leads = [
-        max(_evidence(_believing(recording, (*known, one))) for known in {(), likeliest}) - heights[likeliest]
-        for one in options
-    ]
-    best = max(range(len(leads)), key=leads.__getitem__, default=None)
-    if best is None or not leads[best] > BEYOND_DOUBT:
-        return []
-    chosen = options[best]
-    right = [_navigated(_believing(recording, (*known, chosen))) for known in {(), likeliest}]
-    if all(one is None or _beyond_sensors(one) for one in right):
+    lead, chosen, right = -np.inf, None, []
+    for one in _what_else(tried):
+        turned = [_navigated(_believing(recording, (*known, one))) for known in {(), likeliest}]
+        height = max(map(_height, turned)) - heights[likeliest]
+        if height > lead:
+            lead, chosen, right = height, one, turned
+    if chosen is None or not lead > BEYOND_DOUBT or all(one is None or _beyond_sensors(one) for one in right):
         return []
     seeming = [one for one in tried if one[0] == chosen.sensor]
     sensor, axis, scale = next((one for one in seeming if one[1] == chosen.axis), seeming[0])
@@ -139,7 +135,7 @@ def wrong_columns(recording: Recording, case: Case) -> list[WrongDescription]:
         f"{sensor} {axis}: a scale factor that is off by {scale:+.2g} would fit best, which no sensor has; with "
         f"{done} the fixes agree"
     )
-    return [WrongDescription(chosen, leads[best], seen)]
+    return [WrongDescription(chosen, lead, seen)]
 
 
 def _left_out(belief: Belief) -> list[tuple[EffectBelief, ...]]:

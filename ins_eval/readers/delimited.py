@@ -14,6 +14,7 @@ from ins_eval.boundary import content
 from ins_eval.errors import DataRefused, UsageError, did_you_mean
 from ins_eval.readers.columns import DATE, DAY_FIRST, MONTH_FIRST, Column, is_number
 from ins_eval.readers.files import shown
+from ins_eval.units import DAY, HOUR, MINUTE
 
 EXPECTED = "a table in CSV with one line of names and one row a sample"
 SEPARATORS = (b",", b";", b"\t")
@@ -23,7 +24,6 @@ STAMP = re.compile(rb"\d{1,4}[:/.-]\d{1,2}[:/.-]\d")  # the beginning of a date 
 MISSING = {b"", b"-", b"na", b"n/a", b"nan", b"null", b"none"}
 IN_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")  # the unit at the end of a name
 TIME_OF_DAY = r"^\s*([01]?\d|2[0-3]):([0-5]\d):([0-5]\d|60)([.,]\d+)?\s*$"
-DAY_S = 86400.0
 DAY_AND_MONTH = r"^\s*(\d{1,2})([./-])(\d{1,2})[./-]\d{2,4}(?!\d)"  # or month and day: the year comes last
 MONTHS = 12
 CUT_NOTE = "{} does not end with a line break, so its last row may be cut and was left out."
@@ -137,9 +137,9 @@ class DelimitedTable:
         parts = texts.str.extract(TIME_OF_DAY)
         hours, minutes, seconds = (pd.to_numeric(parts[k]).to_numpy(dtype=float) for k in range(3))
         fraction = pd.to_numeric("0" + parts[3].fillna(".0").str.replace(",", ".")).to_numpy(dtype=float)
-        time_s = 3600.0 * hours + 60.0 * minutes + seconds + fraction
+        time_s = HOUR * hours + MINUTE * minutes + seconds + fraction
         known = np.isfinite(time_s)
-        time_s[known] += DAY_S * np.cumsum(np.diff(time_s[known], prepend=time_s[known][0]) < -DAY_S / 2.0)
+        time_s[known] += DAY * np.cumsum(np.diff(time_s[known], prepend=time_s[known][0]) < -DAY / 2.0)
         note = f"The column '{name}' of {self.path.name} has times of day and no date: seconds since midnight."
         self.notes = tuple(dict.fromkeys((*self.notes, note)))
         return time_s

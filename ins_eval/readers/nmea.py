@@ -15,11 +15,10 @@ from ins_eval.errors import DataRefused
 from ins_eval.readers.fix_columns import checked_groups
 from ins_eval.readers.optional import library
 from ins_eval.recording import Fixes
-from ins_eval.units import DEG
+from ins_eval.units import DAY, DEG
 
 EXPECTED = "NMEA sentences GGA and RMC"
 KNOT = 1852.0 / 3600.0
-DAY_S = 86400.0
 LONGEST_LINE = 200
 KINDS = (b"GGA", b"RMC")
 
@@ -88,7 +87,7 @@ def _dated(found: list[tuple[float, float | None, dict]]) -> Iterator[tuple[floa
     latest_s = next((second + day for second, day, _ in found if day is not None), None)
     for second, day, values in found if latest_s is not None else ():
         if day is None:
-            day = DAY_S * round((latest_s - second) / DAY_S)
+            day = DAY * round((latest_s - second) / DAY)
         latest_s = day + second
         yield latest_s, values
 

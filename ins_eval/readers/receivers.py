@@ -17,9 +17,9 @@ from ins_eval.errors import DataRefused
 from ins_eval.readers import nmea, rtklib
 from ins_eval.readers.fix_columns import GPS_EPOCH_S, WEEK_S
 from ins_eval.recording import Fixes
+from ins_eval.units import DAY
 
 EXPECTED = "a file of a receiver, RTKLIB .pos or NMEA"
-DAY_S = 86400.0
 LEAP_S = 18.0  # GPS minus UTC, since 2017
 
 
@@ -53,7 +53,7 @@ def read(path: Path, span_s: tuple[float, float], origin_s: float = 0.0) -> tupl
     clocks = {
         "UTC, seconds since 1970": 0.0,
         "the seconds of the GPS week": _whole(fixes.time_s[0] + LEAP_S - GPS_EPOCH_S, WEEK_S) + GPS_EPOCH_S - LEAP_S,
-        "the seconds of the UTC day": _whole(fixes.time_s[0], DAY_S),
+        "the seconds of the UTC day": _whole(fixes.time_s[0], DAY),
     }
     for clock, zero_s in clocks.items():
         if fixes.time_s[0] - zero_s <= last_s and fixes.time_s[-1] - zero_s >= first_s:
