@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from ins_eval.estimation.case import Case
     from ins_eval.policy import Policy
 
-UPRIGHT = 0.7  # of g along an accelerometer of a parked unit, more than across: a lean moves it little; by reasoning
+# by how many `ALONE_SPREAD` the others are quieter than all seemed, and one is louder than they, where fits begin
+STARTS = ((1.0, 1.0), (0.0, 2.0))
 
 
 def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
@@ -70,17 +71,18 @@ def _in_windows(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | N
 def _by_its_level(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
     """The sensor that wanders by a factor more than the others, or None.
 
-    A fit begins where the others wander by `ALONE_SPREAD` less and this one as before: farther off, where other levels
-    have not followed, nothing looks better.
+    A fit begins where that is the most probable of all `STARTS` of all sensors: where one is far louder the others are
+    as quiet as all seemed, where one is a little louder they are quieter.
     """
     free, best = case.noise.free, None
     for k in _may_be_alone(case):
         level = OF_SENSORS[k // 3]
-        less = np.where(np.array(free) == level, ALONE_SPREAD / case.noise.priors[level].spread, 0.0)
         alone = replace(case, noise=case.noise.with_one_alone(k))
-        start = _at(alone, np.append(np.maximum(base.noise_point - less, -WIDEST), 1.0))
-        if best is None or start.log_evidence > best[0].log_evidence:
-            best = start, k, alone
+        for less, louder in STARTS:
+            lowered = np.where(np.array(free) == level, less * ALONE_SPREAD / case.noise.priors[level].spread, 0.0)
+            start = _at(alone, np.append(np.maximum(base.noise_point - lowered, -WIDEST), louder))
+            if best is None or start.log_evidence > best[0].log_evidence:
+                best = start, k, alone
     if best is None or best[0].log_evidence < base.log_evidence - policy.hopeless:
         return None
     start, k, alone = best
@@ -95,14 +97,14 @@ def _by_its_level(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect |
     return _suspect(r, interval, fitted.log_evidence - base.log_evidence, like_others, len(over), policy)
 
 
-def _may_be_alone(case: Case) -> list[int]:
-    """Sensors, of six, whose wander nothing else feigns: of a parked unit those that no stand that leans moves."""
+def _may_be_alone(case: Case) -> range:
+    """Sensors, of six, whose wander nothing else feigns: a stand that turns feigns that of the gyros of a parked unit.
+
+    A stand that leans is felt by its gyros too, so that no accelerometer is left with it.
+    """
     if case.believed is None:
-        return []
-    if case.kind not in PARKED:
-        return list(range(6))
-    upright = np.abs(case.model.states.mat_nb[:, 2]).mean(axis=0)
-    return [k for k in range(3) if upright[k] > UPRIGHT]
+        return range(0)
+    return range(3 if case.kind in PARKED else 6)
 
 
 def _at(case: Case, noise_point: np.ndarray) -> Fitted:
