@@ -18,6 +18,15 @@ NMI = 1852.0  # m, international nautical mile
 STANDARD_GRAVITY = 9.80665  # m/s^2, the g of accelerometer data sheets
 UG = 1e-6 * STANDARD_GRAVITY  # m/s^2
 PPM = 1e-6
+SPEED_UNITS = {  # m/s
+    "m/s": 1.0,
+    "km/h": 1000.0 / HOUR,
+    "knots": NMI / HOUR,
+    "mph": 1609.344 / HOUR,
+    "ft/s": 0.3048,
+    "cm/s": 1e-2,
+    "mm/s": 1e-3,
+}
 
 _READABLE_DIGITS = 12  # of a degree
 

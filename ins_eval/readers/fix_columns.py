@@ -16,7 +16,7 @@ from ins_eval.readers.mapping import Attitude, Epochs, Position, TimeColumn, Vel
 from ins_eval.recording import Fixes
 from ins_eval.recording.consistency.track import HEIGHT_UNITS
 from ins_eval.recording.outages import stated_valid
-from ins_eval.units import DEG
+from ins_eval.units import DEG, SPEED_UNITS
 
 KEYS = (
     "position.unit", "position.order", "height.unit", "velocity.unit", "velocity.axes", "course.unit", "attitude.unit",
@@ -24,7 +24,6 @@ KEYS = (
 DATES = (DATE, DAY_FIRST, MONTH_FIRST)
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLE_UNITS = {"deg": DEG, "rad": 1.0, "1e-7 deg": 1e-7 * DEG}
-SPEED_UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "knots": 1852.0 / 3600.0, "cm/s": 0.01, "mm/s": 1e-3}
 ORDERS = {"latitude longitude": [0, 1, 2], "longitude latitude": [1, 0, 2]}
 ENU = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # east-north-up to north-east-down
 GPS_EPOCH_S = 315964800.0  # 1980-01-06 in seconds since 1970

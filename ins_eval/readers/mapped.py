@@ -15,12 +15,13 @@ import numpy as np
 from ins_eval.errors import UsageError
 from ins_eval.readers import assembly, fix_columns, mapping_template, receivers
 from ins_eval.readers.columns import Columns, same_length, vectors
-from ins_eval.readers.fix_columns import SPEED_UNITS, stamps
+from ins_eval.readers.fix_columns import stamps
 from ins_eval.readers.layout import ACCELEROMETER_UNITS, GYRO_UNITS, Layout, choose
 from ins_eval.readers.mapping import Epochs, MappingFile
 from ins_eval.readers.sampling import Readings
 from ins_eval.recording import Fixes, Recording
 from ins_eval.tables import parse, read_toml
+from ins_eval.units import SPEED_UNITS
 
 KEYS = ("mapping", "time.unit", "gps.file", "reference.file", *assembly.KEYS, *fix_columns.KEYS)
 LONG_AGO_S = 1e7  # stamps beyond it are counted from a whole second before the first, so as to lose no digits

@@ -49,7 +49,7 @@ longitude_deg = 0.0
 height_m = 0.0
 # attitude_deg = [0.0, 0.0, 90.0]      roll, pitch, heading, if known; otherwise it is aligned at rest
 
-# speed = {{ column = "v", unit = "km/h" }}      above [time]: a speedometer; m/s, km/h, knots
+# speed = {{ column = "v", unit = "km/h" }}      above [time]: a speedometer; m/s, km/h, knots, mph, ft/s
 
 # [gps]                    # likewise [reference], a better navigator; leave out the groups that it does not have
 # file = "gps.csv"         # leave out where the fixes are in the same table
@@ -58,7 +58,7 @@ height_m = 0.0
 #            {{ columns = ["n", "e", "d"], frame = "NED", origin = {{ latitude_deg = 0.0, longitude_deg = 0.0 }} }}
 #            frame: NED, ENU, ECEF in m
 # velocity = {{ columns = ["vn", "ve", "vd"], axes = "NED" }}             # or NEU, ENU, ECEF, NE, "speed course",
-#            "speed course down"; unit = "m/s", "km/h", "knots"; course_unit = "deg", "rad"
+#            "speed course down"; unit = "m/s", "km/h", "knots", "mph", "ft/s"; course_unit = "deg", "rad"
 # attitude = {{ columns = ["roll", "pitch", "heading"], unit = "deg" }}
 #            {{ columns = ["qw", "qx", "qy", "qz"], form = "w x y z", frame = "NED", axes = "FRD" }}
 

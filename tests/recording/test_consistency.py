@@ -126,6 +126,9 @@ def test_a_way_that_agrees_is_left_alone():
         (lambda f: replace(f, velocity_n=f.velocity_n[:, [1, 0, 2]]), "velocity.axes", "east, north, down"),
         (lambda f: replace(f, velocity_n=f.velocity_n * 3.6), "velocity.unit", "in km/h"),
         (lambda f: replace(f, velocity_n=f.velocity_n * 3600 / 1852), "velocity.unit", "in knots"),
+        (lambda f: replace(f, velocity_n=f.velocity_n * 3600 / 1609.344), "velocity.unit", "in mph"),
+        (lambda f: replace(f, velocity_n=f.velocity_n / 0.3048), "velocity.unit", "in ft/s"),
+        (lambda f: replace(f, velocity_n=f.velocity_n * 100), "velocity.unit", "in cm/s"),
         (lambda f: replace(f, velocity_n=f.velocity_n / 3.6), "velocity.unit", "m/s read as km/h"),
         (
             lambda f: replace(f, latitude_rad=f.longitude_rad, longitude_rad=f.latitude_rad),
@@ -138,6 +141,14 @@ def test_a_way_that_agrees_is_left_alone():
 def test_a_way_that_contradicts_is_named(change, key, said):
     (found,) = check_track(change(circle()), "gps")
     assert found.key == key and said in found.seen and found.log_odds > BEYOND_DOUBT
+
+
+def test_velocities_along_body_axes_are_no_place_in_another_order():
+    fixes = circle()
+    ahead = np.hypot(*fixes.velocity_n[:, :2].T)
+    along = np.column_stack([ahead, 0.02 * ahead, fixes.velocity_n[:, 2]])
+    (found,) = check_track(replace(fixes, velocity_n=along), "gps")
+    assert found.key == "velocity.axes" and "along body axes, forward and to the right" in found.seen
 
 
 def test_a_place_that_does_not_move_tells_nothing_and_that_is_said():

@@ -21,13 +21,12 @@ from ins_eval.recording.consistency.alternatives import (
     undecided,
     undecided_axes,
 )
-from ins_eval.units import DEG
+from ins_eval.units import DEG, SPEED_UNITS
 
 INTERVAL_S = 2.0  # over which positions are differenced and velocities integrated
 MOST_ROWS = 2000
 POSITION_FLOOR_M = 0.3
-SPEED_UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "knots": 1852.0 / 3600.0, "m/s read as km/h": 3.6,
-               "m/s read as knots": 3600.0 / 1852.0}  # fmt: skip
+SPEEDS = SPEED_UNITS | {f"m/s read as {name}": 1.0 / size for name, size in SPEED_UNITS.items() if name != "m/s"}
 WAY = 0.05  # of the way, that scale errors and filters of a receiver may take from the agreement
 HEIGHT_UNITS = {"m": 1.0, "feet": 0.3048, "cm": 1e-2, "mm": 1e-3}
 HEIGHT_FLOOR_M = 2.0
@@ -36,6 +35,7 @@ SMALLEST_JUMP_S, LONGEST_JUMP_S = 0.05, 60.0
 STAMP_S = 1e-6  # to which stamps are read
 JUMP_SPREADS = 5.0
 MOST_JUMPS = 5
+BODY = 0.2  # of the way, by which a velocity along body axes may differ: a crab angle of 11 degrees; by reasoning
 STEADY = 0.5  # of the mean velocity of two fixes: what changes by more in between tells no time; by reasoning
 EVEN, UNEVEN = 0.02, 0.2  # of a step: stamps that are even, a step that is not
 UNEVEN_ODDS = float(np.log(1e3))
@@ -103,13 +103,20 @@ def check_track(fixes: Fixes, table: str) -> list[Finding]:
     went, flown = np.array(went), np.array(flown)
     if level:
         went[:, :, 2] = np.nan
-    way_m = WAY * float(np.median(np.hypot(*flown[0, :, :2].T)))
-    factors = np.array(list(SPEED_UNITS.values()))
+    way_m = WAY * min(float(np.median(np.hypot(*one[0, :, :2].T))) for one in (went, flown))
+    factors = np.array(list(SPEEDS.values()))
     log = order_scores(channel_scores(went, flown, factors, np.hypot(POSITION_FLOOR_M, [way_m, way_m, 0.0])))
     log += prior(factors)
     log += UNIT_PRIOR * np.array([sum(one != "as read" for one in pair) for pair in named])[:, None, None]
     best = np.unravel_index(np.argmax(log), log.shape)
     log_odds = float(log[best] - log[0, 0, 0])
+    if named[best[0]][1] == "as read" and _along_body_axes(went[0], flown[0]):
+        seen = (
+            f"{table}: velocity north is the speed and velocity east next to nothing while the way turns, expected "
+            "both to turn with it; it looks as if the velocity is along body axes, forward and to the right"
+        )
+        mend = "turn it to north, east, down by the attitude, or leave its columns out"
+        return [Finding("velocity.axes", seen, mend)]
     if log_odds < LIKELY:
         near = log > log[0, 0, 0] - LIKELY
         parts = [f"the {VELOCITY[i]} velocity" for i in undecided_axes(np.flatnonzero(near[0].any(axis=1)))]
@@ -117,7 +124,19 @@ def check_track(fixes: Fixes, table: str) -> list[Finding]:
         parts += ["the unit and order of the position"] if near[1:, 0, 0].any() else []
         return undecided(f"{table}: the way", parts)
     way = [np.sqrt(np.mean(one[0, :, : 2 if level else 3] ** 2, axis=0)).tolist() for one in (went, flown)]
-    return [_finding(named[best[0]], MATRICES[best[1]], list(SPEED_UNITS)[best[2]], log_odds, table, way)]
+    return [_finding(named[best[0]], MATRICES[best[1]], list(SPEEDS)[best[2]], log_odds, table, way)]
+
+
+def _along_body_axes(went: np.ndarray, flown: np.ndarray) -> bool:
+    """Whether the first column is as far as each way (n, 3) north, east, down goes, also where that leads elsewhere."""
+    way = np.hypot(went[:, 0], went[:, 1])
+    moves = way > max(JUDGED_MPS * INTERVAL_S, 0.5 * float(np.median(way)))
+    elsewhere = moves & (went[:, 0] < 0.5 * way)
+    if elsewhere.sum() < FEWEST:
+        return False
+    far, ahead = (np.array([np.median(one[rows]) for rows in (moves, elsewhere)]) for one in (way, flown[:, 0]))
+    aside = float(np.median(np.abs(flown[elsewhere, 1])))
+    return bool((np.abs(ahead - far) < BODY * far).all() and aside < BODY * far[1])
 
 
 def _velocities(velocity_n: np.ndarray) -> dict[str, np.ndarray]:
@@ -147,7 +166,7 @@ def _finding(pair, matrix, unit: str, log_odds: float, table: str, way: list[lis
                        "convert the course to degrees, or state its unit", log_odds, value="rad")  # fmt: skip
     if unit != "m/s":
         words = f"the velocity is {unit}" if "read" in unit else f"the velocity is in {unit} and was read as m/s"
-        factor = SPEED_UNITS[unit]
+        factor = SPEEDS[unit]
         mend = f"multiply the velocities by {factor:.5g}, or state their unit"
         return Finding("velocity.unit", seen + words, mend, log_odds, unit if "read" not in unit else "m/s", factor)
     words = f"velocity north, east, down is {_signed(matrix)} of those read"
