@@ -1,0 +1,83 @@
+"""Velocities that a table computed: made from positions of known noise here, or measured apart from them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ins_eval.recording import Fixes
+from ins_eval.recording.computed import without_computed
+
+RADIUS_M, LATITUDE, LONGITUDE = 6.37e6, 0.7, 0.3
+DIGITS = 7  # of degrees, as receivers write them: 11 mm
+DEG = np.pi / 180.0
+
+
+def circle(sigma_m: float, sigma_mps: float, rate_hz: float = 1.0, seed: int = 3) -> Fixes:
+    """Ten minutes of a climbing circle of 400 m at 20 m/s, positions and velocities with white noise."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 600.0, 1.0 / rate_hz)
+    course = t / 20.0
+    n = sigma_m * rng.standard_normal((3, t.size))
+    return Fixes(
+        t,
+        DEG * np.round((LATITUDE + (400.0 * np.sin(course) + n[0]) / RADIUS_M) / DEG, DIGITS),
+        DEG * np.round((LONGITUDE + (-400.0 * np.cos(course) + n[1]) / (RADIUS_M * np.cos(LATITUDE))) / DEG, DIGITS),
+        100.0 + 0.2 * t + n[2],
+        np.column_stack([20.0 * np.cos(course), 20.0 * np.sin(course), np.full(t.size, -0.2)])
+        + sigma_mps * rng.standard_normal((t.size, 3)),
+        np.ones(t.size, dtype=bool),
+    )
+
+
+def computed(fixes: Fixes, way: str) -> Fixes:
+    """The same with velocities that are differences of its positions, on the sphere of this file."""
+    north_m = RADIUS_M * fixes.latitude_rad
+    east_m = RADIUS_M * np.cos(LATITUDE) * fixes.longitude_rad
+    d = np.diff(np.column_stack([north_m, east_m, -fixes.height_m]), axis=0) / np.diff(fixes.time_s)[:, None]
+    velocity = {
+        "the last interval": np.vstack([d[:1], d]),
+        "the next interval": np.vstack([d, d[-1:]]),
+        "both intervals beside": np.vstack([d[:1], 0.5 * (d[1:] + d[:-1]), d[-1:]]),
+    }[way]
+    return replace(fixes, velocity_n=velocity)
+
+
+@pytest.mark.parametrize("sigma_m", [0.5, 3.0])
+@pytest.mark.parametrize("way", ["the last interval", "the next interval", "both intervals beside"])
+def test_differences_of_positions_are_no_velocities(way: str, sigma_m: float) -> None:
+    left, (said,) = without_computed(computed(circle(sigma_m, 0.05), way), "gps")
+    assert np.isnan(left.velocity_n).all()
+    assert said.startswith(f"The velocities of gps are differences of its positions over {way};")
+
+
+@pytest.mark.parametrize("rate_hz", [1.0, 10.0])
+@pytest.mark.parametrize(("sigma_m", "sigma_mps"), [(3.0, 0.05), (0.01, 0.05), (0.0, 0.0), (0.01, 0.5)])
+def test_what_was_measured_stays(sigma_m: float, sigma_mps: float, rate_hz: float) -> None:
+    fixes = circle(sigma_m, sigma_mps, rate_hz)
+    left, said = without_computed(fixes, "gps")
+    assert left is fixes and said == []
+
+
+def test_a_way_that_was_summed_from_velocities_leaves_these_alone() -> None:
+    fixes = circle(0.0, 0.0)
+    way_m = np.vstack([np.zeros(3), np.cumsum(fixes.velocity_n[1:], axis=0)])
+    summed = replace(
+        fixes,
+        latitude_rad=LATITUDE + way_m[:, 0] / RADIUS_M,
+        longitude_rad=LONGITUDE + way_m[:, 1] / (RADIUS_M * np.cos(LATITUDE)),
+        height_m=100.0 - way_m[:, 2],
+    )
+    assert without_computed(summed, "reference") == (summed, [])
+
+
+def test_a_velocity_down_that_is_zero_while_heights_change_was_not_measured() -> None:
+    fixes = circle(3.0, 0.05)
+    level = replace(fixes, velocity_n=fixes.velocity_n * [1.0, 1.0, 0.0])
+    left, (said,) = without_computed(level, "gps")
+    assert np.isnan(left.velocity_n[:, 2]).all() and np.array_equal(left.velocity_n[:, :2], level.velocity_n[:, :2])
+    assert "is 0 in every fix, and heights change by 1" in said
+    on_water = replace(level, height_m=np.full_like(level.height_m, 100.0))
+    assert without_computed(on_water, "gps") == (on_water, [])
