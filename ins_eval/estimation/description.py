@@ -75,7 +75,7 @@ class _Changes:
 
     def on(self, recording: Recording) -> Recording:
         effects = [one.effect for one in self.described]
-        return replace(recording, belief=with_effects(recording.belief, effects))
+        return replace(recording, belief=_with_clocks(with_effects(recording.belief, effects)))
 
 
 def wrong_descriptions(recording: Recording) -> tuple[list[WrongDescription], list[Finding] | None]:
@@ -199,7 +199,7 @@ def wrong_descriptions_of_chamber(
 
 
 def _wrong(effect: EffectBelief, found: Finding) -> WrongDescription:
-    sigma = 0.0 if found.jump is None else found.jump[2]
+    sigma = found.late[1] if found.late else found.jump[2] if found.jump else 0.0
     return WrongDescription(effect, float(np.nan_to_num(found.log_odds, posinf=COUNTED)), found.seen, sigma)
 
 
@@ -260,7 +260,21 @@ def _options(found: Finding, changes: _Changes) -> Iterator[_Changes]:
         yield replace(changes, others=(*changes.others, one), why=(*changes.why, (one.name, found)))
 
 
+def _with_clocks(belief: Belief) -> Belief:
+    """A belief whose tables state by how much stamps are late, in place of its effects."""
+    for one in belief.effects:
+        table, _, what = one.name.partition(".")
+        if what == "time_offset":
+            stated = getattr(belief, table)
+            late = stated.model_copy(update={"time_offset_s": stated.time_offset_s + one.value})
+            others = tuple(other for other in belief.effects if other is not one)
+            belief = belief.model_copy(update={table: late, "effects": others})
+    return belief
+
+
 def _of_fixes(found: Finding) -> EffectBelief | None:
+    if found.late is not None:
+        return EffectBelief(name=found.key.removesuffix("_s"), value=found.late[0])
     if found.key == "velocity.unit":
         return EffectBelief(name="recording.gps_velocity", value=float(f"{1.0 / found.factor:.6g}"))
     if found.key == "velocity.axes" and found.matrix is not None:

@@ -25,6 +25,7 @@ from ins_eval.earth import EARTH_RATE
 from ins_eval.effects.parts import SENSORS, conditions
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.library import COARSEST_PPM, LARGEST_OF, sized
+from ins_eval.errors import DataRefused
 from ins_eval.estimation import description
 from ins_eval.estimation.case import prepare, with_effects
 from ins_eval.estimation.description import (
@@ -47,6 +48,7 @@ RATE_HZ = 20.0
 SIGN, EXCHANGED, UNIT = "recording.axis_sign", "recording.axes_exchanged", "recording.unit"
 STEP_S, DRIFT_PPM, SIGMAS = 0.15, 60.0, 4.0
 AT_S = 1200.0
+FINE_S = 0.05  # one sample
 TURNS_LITTLE = (51, 68)  # seed and number of the journey, whose gyro z has the wrong sign
 # of which nothing is wrong: accelerometers with biases along and across, gyros with one of 2 deg/s
 BIASED_DRIVES = ((56, 66), (55, 88))
@@ -140,6 +142,23 @@ def test_two_wrong_descriptions_are_both_named(tmp_path, grade: str) -> None:
 @pytest.mark.parametrize("grade", [*GRADES, "consumer", "tactical"])
 def test_a_sound_recording_has_none(tmp_path, grade: str, trajectory: str) -> None:
     assert said(spoilt(tmp_path / "sound", grade, trajectory=trajectory)) == []
+
+
+@pytest.mark.parametrize(("late_s", "velocities"), [(18.0, True), (-37.0, True), (90.0, False)])
+def test_stamps_of_another_clock_are_late_and_nothing_else_is_wrong(tmp_path, late_s: float, velocities: bool) -> None:
+    """UTC taken for GPS time, and the like: whole seconds beyond what a receiver is late by."""
+    one = made("industrial", "drive")
+    gps = dict(one.tables["gps"])
+    gps["time_s"] = gps["time_s"] + late_s
+    if not velocities:
+        gps = {name: values for name, values in gps.items() if not name.startswith("velocity")}
+    Made(**{**vars(one), "tables": {**one.tables, "gps": gps}}).save(tmp_path / "drive")
+    found, _ = wrong_descriptions(form.read(tmp_path / "drive", doubted=True))
+    (offset,) = found
+    assert offset.effect.name == "gps.time_offset" and offset.log_odds > BEYOND_DOUBT
+    assert offset.effect.value == pytest.approx(late_s, abs=SIGMAS * offset.sigma + FINE_S)
+    with pytest.raises(DataRefused, match="expected one clock, odds .*; bring both to one clock, or state time_offset"):
+        form.read(tmp_path / "drive")
 
 
 @pytest.mark.parametrize("journey", BIASED_DRIVES)

@@ -39,18 +39,32 @@ def with_descriptions(found: Diagnosis, wrong: Sequence[Sequence[WrongDescriptio
         nodes_s = found.cases[r].model.nodes_s
         for one in of_recording:
             effect = _found(one, r, len(found.cases))
-            key = (one.effect.name, one.effect.axis, *sorted(effect.hypothesis.candidate.parameters.items()))
-            named[key] = _joined(named.get(key), effect)
+            named[_key(effect)] = _joined(named.get(_key(effect)), effect)
             channel = channel_of(one.effect.name, one.effect.axis, {})
             begin_s = one.effect.at_s or float(nodes_s[0])
             sigma = float(np.sqrt(2.0 * max(one.log_odds, 0.0)))
             places.append(Mismatch(r, channel, "", begin_s, float(nodes_s[-1]), one.seen, sigma))
+    effects = tuple(_whole(one, named.pop(_key(one), None)) for one in found.effects)
     return replace(
         found,
+        effects=effects,
         verdict=VERDICTS.get(found.verdict, found.verdict),
         described=tuple(sorted(named.values(), key=lambda one: -one.log_evidence_gain)),
         mismatches=(*places, *found.mismatches),
     )
+
+
+def _key(one: FoundEffect) -> tuple:
+    candidate = one.hypothesis.candidate
+    return candidate.name, candidate.axis, *sorted(candidate.parameters.items())
+
+
+def _whole(rest: FoundEffect, mended: FoundEffect | None) -> FoundEffect:
+    """An effect of which a part was `mended` before the `rest` was found."""
+    if mended is None:
+        return rest
+    gain = mended.log_evidence_gain + rest.log_evidence_gain
+    return replace(rest, value=mended.value + rest.value, log_evidence_gain=gain)
 
 
 def _joined(before: FoundEffect | None, one: FoundEffect) -> FoundEffect:

@@ -13,6 +13,7 @@ import numpy as np
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Imu, Recording
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
+from ins_eval.recording.consistency.far_clocks import check_far_clock
 from ins_eval.recording.consistency.limits import check_limits, check_outliers
 from ins_eval.recording.consistency.rest import check_rest
 from ins_eval.recording.consistency.settling import check_settling
@@ -43,10 +44,18 @@ def _of_motion(recording: Recording) -> Iterator[Finding]:
                 found.append(check_baro(recording.imu, fixes, recording.start.height_m, table))
             yield from (one for one in found if one is not None)
     if _finite(recording.imu):
+        yield from _of_clocks(recording)
         yield from check_start(recording)
         yield from check_settling(recording)
         yield from check_rest(recording)
         yield from check_triads(recording)
+
+
+def _of_clocks(recording: Recording) -> Iterator[Finding]:
+    for table in ("gps", "reference"):
+        fixes = getattr(recording, table)
+        if fixes is not None and (found := check_far_clock(recording, fixes, table)):
+            yield found
 
 
 def report(

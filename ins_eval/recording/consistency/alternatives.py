@@ -56,7 +56,8 @@ class Finding:
     `key` is what a user assumes to mend it or to insist; `mend` says in words what to correct; `factor` is the right
     scale over the one read and `matrix` (3, 3) turns what was read to what is right. Infinite odds: impossible.
     `orders` are such matrices of accelerometers and of gyros, likeliest first; `jump` the instant of a jump of stamps,
-    s, its size and one sigma of that, s; `rows` are those of single values.
+    s, its size and one sigma of that, s; `late` by how much more than is believed stamps are, s, and one sigma of it;
+    `rows` are those of single values.
     """
 
     key: str
@@ -68,6 +69,7 @@ class Finding:
     matrix: np.ndarray | None = None
     orders: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
     jump: tuple[float, float, float] | None = None
+    late: tuple[float, float] | None = None
     rows: tuple[int, ...] = ()
 
     @property

@@ -26,7 +26,7 @@ def check_places(recording: Recording, integrals: Integrals, fixes: Fixes, table
     units = HEIGHT_UNITS if np.isfinite(fixes.height_m).all() else {"m": 1.0}
     ways = [(place, unit) for place in places(fixes) for unit in units]
     velocities = [
-        _velocity(replace(fixes, latitude_rad=latitude, longitude_rad=longitude, height_m=factor * fixes.height_m))
+        differenced(replace(fixes, latitude_rad=latitude, longitude_rad=longitude, height_m=factor * fixes.height_m))
         for latitude, longitude in places(fixes).values()
         for factor in units.values()
     ]
@@ -56,10 +56,10 @@ def check_places(recording: Recording, integrals: Integrals, fixes: Fixes, table
     yield from undecided(f"{table}: the motion", parts)
 
 
-def _velocity(fixes: Fixes) -> np.ndarray:
-    """Differences of positions half a second before and after, (n, 3) m/s; level without a height."""
+def differenced(fixes: Fixes, interval_s: float = INTERVAL_S) -> np.ndarray:
+    """Differences of positions over an interval about each fix, (n, 3) m/s; level without a height."""
     rows = np.arange(len(fixes.time_s))
-    ahead = max(1, round(0.5 * INTERVAL_S / float(np.median(np.diff(fixes.time_s)))))
+    ahead = max(1, round(0.5 * interval_s / float(np.median(np.diff(fixes.time_s)))))
     pairs = np.maximum(rows - ahead, 0), np.minimum(rows + ahead, rows[-1])
     way_m = moved(fixes.latitude_rad, fixes.longitude_rad, fixes.height_m, pairs)
     return way_m / (fixes.time_s[pairs[1]] - fixes.time_s[pairs[0]])[:, None]
