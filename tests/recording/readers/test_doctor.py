@@ -170,16 +170,28 @@ def test_a_start_on_its_tail_expects_gravity_there(flight):
 
 
 @pytest.mark.parametrize(
-    ("shift_s", "said"), [(1000.0, "an overlap of 0 %"), (80.0, "overlap of 33 %"), (-90.0, "overlap of 25 %")]
+    ("from_s", "to_s", "said"), [(80.0, np.inf, "overlap of 33 %"), (-np.inf, 30.0, "overlap of 25 %")]
 )
-def test_streams_that_hardly_overlap(flight, shift_s, said):
-    moved = replace(flight, gps=replace(flight.gps, time_s=flight.gps.time_s + shift_s))
-    message = refusal(moved)
+def test_streams_that_hardly_overlap(flight, from_s, to_s, said):
+    inside = (flight.gps.time_s >= from_s) & (flight.gps.time_s <= to_s)
+    part = replace(flight, gps=flight.gps.rows(inside))
+    message = refusal(part)
     assert said in message and "check the clocks" in message
-    if "0 %" not in said:
-        assert "GPS covers" in notes(moved, overlap="short")
+    assert "GPS covers" in notes(part, overlap="short")
     with pytest.raises(UsageError, match="did you mean 'short'"):
-        examine(moved, {"overlap": "shorter"}, ALL_KEYS)
+        examine(part, {"overlap": "shorter"}, ALL_KEYS)
+
+
+def test_streams_that_do_not_overlap(flight):
+    moved = replace(flight, gps=replace(flight.gps, time_s=flight.gps.time_s + 1000.0))
+    assert "an overlap of 0 %" in refusal(moved)
+
+
+@pytest.mark.parametrize("late_s", [80.0, -90.0, 18.0])
+def test_stamps_of_another_clock_come_with_what_mends_them(flight, late_s):
+    moved = replace(flight, gps=replace(flight.gps, time_s=flight.gps.time_s + late_s))
+    message = refusal(moved)
+    assert "expected one clock" in message and f"--assume gps.time_offset_s={late_s + LATENCY_S:.2f}" in message
 
 
 def test_positions_in_another_unit_than_they_are_read_in(flight):

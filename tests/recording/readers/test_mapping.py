@@ -338,7 +338,7 @@ BAD = {
     "axes 'NE' are 2 columns, not 3": 'velocity = { columns = ["vn", "ve", "vd"], axes = "NE" }',
     "has neither position nor velocity nor attitude": "",
     "form 'w x y z' is 4 columns, not 3": 'attitude = { columns = ["qw", "qx", "qy"], form = "w x y z" }',
-    "'mph' is not known": 'velocity = { columns = ["vn", "ve"], axes = "NE", unit = "mph" }',
+    "'mach' is not known": 'velocity = { columns = ["vn", "ve"], axes = "NE", unit = "mach" }',
     "there is no column 'latt' in log.file; did": 'position = { columns = ["latt", "lon"], unit = "deg" }',
 }
 
