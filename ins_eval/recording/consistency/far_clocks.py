@@ -17,7 +17,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.signal import correlate, correlation_lags
+from scipy.fft import irfft, next_fast_len, rfft
 
 from ins_eval.earth import gravity
 from ins_eval.recording.consistency.alternatives import LIKELY, Finding, effective_share
@@ -120,9 +120,9 @@ def _squares(signal: _Signal, lags: np.ndarray) -> np.ndarray:
     x, y = signal.fixes, signal.imu
     if min(np.isfinite(x).sum(), np.isfinite(y).sum()) < FEWEST:
         return np.zeros(lags.size)
-    r, pairs = _correlations(x, y)
+    of, r, pairs = _correlations(x, y)
     square = np.where(pairs >= max(FEWEST, SHARE * np.isfinite(x).sum()), r**2, 0.0)
-    return np.interp(lags, correlation_lags(x.size, y.size) + signal.first, square, left=0.0, right=0.0)
+    return np.interp(lags, of + signal.first, square, left=0.0, right=0.0)
 
 
 def _counted(signal: _Signal, lag: int) -> float:
@@ -138,20 +138,26 @@ def _counted(signal: _Signal, lag: int) -> float:
     return float(left.size * effective_share(left))
 
 
-def _correlations(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The correlation of x (n,) with y (m,), where both are known, at every lag, and of how many pairs it is."""
-    known = [np.isfinite(one).astype(float) for one in (x, y)]
-    x, y = (np.where(np.isfinite(one), one - np.nanmean(one), 0.0) for one in (x, y))
+def _correlations(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lags, the correlation of x (n,) with y (m,) at each, where both are known, and of how many pairs it is."""
+    lags = np.arange(1 - y.size, x.size)
+    length = next_fast_len(lags.size, real=True)
+
+    def transformed(values: np.ndarray) -> list[np.ndarray]:
+        known = np.isfinite(values)
+        values = np.where(known, values - np.nanmean(values), 0.0)
+        return [rfft(one, length) for one in (known.astype(float), values, values**2)]
 
     def summed(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return correlate(a, b, method="fft")
+        return irfft(a * b.conj(), length)[lags]
 
-    n = np.maximum(summed(*known), 0.5)
-    sx, sy = summed(x, known[1]), summed(known[0], y)
-    xx, yy = summed(x**2, known[1]) - sx**2 / n, summed(known[0], y**2) - sy**2 / n
-    moved = (xx > HARDLY * (x**2).sum()) & (yy > HARDLY * (y**2).sum())
-    r = (summed(x, y) - sx * sy / n) / np.sqrt(np.where(moved, xx * yy, np.inf))
-    return np.clip(r, -1.0 + HARDLY, 1.0 - HARDLY), n
+    (one_x, x1, x2), (one_y, y1, y2) = transformed(x), transformed(y)
+    n = np.maximum(summed(one_x, one_y), 0.5)
+    sx, sy = summed(x1, one_y), summed(one_x, y1)
+    xx, yy = summed(x2, one_y) - sx**2 / n, summed(one_x, y2) - sy**2 / n
+    moved = (xx > HARDLY * x2[0].real) & (yy > HARDLY * y2[0].real)
+    r = (summed(x1, y1) - sx * sy / n) / np.sqrt(np.where(moved, xx * yy, np.inf))
+    return lags, np.clip(r, -1.0 + HARDLY, 1.0 - HARDLY), n
 
 
 def _finely(recording: Recording, fixes: Fixes, late_s: float) -> tuple[float, float]:
