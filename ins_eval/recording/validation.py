@@ -302,7 +302,8 @@ def _stuck(name: str, rows: np.ndarray, time_s: np.ndarray, step_s: float) -> li
     if runs[k] * step_s <= shortest_s or runs[k] <= CHANCE_RUN_FACTOR * max(chance, 1.0):
         return []
     end_s = time_s[edges[k + 1]]
-    return [f"The {name} channel holds one value for {runs[k] * step_s:.4g} s up to {end_s:.6g} s: stuck?"]
+    seen = f"the {name} channel holds one value for {runs[k] * step_s:.4g} s up to {end_s:.6g} s: stuck?"
+    return [f"{consistency.WARNING}{seen}"]
 
 
 def _saturated(name: str, values: np.ndarray) -> list[str]:

@@ -231,7 +231,7 @@ def test_stuck_dead_and_saturated_channels_are_noted_not_refused():
     low, high = (accelerometer[:, 0] == -2e-5).sum(), (accelerometer[:, 0] == 1e-5).sum()
     recording = validate(with_imu(parked(), gyro=gyro, accelerometer=accelerometer))
     assert recording.notes[1:] == (
-        "The gyro x channel holds one value for 3 s up to 8 s: stuck?",
+        "Warning: the gyro x channel holds one value for 3 s up to 8 s: stuck?",
         f"The accelerometer x channel is at its smallest value in {low} samples: saturated?",
         f"The accelerometer x channel is at its largest value in {high} samples: saturated?",
         "The accelerometer y channel holds one value throughout: dead, or an ideal simulation.",

@@ -21,7 +21,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from ins_eval.earth import gravity
 from ins_eval.recording.consistency.alternatives import LIKELY, Finding, effective_share
-from ins_eval.recording.consistency.clocks import PRIOR, WIDEST_S, clock_offset
+from ins_eval.recording.consistency.clocks import MOVING_MPS, PRIOR, WIDEST_S, clock_offset
 from ins_eval.recording.consistency.places import differenced
 from ins_eval.recording.consistency.track import without_missing_down
 from ins_eval.recording.consistency.windows import integrated
@@ -34,7 +34,6 @@ GRID_S = 1.0
 SPAN_S, SPAN_OF_POSITIONS_S = 1.0, 6.0
 FARTHEST_S = 600.0
 AGREES = 0.7  # correlation, of one at least: 0.9 and more in drives and flights that turn; by reasoning
-MOVING_MPS = 3.0  # slower, a course is noise
 SHARE = 0.5  # of the means, that must be left at a lag
 FEWEST = 60  # means
 HARDLY = 1e-9  # of the largest variance, below which nothing turns
