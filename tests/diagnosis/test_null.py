@@ -9,7 +9,7 @@ import pytest
 
 from ins_eval.diagnosis.answer.judge import judge
 from ins_eval.diagnosis.unnamed.disturbance import is_sure
-from ins_eval.diagnosis.unnamed.one_sensor import one_sensor
+from ins_eval.diagnosis.unnamed.one_sensor import _by_its_level, one_sensor
 from ins_eval.estimation import case as cases
 from ins_eval.policy import Policy
 from ins_eval.units import DEG_PER_H, STANDARD_GRAVITY, UG
@@ -18,8 +18,9 @@ from tests.ideal import RATE_HZ
 MOST_LOG_BAYES_FACTOR = 1.0
 SIGMAS = 2.0  # of each turn-on bias
 PARKED_S = 3600.0
-WAVE_UG, PERIOD_S = 40.0, 900.0  # less than a turn-on bias, and within what a sensor may wander
+WAVE_UG, PERIOD_S, LONG_PERIOD_S = 40.0, 900.0, 1500.0  # less than a turn-on bias, and within what a sensor may wander
 ROUNDING_NATS = 1.0
+POSITION_M, VELOCITY_MPS, RADIUS_M = 3.0, 0.05, 6.37e6
 
 
 OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in ("box", "wing-rock", "straight")]
@@ -43,6 +44,23 @@ def test_turn_on_biases_cost_a_parked_null_their_prior_and_no_more(recording_at_
     biased = replace(imu, accelerometer=imu.accelerometer + force * interval_s, gyro=imu.gyro + rate * interval_s)
     found = [cases.prepare(one).fitted().log_evidence for one in (parked, replace(parked, imu=biased))]
     assert 0.0 < found[0] - found[1] < 0.5 * 6 * SIGMAS**2 + ROUNDING_NATS
+
+
+def test_a_wave_that_looked_like_turning_gyros_is_of_one_accelerometer(flight) -> None:
+    """Across the track it leans as gyros with a large random walk do, which are no start from which it is found."""
+    rng, imu, gps = np.random.default_rng(3), flight.imu, flight.gps
+    count = gps.time_s.size
+    force = imu.accelerometer.copy()
+    force[:, 1] += 2.0 * WAVE_UG * UG / RATE_HZ * np.sin(2.0 * np.pi * imu.time_s / LONG_PERIOD_S)
+    fixes = replace(
+        gps,
+        latitude_rad=gps.latitude_rad + POSITION_M / RADIUS_M * rng.standard_normal(count),
+        longitude_rad=gps.longitude_rad + POSITION_M / RADIUS_M * rng.standard_normal(count),
+        velocity_n=gps.velocity_n + VELOCITY_MPS * rng.standard_normal((count, 3)),
+    )
+    case = cases.prepare(replace(flight, imu=replace(imu, accelerometer=force), gps=fixes))
+    found = _by_its_level(case, 0, case.fitted(hills=True), Policy())
+    assert found.interval.channel.name == "accelerometer.y" and is_sure(found, Policy())
 
 
 @pytest.mark.parametrize("wave_ug", [WAVE_UG, 0.0])

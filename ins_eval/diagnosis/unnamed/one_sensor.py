@@ -29,12 +29,13 @@ from ins_eval.estimation.noise_fit import WIDEST, Fitted
 from ins_eval.recording import PARKED
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from ins_eval.diagnosis.unnamed.locate import Interval
     from ins_eval.estimation.case import Case
     from ins_eval.policy import Policy
 
-# by how many `ALONE_SPREAD` the others are quieter than all seemed, and one is louder than they, where fits begin
-STARTS = ((1.0, 1.0), (0.0, 2.0))
+LOUDER = 2.0  # of `ALONE_SPREAD`, by which one sensor wanders more than is expected of it where a fit begins
 
 
 def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
@@ -69,18 +70,11 @@ def _in_windows(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | N
 
 
 def _by_its_level(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
-    """The sensor that wanders by a factor more than the others, or None.
-
-    A fit begins where that is the most probable of all `STARTS` of all sensors: where one is far louder the others are
-    as quiet as all seemed, where one is a little louder they are quieter.
-    """
-    free, best = case.noise.free, None
+    """The sensor that wanders by a factor more than the others, or None; the fit begins at the best of `_starts`."""
+    best = None
     for k in _may_be_alone(case):
-        level = OF_SENSORS[k // 3]
         alone = replace(case, noise=case.noise.with_one_alone(k))
-        for less, louder in STARTS:
-            lowered = np.where(np.array(free) == level, less * ALONE_SPREAD / case.noise.priors[level].spread, 0.0)
-            start = _at(alone, np.append(np.maximum(base.noise_point - lowered, -WIDEST), louder))
+        for start in (_at(alone, point) for point in _starts(case, base, OF_SENSORS[k // 3])):
             if best is None or start.log_evidence > best[0].log_evidence:
                 best = start, k, alone
     if best is None or best[0].log_evidence < base.log_evidence - policy.hopeless:
@@ -95,6 +89,22 @@ def _by_its_level(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect |
     if interval is None:
         return None
     return _suspect(r, interval, fitted.log_evidence - base.log_evidence, like_others, len(over), policy)
+
+
+def _starts(case: Case, base: Fitted, level: str) -> Iterator[np.ndarray]:
+    """Points at which one sensor of the kind `level` wanders more than the others.
+
+    The others by `ALONE_SPREAD` less than all seemed, and it as before; or the others as is expected, and it by two
+    spreads more, beside other noise as it seemed, or as is expected at the most: it has made random walks look large.
+    """
+    free = np.array(case.noise.free)
+    of_kind, expected = free == level, np.isin(free, (level, "wander_time"))
+    others = np.isin(free, (*OF_SENSORS, "velocity_random_walk", "angle_random_walk"))
+    less = np.where(of_kind, ALONE_SPREAD / case.noise.priors[level].spread, 0.0)
+    yield np.append(np.maximum(base.noise_point - less, -WIDEST), 1.0)
+    centred = np.where(expected, 0.0, base.noise_point)
+    yield np.append(centred, LOUDER)
+    yield np.append(np.where(others, np.minimum(centred, 0.0), centred), LOUDER)
 
 
 def _may_be_alone(case: Case) -> range:
