@@ -70,25 +70,37 @@ def _in_windows(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | N
 
 
 def _by_its_level(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
-    """The sensor that wanders by a factor more than the others, or None; the fit begins at the best of `_starts`."""
-    best = None
-    for k in _may_be_alone(case):
-        alone = replace(case, noise=case.noise.with_one_alone(k))
-        for start in (_at(alone, point) for point in _starts(case, base, OF_SENSORS[k // 3])):
-            if best is None or start.log_evidence > best[0].log_evidence:
-                best = start, k, alone
-    if best is None or best[0].log_evidence < base.log_evidence - policy.hopeless:
+    """The sensor that wanders by a factor more than the others, or None.
+
+    A fit begins at the best of `_starts`. Of a parked unit each of its three accelerometers is fitted: what a stand
+    leans and its gyros wander take up what one of them does, and until they follow no start looks better.
+    """
+    alone = {k: replace(case, noise=case.noise.with_one_alone(k)) for k in _may_be_alone(case)}
+    starts = {
+        k: max((_at(one, point) for point in _starts(case, base, OF_SENSORS[k // 3])), key=_height)
+        for k, one in alone.items()
+    }
+    if case.kind not in PARKED:
+        least = base.log_evidence - policy.hopeless
+        starts = dict(sorted(starts.items(), key=lambda one: _height(one[1]))[-1:])
+        starts = {k: one for k, one in starts.items() if one.log_evidence >= least}
+    found = [(k, alone[k].fitted((), one)) for k, one in starts.items()]
+    found = [(k, one) for k, one in found if one.noise_point[-1] > 0.0]  # else the others wander more
+    if not found:
         return None
-    start, k, alone = best
-    fitted = alone.fitted((), start)
+    k, fitted = max(found, key=lambda one: _height(one[1]))
     like_others = _at(case, fitted.noise_point[:-1])
     over, edges_s, whitened = of_windows(case, with_quiet_sensors(case, like_others.noise_point), sensors=True)
-    found = locate.scan(reduce(whitened, len(case.nuisances)), over, edges_s)
+    located = locate.scan(reduce(whitened, len(case.nuisances)), over, edges_s)
     sensor = f"{SENSORS[k // 3]}.{AXES[k % 3]}"
-    interval = next((one for one in found if one.channel.name == sensor), None)
+    interval = next((one for one in located if one.channel.name == sensor), None)
     if interval is None:
         return None
     return _suspect(r, interval, fitted.log_evidence - base.log_evidence, like_others, len(over), policy)
+
+
+def _height(fitted: Fitted) -> float:
+    return fitted.log_evidence
 
 
 def _starts(case: Case, base: Fitted, level: str) -> Iterator[np.ndarray]:
