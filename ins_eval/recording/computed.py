@@ -18,6 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from ins_eval.recording import Fixes
+from ins_eval.recording.consistency import WARNING
 from ins_eval.recording.consistency.alternatives import FEWEST
 from ins_eval.recording.consistency.track import moved
 
@@ -29,7 +30,7 @@ WAYS = ("the last interval", "the next interval", "both intervals beside")
 
 
 def without_computed(fixes: Fixes, table: str) -> tuple[Fixes, list[str]]:
-    """The fixes without velocities that were not measured, and a sentence on them."""
+    """The fixes without velocities that were not measured, and a warning of them."""
     known = np.flatnonzero(fixes.valid & np.isfinite(fixes.velocity_n[:, :2]).all(axis=1))
     velocity_n = fixes.velocity_n[known]
     moving = np.hypot(velocity_n[:, 0], velocity_n[:, 1]) > MOVING_MPS
@@ -37,14 +38,14 @@ def without_computed(fixes: Fixes, table: str) -> tuple[Fixes, list[str]]:
         return fixes, []
     if (said := _differences(fixes.rows(known), moving)) is not None:
         nothing = np.full_like(fixes.velocity_n, np.nan)
-        note = f"The velocities of {table} are differences of its positions over {said}; they tell nothing more, and "
-        return replace(fixes, velocity_n=nothing), [f"{note}are left out."]
+        seen = f"the velocities of {table} are differences of its positions over {said}; they tell nothing more"
+        return replace(fixes, velocity_n=nothing), [f"{WARNING}{seen}, and are left out."]
     down, height_m = velocity_n[moving, 2], fixes.height_m[known][moving]
     risen_m = float(np.ptp(height_m))
     if not down.any() and risen_m > RISEN_M:  # NaN counts as any
         left = fixes.velocity_n.copy()
         left[:, 2] = np.nan
-        seen = f"The velocity down of {table} is 0 in every fix, and heights change by {risen_m:.0f} m"
+        seen = f"{WARNING}the velocity down of {table} is 0 in every fix, and heights change by {risen_m:.0f} m"
         return replace(fixes, velocity_n=left), [f"{seen}; it counts as not measured."]
     return fixes, []
 

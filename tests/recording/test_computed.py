@@ -50,7 +50,7 @@ def computed(fixes: Fixes, way: str) -> Fixes:
 def test_differences_of_positions_are_no_velocities(way: str, sigma_m: float) -> None:
     left, (said,) = without_computed(computed(circle(sigma_m, 0.05), way), "gps")
     assert np.isnan(left.velocity_n).all()
-    assert said.startswith(f"The velocities of gps are differences of its positions over {way};")
+    assert said.startswith(f"Warning: the velocities of gps are differences of its positions over {way};")
 
 
 @pytest.mark.parametrize("rate_hz", [1.0, 10.0])
