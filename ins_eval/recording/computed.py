@@ -22,7 +22,7 @@ from ins_eval.recording.consistency import WARNING
 from ins_eval.recording.consistency.alternatives import FEWEST
 from ins_eval.recording.consistency.track import moved
 
-MOVING_MPS = 1.0
+MOVING_MPS = 1.0  # slower, a velocity says little either way; like the others here by reasoning
 RISEN_M = 5.0  # of heights, which no velocity down of 0 makes
 COMPUTED = 0.1  # of what the mean of both ends leaves: rounding of positions to a centimetre at 1 Hz
 TO_AND_FRO = -0.1  # correlation of second differences with the next: -3/4 and -2/5 of velocities from white noise

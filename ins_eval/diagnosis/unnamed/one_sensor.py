@@ -35,7 +35,9 @@ if TYPE_CHECKING:
     from ins_eval.estimation.case import Case
     from ins_eval.policy import Policy
 
-LOUDER = 2.0  # of `ALONE_SPREAD`, by which one sensor wanders more than is expected of it where a fit begins
+# of `ALONE_SPREAD`, by which one sensor wanders more than is expected of it where a fit begins: chosen on waves in
+# simulated recordings; only the begin of the climb depends on it
+LOUDER = 2.0
 
 
 def one_sensor(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:

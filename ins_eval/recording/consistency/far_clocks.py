@@ -29,10 +29,10 @@ from ins_eval.recording.consistency.windows import integrated
 if TYPE_CHECKING:
     from ins_eval.recording import Fixes, Recording
 
-GRID_S = 1.0
+GRID_S = 1.0  # of lags: clocks of the same log are off by whole seconds; the rest is found by `clocks`
 # over which velocities are differenced, and positions, which tell a course no sooner: by reasoning
 SPAN_S, SPAN_OF_POSITIONS_S = 1.0, 6.0
-FARTHEST_S = 600.0
+FARTHEST_S = 600.0  # farther, most of a log has nothing in common; by reasoning, as are the next
 AGREES = 0.7  # correlation, of one at least: 0.9 and more in drives and flights that turn; by reasoning
 SHARE = 0.5  # of the means, that must be left at a lag
 FEWEST = 60  # means
