@@ -35,6 +35,7 @@ def findings(recording: Recording) -> list[Finding]:
 
 
 def _of_motion(recording: Recording) -> Iterator[Finding]:
+    finite = _finite(recording.imu)
     for table in ("gps", "reference"):
         fixes = getattr(recording, table)
         if fixes is not None and fixes.valid.any():
@@ -42,20 +43,14 @@ def _of_motion(recording: Recording) -> Iterator[Finding]:
             found = [check_stamps(fixes, table), check_height(fixes, table)]
             if found[-1] is None:
                 found.append(check_baro(recording.imu, fixes, recording.start.height_m, table))
+            if finite:
+                found.append(check_far_clock(recording, fixes, table))
             yield from (one for one in found if one is not None)
-    if _finite(recording.imu):
-        yield from _of_clocks(recording)
+    if finite:
         yield from check_start(recording)
         yield from check_settling(recording)
         yield from check_rest(recording)
         yield from check_triads(recording)
-
-
-def _of_clocks(recording: Recording) -> Iterator[Finding]:
-    for table in ("gps", "reference"):
-        fixes = getattr(recording, table)
-        if fixes is not None and (found := check_far_clock(recording, fixes, table)):
-            yield found
 
 
 def report(

@@ -107,10 +107,11 @@ def _rates(time_s: np.ndarray, values: np.ndarray, start_s: float, span_s: float
     first = int(np.floor((time_s[0] - start_s) / GRID_S))
     middle_s = start_s + GRID_S * np.arange(first, int(np.ceil((time_s[-1] - start_s) / GRID_S)) + 1)
     gaps_s = np.diff(time_s, prepend=-np.inf, append=np.inf)
+    longest_s = max(2.0 * GRID_S, 1.5 * float(np.median(np.diff(time_s))))
     ends, whole = [], np.ones(middle_s.size, dtype=bool)
     for instants in (middle_s - 0.5 * span_s, middle_s + 0.5 * span_s):
         ends.append(np.column_stack([np.interp(instants, time_s, line) for line in values.T]))
-        whole &= gaps_s[np.searchsorted(time_s, instants)] <= max(2.0 * GRID_S, 1.5 * float(np.median(np.diff(time_s))))
+        whole &= gaps_s[np.searchsorted(time_s, instants)] <= longest_s
     return first, np.where(whole[:, None], (ends[1] - ends[0]) / span_s, np.nan)
 
 
