@@ -44,7 +44,7 @@ class Policy:
     remarkable: float = _chosen(0.5, REASONING, "probability of an interval up to which it is refitted")
     suspects: float = _chosen(2, REASONING, "intervals of a recording that are refitted")
     hopeless: float = _chosen(1.0, REASONING, "nats below the null from which a fit of the noise is not tried")
-    promising: float = _chosen(4.0, REASONING, "nats from which a dependence on motion has its noise fitted")
+    promising: float = _chosen(4.0, REASONING, "nats from which a dependence has its noise fitted")
     alone: float = _chosen(10.0, PLANNED_NULLS, "nats that one sensor must gain over all that wander alike")
     wander: float = _chosen(2.0, DEVELOPMENT, "prior sigmas beyond which a sensor's wander is no noise of its grade")
     stated: float = _chosen(2.0, REAL, "stated sigmas within which a receiver's slow position error is no mismatch")

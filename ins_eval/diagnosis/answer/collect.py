@@ -21,6 +21,7 @@ from ins_eval.diagnosis.answer.decision import explains, is_heard
 from ins_eval.diagnosis.answer.findings import Findings
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
+from ins_eval.diagnosis.unnamed.dependence import dependence
 from ins_eval.diagnosis.unnamed.disturbance import (
     intervals,
     is_sure,
@@ -30,7 +31,6 @@ from ins_eval.diagnosis.unnamed.disturbance import (
     within_grade,
 )
 from ins_eval.diagnosis.unnamed.mismatch import Mismatch, located
-from ins_eval.diagnosis.unnamed.motion_dependence import motion_dependence
 from ins_eval.diagnosis.unnamed.one_sensor import one_sensor
 from ins_eval.diagnosis.unnamed.where import where
 from ins_eval.effects.parts import SENSORS
@@ -152,7 +152,7 @@ def other_noise(
 
 def _alone(cases: Sequence[Case], null: Sequence[Fitted], policy: Policy) -> tuple[Suspect, ...]:
     """Disturbances without a name that are sure, each at a noise of its own; the one that gains most is last."""
-    found = [look(case, r, null[r], policy) for r, case in enumerate(cases) for look in (one_sensor, motion_dependence)]
+    found = [look(case, r, null[r], policy) for r, case in enumerate(cases) for look in (one_sensor, dependence)]
     sure = (one for one in found if one is not None and is_sure(one, policy))
     return tuple(sorted(sure, key=lambda one: one.gain))
 
