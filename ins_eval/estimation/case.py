@@ -26,6 +26,7 @@ from ins_eval.estimation.missing import filled_in
 from ins_eval.estimation.noise_fit import Ready, fit
 from ins_eval.estimation.whitening import Known, Whitened, known_at, whiten, with_more
 from ins_eval.recording import PARKED
+from ins_eval.recording.stuck import stuck
 from ins_eval.units import DEG_PER_H, UG
 
 if TYPE_CHECKING:
@@ -74,6 +75,7 @@ class Case:
     member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
     again: Again
     settled: arcs.Settled | None = None  # how it is navigated in arcs, without its increments
+    stuck: frozenset[str] = frozenset()  # sensors that do not measure for a part of it
     _known: dict[tuple, Known] = field(default_factory=dict, init=False, repr=False)  # of the last noise
     _anyway: dict[Blocks, Assembled] = field(default_factory=dict, init=False, repr=False)  # nuisances on blocks
 
@@ -235,6 +237,7 @@ def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Colum
         noise=noise.noise_model(navigated.recording.belief, model, seen, open_temperature.density, agitation, filled),
         outliers=outliers,
         epochs_s=model.interval_s,
+        stuck=stuck(recording),
         member=partial(member, navigated, model, given, slow),
         again=lambda effects, _near=None: prepare(
             replace(recording, belief=with_effects(recording.belief, effects)), folder

@@ -14,7 +14,7 @@ from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.errors import DataRefused
 from ins_eval.limits import BY_UNIT, OTHER, within
 from ins_eval.recording import PARKED, Fixes, Imu, Recording, consistency
-from ins_eval.recording.consistency.limits import ROUND_OFF, changes
+from ins_eval.recording.consistency.limits import ROUND_OFF
 from ins_eval.recording.consistency.rest import (
     EARTH_RATE_FACTOR,
     at_rest,
@@ -23,6 +23,7 @@ from ins_eval.recording.consistency.rest import (
     turns_as_the_earth,
 )
 from ins_eval.recording.stamps import LONGEST_STEP, gaps
+from ins_eval.recording.stuck import held
 from ins_eval.units import DEG, DEG_PER_H
 
 GRAVITY_TOLERANCE = 0.03  # of gravity: what the accelerometers of a navigator may be off by; by reasoning
@@ -33,9 +34,6 @@ LARGEST_TILT_DEG = 45.0  # between gravity as measured and as the start has it
 LARGEST_RATE_RADPS = BY_UNIT["radps"][1]
 LARGEST_SPECIFIC_FORCE_MPS2 = BY_UNIT["mps2"][1]
 LARGEST_PULSE_COUNT = 1e9
-STUCK_S = 1.0
-COARSE_STUCK_S = 30.0  # of a channel whose neighbours are mostly equal: smooth motion alone holds a count for seconds
-CHANCE_RUN_FACTOR = 5.0  # of the longest run of equal values that chance makes, beyond which it is not chance
 PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit
 CHANNELS = ("gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z")
 
@@ -281,28 +279,19 @@ def _suspicions(recording: Recording, step_s: float) -> list[str]:
             f"as much less, first after {imu.time_s[np.argmax(late)]:.6g} s: jitter, none is missing."
         )
     for name, values in zip(CHANNELS, (*imu.gyro.T, *imu.accelerometer.T), strict=True):
-        rows = changes(values, recording.interval_s)
-        notes += _stuck(name, rows, imu.time_s, step_s) + _saturated(name, values)
+        notes += _stuck(name, values, recording) + _saturated(name, values)
     return notes
 
 
-def _stuck(name: str, rows: np.ndarray, time_s: np.ndarray, step_s: float) -> list[str]:
-    """A run of one value, which changes after `rows`, far longer than the channel's resolution makes by chance.
-
-    If neighbours are equal with probability p, the longest run among n samples is about ln(n (1 - p)) / ln(1 / p).
-    """
-    if not rows.size:
-        return [f"The {name} channel holds one value throughout: dead, or an ideal simulation."]
-    edges = np.concatenate([[-1], rows, [len(time_s) - 1]])
-    runs = np.diff(edges)
-    equal = 1.0 - rows.size / (len(time_s) - 1)
-    chance = np.log(max(rows.size, 2)) / -np.log(equal) if equal > 0.0 else 1.0
-    k = int(np.argmax(runs))
-    shortest_s = COARSE_STUCK_S if equal > 0.5 else STUCK_S
-    if runs[k] * step_s <= shortest_s or runs[k] <= CHANCE_RUN_FACTOR * max(chance, 1.0):
+def _stuck(name: str, values: np.ndarray, recording: Recording) -> list[str]:
+    """A run of one value that is longer than chance makes."""
+    run, time_s = held(values, recording), recording.imu.time_s
+    if run is None:
         return []
-    end_s = time_s[edges[k + 1]]
-    seen = f"the {name} channel holds one value for {runs[k] * step_s:.4g} s up to {end_s:.6g} s: stuck?"
+    begin_s, end_s = run
+    if begin_s == time_s[0] and end_s == time_s[-1]:
+        return [f"The {name} channel holds one value throughout: dead, or an ideal simulation."]
+    seen = f"the {name} channel holds one value for {end_s - begin_s:.4g} s up to {end_s:.6g} s: stuck?"
     return [f"{consistency.WARNING}{seen}"]
 
 

@@ -36,7 +36,8 @@ from tests.diagnosis.linearisations import INFORMATION, NAMES, linearisation, ra
 
 PROBLEMS = 150
 SHRUNK = 0.1  # of a size, what a prior takes
-CASE = SimpleNamespace(believed=object(), kind="flight", name="flight")
+CASE = SimpleNamespace(believed=object(), kind="flight", name="flight", stuck=frozenset({"gyro.z"}))
+STUCK = SimpleNamespace(believed=object(), kind="flight", name="flight", stuck=frozenset({"accelerometer.x"}))
 PLACE = Mismatch(0, "gyro.x", "x", 0.0, 100.0, "", 9.0)
 NOTHING_LEFT, LEFT = UnnamedDisturbance(None, 0.0, 1.0), UnnamedDisturbance(PLACE, 40.0, 9.0)
 
@@ -90,6 +91,7 @@ BAD = [
     (invariants.predictive, replace(SOUND, held_out=SOUND.held_out | {"harm_nats": 6.0})),
     (invariants.predictive, replace(SOUND, held_out=SOUND.held_out | {"placebo_nats": 6.0})),
     (invariants.clearer, replace(BESIDE, effects=(replace(EFFECT, log_evidence_gain=ONE.space.cost + 4.0),))),
+    (invariants.measuring, replace(SOUND, cases=(CASE, STUCK))),
     (invariants.sized, spoiled(sigma=6.0)),
     (invariants.sized, spoiled(value=np.nan)),
     (invariants.sized, spoiled(hypothesis=hypothesis("accelerometer.scale"), value=1e9)),

@@ -11,6 +11,7 @@ from ins_eval.errors import DataRefused
 from ins_eval.readers.psins_text import read_imu_text
 from ins_eval.recording import Fixes, Imu, Recording, Start
 from ins_eval.recording.belief import Belief, GyroBelief
+from ins_eval.recording.stuck import stuck
 from ins_eval.recording.validation import validate
 
 LATITUDE_RAD = np.radians(45.0)
@@ -237,6 +238,14 @@ def test_stuck_dead_and_saturated_channels_are_noted_not_refused():
         "The accelerometer y channel holds one value throughout: dead, or an ideal simulation.",
     )
     assert validate(recording).notes == recording.notes
+
+
+@pytest.mark.parametrize(("share", "of"), [(0.03, set()), (0.3, {"gyro.x"}), (1.0, set())])
+def test_a_sensor_is_stuck_that_measures_in_the_rest(share, of):
+    """A channel that never changes may be an ideal simulation; one that rests for seconds of minutes hardly matters."""
+    gyro = parked().imu.gyro.copy()
+    gyro[: round(share * SAMPLES), 0] = gyro[0, 0]
+    assert stuck(with_imu(parked(), gyro=gyro)) == of
 
 
 def test_coarse_counts_are_neither_stuck_nor_saturated():

@@ -116,6 +116,15 @@ def leading(found: Diagnosis) -> Effects:
     return tuple(one for one in found.effects if any(one.hypothesis is of for of in above))
 
 
+def measuring(found: Diagnosis) -> Effects:
+    """An effect is of a sensor that measures all the time.
+
+    What is named of one that holds one value for a part of a recording describes that it does not measure.
+    """
+    stuck = frozenset[str]().union(*(case.stuck for case in found.cases))
+    return tuple(one for one in found.effects if one.hypothesis.candidate.channel in stuck)
+
+
 def sufficient(found: Diagnosis) -> Effects:
     """Where effects suffice, nothing significant is left.
 
@@ -156,6 +165,6 @@ def tells_one_story(found: Diagnosis) -> bool:
 
 
 NOTHING: tuple[Invariant, ...] = (accounting, sized)  # what violates them may be 0, or nothing that a sensor has
-OF_EFFECTS: tuple[Invariant, ...] = (probable, accounting, clearer, sized, leading)
+OF_EFFECTS: tuple[Invariant, ...] = (measuring, probable, accounting, clearer, sized, leading)
 OF_ANSWERS: tuple[Invariant, ...] = (few, predictive, sufficient, one_story)
 INVARIANTS = (*OF_EFFECTS, *OF_ANSWERS)
