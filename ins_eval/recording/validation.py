@@ -297,12 +297,14 @@ def _stuck(name: str, values: np.ndarray, recording: Recording) -> list[str]:
 
 def _saturated(name: str, values: np.ndarray) -> list[str]:
     """The largest or smallest value taken far more often than its neighbour: a limit of the converter."""
-    count = ROUND_OFF * max(float(np.abs(values).max()), 1e-300)
-    seen, counts = np.unique(np.rint(values / count), return_counts=True)
-    if len(seen) <= PILE_UP:
-        return []
-    return [
-        f"The {name} channel is at its {which} value in {counts[end]} samples: saturated?"
-        for which, end, inner in (("smallest", 0, 1), ("largest", -1, -2))
-        if counts[end] >= PILE_UP * counts[inner] and counts[end] >= PILE_UP
-    ]
+    counts = np.rint(values / (ROUND_OFF * max(float(np.abs(values).max()), 1e-300)))
+    found = []
+    for which, sided in (("smallest", -counts), ("largest", counts)):
+        at_end = sided == sided.max()
+        inner = sided[~at_end]
+        piled = np.count_nonzero(at_end)
+        if piled < PILE_UP or not inner.size or piled < PILE_UP * np.count_nonzero(inner == inner.max()):
+            continue
+        if len(np.unique(counts)) > PILE_UP:
+            found.append(f"The {name} channel is at its {which} value in {piled} samples: saturated?")
+    return found
