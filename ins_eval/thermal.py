@@ -13,7 +13,9 @@ from ins_eval.trajectory import Trajectory
 from ins_eval.units import HOUR
 
 AIR_HEAT_CAPACITY = 1004.7  # J/(kg K), dry air at constant pressure
-TROPOPAUSE_M = 11000.0  # ICAO standard atmosphere: no lapse above
+TROPOPAUSE_M = 11000.0  # ICAO standard atmosphere (Doc 7488): no lapse above
+# of its pressure: T(0) / lapse, g M / (R lapse), and R T / (g M) above the tropopause
+LAPSE_HEIGHT_M, PRESSURE_EXPONENT, SCALE_HEIGHT_M = 44331.0, 5.25588, 6341.6
 BEFORE_STEP_S = 60.0  # of the temperatures before switch-on
 
 
@@ -91,6 +93,15 @@ def thermometer_step(reading_c: np.ndarray) -> float:
     changes = np.abs(np.diff(reading_c, axis=0)).ravel()
     changes = changes[changes > 1e-9]
     return float(np.quantile(changes, 0.1)) if changes.size else 0.0
+
+
+def standard_pressure(height_m: np.ndarray) -> np.ndarray:
+    """Pressure of the standard atmosphere at `height_m` (n,), as a share of that at sea level, (n,).
+
+    (1 - h / 44331 m)^5.25588 up to 11 km, from there on isothermal. Source: ICAO Doc 7488.
+    """
+    below = (1.0 - np.minimum(height_m, TROPOPAUSE_M) / LAPSE_HEIGHT_M) ** PRESSURE_EXPONENT
+    return below * np.exp(-np.maximum(height_m - TROPOPAUSE_M, 0.0) / SCALE_HEIGHT_M)
 
 
 def imu_temperature(trajectory: Trajectory, period_s: float = 1.0) -> Temperature:

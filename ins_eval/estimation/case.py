@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -75,7 +75,7 @@ class Case:
     member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
     again: Again
     settled: arcs.Settled | None = None  # how it is navigated in arcs, without its increments
-    stuck: frozenset[str] = frozenset()  # sensors that do not measure for a part of it
+    stuck: Callable[[], dict[str, float]] = dict  # sensors that do not measure for a share of it; only answers ask
     _known: dict[tuple, Known] = field(default_factory=dict, init=False, repr=False)  # of the last noise
     _anyway: dict[Blocks, Assembled] = field(default_factory=dict, init=False, repr=False)  # nuisances on blocks
 
@@ -237,7 +237,7 @@ def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Colum
         noise=noise.noise_model(navigated.recording.belief, model, seen, open_temperature.density, agitation, filled),
         outliers=outliers,
         epochs_s=model.interval_s,
-        stuck=stuck(recording),
+        stuck=cache(partial(stuck, recording)),
         member=partial(member, navigated, model, given, slow),
         again=lambda effects, _near=None: prepare(
             replace(recording, belief=with_effects(recording.belief, effects)), folder

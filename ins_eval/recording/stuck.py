@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ins_eval.recording import Recording
@@ -10,38 +12,46 @@ from ins_eval.recording.consistency.limits import changes
 STUCK_S = 1.0
 COARSE_STUCK_S = 30.0  # of a channel whose neighbours are mostly equal: smooth motion alone holds a count for seconds
 CHANCE_RUN_FACTOR = 5.0  # of the longest run of equal values that chance makes, beyond which it is not chance
-MUCH = 0.05  # of a recording: then what is wrong with the sensor is that it does not measure; by reasoning
+TURNING = 0.3  # of the samples of what measures are turning points: 2 / 3 of white noise, few of a motion without noise
 
 
-def held(values: np.ndarray, recording: Recording) -> tuple[float, float] | None:
-    """From when to when a channel (n,) of a recording holds one value for longer than chance makes, in s, or None.
+class Run(NamedTuple):
+    """A run of one value, from when to when; `measures`: there is noise in the rest of the channel."""
 
-    If neighbours are equal with probability p, the longest run among n samples is about ln(n (1 - p)) / ln(1 / p).
-    What never changes is held from the first sample to the last.
+    begin_s: float
+    end_s: float
+    measures: bool
+
+
+def held(values: np.ndarray, recording: Recording) -> Run | None:
+    """The longest run of one value in a channel (n,) of a recording, where it is longer than chance makes.
+
+    If neighbours outside of it are equal with probability p, the longest run among n samples is about
+    ln(n (1 - p)) / ln(1 / p). What never changes is held from the first sample to the last.
     """
     time_s, n = recording.imu.time_s, len(values)
     rows = changes(values, recording.interval_s)
     if not rows.size:
-        return float(time_s[0]), float(time_s[-1])
+        return Run(float(time_s[0]), float(time_s[-1]), measures=False)
     edges = np.concatenate([[-1], rows, [n - 1]])
     runs = np.diff(edges)
-    equal = 1.0 - rows.size / (n - 1)
-    chance = np.log(max(rows.size, 2)) / -np.log(equal) if equal > 0.0 else 1.0
     k, step_s = int(np.argmax(runs)), float(np.median(np.diff(time_s)))
+    equal = 1.0 - rows.size / (n - runs[k])
+    chance = np.log(max(rows.size, 2)) / -np.log(equal) if equal > 0.0 else 1.0
     shortest_s = COARSE_STUCK_S if equal > 0.5 else STUCK_S
     if runs[k] * step_s <= shortest_s or runs[k] <= CHANCE_RUN_FACTOR * max(chance, 1.0):
         return None
     end_s = float(time_s[edges[k + 1]])
-    return end_s - float(runs[k]) * step_s, end_s
+    rest = np.diff(np.delete(values, slice(edges[k] + 1, edges[k + 1] + 1)))
+    turning = np.mean(rest[1:] * rest[:-1] < 0.0) if rest.size > 1 else 0.0
+    return Run(end_s - float(runs[k]) * step_s, end_s, measures=bool(turning > TURNING))
 
 
-def stuck(recording: Recording) -> frozenset[str]:
-    """The sensors, such as ``gyro.z``, that are stuck for `MUCH` of a recording and measure in the rest of it."""
-    imu, whole_s = recording.imu, float(recording.imu.time_s[-1] - recording.imu.time_s[0])
-    named = {
-        f"{sensor}.{axis}": getattr(imu, sensor)[:, k]
-        for sensor in ("gyro", "accelerometer")
-        for k, axis in enumerate("xyz")
+def stuck(recording: Recording) -> dict[str, float]:
+    """Sensors, such as ``gyro.z``, that measure but for a run of one value, and the share of the recording it takes."""
+    imu, whole_s = recording.imu, float(recording.imu.time_s[-1] - recording.start.time_s)
+    channels = {
+        f"{of}.{axis}": getattr(imu, of)[:, k] for of in ("gyro", "accelerometer") for k, axis in enumerate("xyz")
     }
-    runs = {name: run for name, values in named.items() if (run := held(values, recording)) is not None}
-    return frozenset(name for name, (begin, end) in runs.items() if MUCH * whole_s < end - begin < whole_s)
+    runs = {name: run for name, values in channels.items() if (run := held(values, recording)) and run.measures}
+    return {name: (run.end_s - run.begin_s) / whole_s for name, run in runs.items()}

@@ -288,7 +288,7 @@ def _stuck(name: str, values: np.ndarray, recording: Recording) -> list[str]:
     run, time_s = held(values, recording), recording.imu.time_s
     if run is None:
         return []
-    begin_s, end_s = run
+    begin_s, end_s, _ = run
     if begin_s == time_s[0] and end_s == time_s[-1]:
         return [f"The {name} channel holds one value throughout: dead, or an ideal simulation."]
     seen = f"the {name} channel holds one value for {end_s - begin_s:.4g} s up to {end_s:.6g} s: stuck?"

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.unnamed.dependence import PRESSURE, WARMING, dependence, standard_pressure
+from ins_eval.diagnosis.unnamed.dependence import PRESSURE, WARMING, dependence, second_derivative
 from ins_eval.diagnosis.unnamed.disturbance import is_sure
 from ins_eval.estimation import case as cases
 from ins_eval.policy import Policy
 from ins_eval.recording import Recording
+from ins_eval.thermal import standard_pressure
 from ins_eval.units import DEG_PER_H, UG
 from tests.ideal import RATE_HZ, ideal, mission
 
@@ -19,6 +20,7 @@ POSITION_M, VELOCITY_MPS, RADIUS_M = 3.0, 0.05, 6.37e6
 PUBLISHED_HPA = {0.0: 1013.25, 5000.0: 540.20, 11000.0: 226.32, 15000.0: 120.45, 20000.0: 54.75}  # ICAO Doc 7488
 OF_PUBLISHED = 2e-3
 HEADING_DEG_PER_H, PRESSURE_UG, WARMING_UG = 0.03, 300.0, 40.0
+LARGE_DEG_PER_H, WARM_S, OF_CURVE = 0.1, 1800.0, 1e-3
 COLDER_C, BEGIN_S, END_S, HOUSING_S = 25.0, 600.0, 3000.0, 60.0  # a fall of temperature that a housing rounds
 
 
@@ -75,6 +77,28 @@ def test_what_a_sensor_follows_is_found_where_it_follows_it(name: str, what: str
     assert sure is (of > 0.0)
     if of:
         assert (found.interval.channel.name, found.follows) == (sensor, what)
+
+
+def test_a_gyro_bias_on_a_straight_flight_follows_no_heading() -> None:
+    """Sine and cosine of a heading that is held are constants, and constants have a name."""
+    recording = with_fixes(ideal("straight"))
+    gyro = recording.imu.gyro.copy()
+    gyro[:, 1] += LARGE_DEG_PER_H * DEG_PER_H / RATE_HZ
+    case = cases.prepare(replace(recording, imu=replace(recording.imu, gyro=gyro)))
+    found = dependence(case, 0, case.fitted(hills=True), Policy())
+    assert found is None or found.follows not in ("heading", "twice the heading")
+
+
+@pytest.mark.parametrize(("values", "second"), [
+    (lambda t: np.full_like(t, 25.0), np.zeros_like),
+    (lambda t: 20.0 + 0.01 * t, np.zeros_like),
+    (lambda t: 25.0 * np.exp(-t / WARM_S), lambda t: 25.0 / WARM_S**2 * np.exp(-t / WARM_S)),
+])  # fmt: skip
+def test_a_second_derivative(values, second) -> None:
+    time_s = np.arange(3600.0)
+    inner = slice(200, -200)  # at its ends a curve goes on as it was
+    found, size = second_derivative(time_s, values(time_s))[inner], 25.0 / WARM_S**2
+    np.testing.assert_allclose(found, second(time_s)[inner], atol=OF_CURVE * size)
 
 
 def test_the_standard_atmosphere_is_the_published_one() -> None:

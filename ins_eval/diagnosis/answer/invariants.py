@@ -119,9 +119,10 @@ def leading(found: Diagnosis) -> Effects:
 def measuring(found: Diagnosis) -> Effects:
     """An effect is of a sensor that measures all the time.
 
-    What is named of one that holds one value for a part of a recording describes that it does not measure.
+    What is named of one that holds one value for more than `Policy.stuck` of any recording describes that it does not
+    measure there.
     """
-    stuck = frozenset[str]().union(*(case.stuck for case in found.cases))
+    stuck = {name for case in found.cases for name, share in case.stuck().items() if share > found.policy.stuck}
     return tuple(one for one in found.effects if one.hypothesis.candidate.channel in stuck)
 
 

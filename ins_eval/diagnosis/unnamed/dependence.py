@@ -2,15 +2,16 @@
 
 A receiver's height is wrong in proportion to height (troposphere, datum) and its velocity while it turns (its tracking
 loops lag); a sensor that feels the Earth's magnetic field errs with the sine of heading, or of twice the heading where
-iron around it is soft; an accelerometer that sticks errs with the side of its own input, one that is not tight with the
-pressure of the air, and one that is unevenly warm with what its rate of temperature does not tell: how that changes.
+iron around it is soft; an accelerometer that sticks errs with the sign of the force along it, one that is not tight
+with the pressure of the air, and one that is unevenly warm with how its rate of temperature changes.
 The vocabulary has no such effects, so they are no explanation: what is found says where an explanation has to be
 sought, and keeps named effects from taking its place.
 
-With drives u of unit root mean square, the error of a channel of size s is s (c u + ...): of a heading psi, sin(k psi)
-and cos(k psi); of a force f along the input axis, f / (|f| + `STICK`); of a height h, h - h(0) or p(h) - p(0) of the
-standard atmosphere; of a temperature T, its second derivative, smoothed over `SMOOTH_S`. Its evidence is that of
-`search`, at a noise of its own.
+With drives u the error of a channel of size s is s (c u + ...): of a heading psi, sin(k psi) and cos(k psi); of a force
+f along the input axis, f / (|f| + `STICK`); of a height h, h - h(0) or p(h) - p(0) of the standard atmosphere, since a
+first fix, or a calibration on the ground, holds what was there before; of a temperature T, its second derivative,
+smoothed over `SMOOTH_S`; the last three, and the turning, of unit root mean square. What hardly changes is a constant,
+and constants have names. Its evidence is that of `search`, at a noise of its own.
 
 Sources: Kaplan and Hegarty, Understanding GPS/GNSS (tracking loops, troposphere); IEEE Std 952 (magnetic sensitivity
 of a gyro); IEEE Std 528 (dead band); IEEE Std 1293 (pressure sensitivity of an accelerometer); ICAO Doc 7488 (standard
@@ -32,6 +33,7 @@ from ins_eval.diagnosis.unnamed.disturbance import Suspect, with_quiet_sensors
 from ins_eval.error_model.drives import source, strength
 from ins_eval.estimation.evidence import SCALES, Gained, log_evidence_of, mixture, reduce
 from ins_eval.recording import PARKED
+from ins_eval.thermal import standard_pressure
 from ins_eval.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -41,36 +43,37 @@ if TYPE_CHECKING:
     from ins_eval.estimation.noise_fit import Fitted
     from ins_eval.policy import Policy
 
-SIDE = "the side of its own input"
+SIGN = "the sign of the specific force along it"
 PRESSURE = "the pressure of the air at its height"
 WARMING = "how the rate of its temperature changes"
-FOLLOWED = {
+ANGLES = {"heading": 1.0, "twice the heading": 2.0}
+DRIVERS = {
     "gps": ("height", "turning"),
-    "accelerometer": ("heading", "twice the heading", SIDE, PRESSURE, WARMING),
-    "gyro": ("heading", "twice the heading", WARMING),
+    "accelerometer": (*ANGLES, SIGN, PRESSURE, WARMING),
+    "gyro": (*ANGLES, WARMING),
 }
-OF_AXIS = (SIDE, WARMING)  # what each axis has of its own
-FROM_START = ("height", "turning", PRESSURE)  # a first fix, or a calibration on the ground, holds what was there before
+OF_AXIS = (SIGN, WARMING)  # what each axis has of its own
 STICK = 0.02 * STANDARD_GRAVITY  # specific force within which what sticks turns from one side to the other
 SMOOTH_S = 30.0  # of a second derivative: below the minutes in which a housing warms, above a thermometer's readings
-# ICAO Doc 7488, up to the tropopause and above it
-LAPSE_HEIGHT_M, EXPONENT, TROPOPAUSE_M, SCALE_HEIGHT_M = 44331.0, 5.25588, 11000.0, 6341.6
+LEAST_CHANGE = 0.1  # of a drive, whose size is about 1: its standard deviation; by reasoning
 
 
 @dataclass(frozen=True)
 class Dependence:
-    """An error of `channel` that follows `what`."""
+    """An error of `channel` that follows a `driver`."""
 
     channel: Channel
-    what: str
+    driver: str
     columns: tuple[Column, ...]
 
 
 def dependence(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | None:
-    """The most probable channel of recording `r` that follows one of `FOLLOWED`; None where nothing moves."""
+    """The most probable channel of recording `r` that follows one of its `DRIVERS`; None where nothing moves."""
     if case.believed is None or case.kind in PARKED:
         return None
     tried = _forms(case)
+    if not tried:
+        return None
     known = slice(0, len(case.nuisances))
     cost = float(np.log(len(tried) / policy.odds)) + policy.alone
     columns = [column for one in tried for column in one.columns]
@@ -96,7 +99,7 @@ def dependence(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | No
     if not found:
         return None
     sigma = float(np.sqrt(2.0 * max(gained, 0.0)))
-    return Suspect(r, found[0], gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted, best.what)
+    return Suspect(r, found[0], gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted, best.driver)
 
 
 def _gain(a: np.ndarray, b: np.ndarray) -> Gained:
@@ -105,54 +108,52 @@ def _gain(a: np.ndarray, b: np.ndarray) -> Gained:
 
 
 def _forms(case: Case) -> list[Dependence]:
-    """Every channel with all that it may follow."""
+    """Every channel with every driver that it may follow and that changes."""
     found = []
     for channel in locate.channels(case):
-        for what in FOLLOWED.get(channel.name.partition(".")[0], ()):
-            if what == WARMING and case.temperature is None:
-                continue
-            names = _slow(case, channel, what)
-            found.append(Dependence(channel, what, tuple(channel.column(name) for name in names)))
+        for driver in DRIVERS.get(channel.name.partition(".")[0], ()):
+            drives = _drives(case, channel.axis, driver)
+            if any(np.std(values) > LEAST_CHANGE for _, values in drives):
+                names = _slow(case, drives, f"{driver} {channel.axis}" if driver in OF_AXIS else driver)
+                found.append(Dependence(channel, driver, tuple(channel.column(name) for name in names)))
     return found
 
 
-def _slow(case: Case, channel: Channel, what: str) -> list[str]:
-    """The names of the slow factors of what is followed."""
-    names = []
-    for k, (time_s, values) in enumerate(_drives(case, channel.axis, what)):
-        felt = values - values[0] if what in FROM_START else values
-        scaled = felt / max(float(np.sqrt(np.mean(felt**2))), 1e-12)
-        key = f"{what} {k}" + (f" {channel.axis}" if what in OF_AXIS else "")
-        names.append(case.slow.add(key, partial(np.interp, xp=time_s, fp=scaled), case.model))
-    return names
+def _slow(case: Case, drives: list[tuple[np.ndarray, np.ndarray]], key: str) -> list[str]:
+    """The names of the slow factors of the drives of one driver."""
+    each = [partial(np.interp, xp=time_s, fp=values) for time_s, values in drives]
+    return [case.slow.add(f"{key} {k}", of_time, case.model) for k, of_time in enumerate(each)]
 
 
-def _drives(case: Case, axis: str, what: str) -> list[tuple[np.ndarray, np.ndarray]]:
-    """What an error follows: instants and values."""
+def _drives(case: Case, axis: str, driver: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """What an error follows: instants and values; none of a temperature that was not recorded."""
     model, states = case.model, case.model.states
-    if what == SIDE:
+    if driver == SIGN:
         constant, driven = (model.integrals[:, source("accelerometer", "xyz".index(axis), of)] for of in ("1", "f"))
         force = strength(driven, constant)
         return [(model.middle_s, force / (np.abs(force) + STICK))]
-    if what == WARMING:
+    if driver == WARMING:
         seen = case.temperature
-        steps = SMOOTH_S / float(np.median(np.diff(seen.time_s)))
-        return [(seen.time_s, gaussian_filter1d(seen.smooth_c[:, "xyz".index(axis)], steps, order=2, mode="nearest"))]
+        if seen is None or seen.time_s.size < 3:
+            return []
+        return [(seen.time_s, _unit(second_derivative(seen.time_s, seen.smooth_c[:, "xyz".index(axis)])))]
     heading = np.unwrap(np.arctan2(states.mat_nb[:, 1, 0], states.mat_nb[:, 0, 0]))
-    if what == "height":
-        return [(model.nodes_s, states.height_m)]
-    if what == PRESSURE:
-        return [(model.nodes_s, standard_pressure(states.height_m))]
-    if what == "turning":
-        return [(model.nodes_s, np.gradient(heading, model.nodes_s))]
-    times = 2.0 if what == "twice the heading" else 1.0
-    return [(model.nodes_s, of(times * heading)) for of in (np.sin, np.cos)]
+    if driver in ANGLES:
+        return [(model.nodes_s, of(ANGLES[driver] * heading)) for of in (np.sin, np.cos)]
+    values = {
+        "height": states.height_m,
+        PRESSURE: standard_pressure(states.height_m),
+        "turning": np.gradient(heading, model.nodes_s),
+    }[driver]
+    return [(model.nodes_s, _unit(values - values[0]))]
 
 
-def standard_pressure(height_m: np.ndarray) -> np.ndarray:
-    """Pressure of the standard atmosphere at `height_m` (n,), as a share of that at sea level, (n,).
+def _unit(values: np.ndarray) -> np.ndarray:
+    """Values of unit root mean square."""
+    return values / max(float(np.sqrt(np.mean(values**2))), 1e-12)
 
-    (1 - h / 44331 m)^5.25588 up to 11 km, from there on isothermal.
-    """
-    below = (1.0 - np.minimum(height_m, TROPOPAUSE_M) / LAPSE_HEIGHT_M) ** EXPONENT
-    return below * np.exp(-np.maximum(height_m - TROPOPAUSE_M, 0.0) / SCALE_HEIGHT_M)
+
+def second_derivative(time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Of values (n,) on an even grid, smoothed over `SMOOTH_S`; 0 of a constant and of a straight line."""
+    rough = np.gradient(np.gradient(values, time_s), time_s)
+    return gaussian_filter1d(rough, SMOOTH_S / (time_s[1] - time_s[0]), mode="nearest")
