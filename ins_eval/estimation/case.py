@@ -163,8 +163,13 @@ def prepare(recording: Recording, folder: str | Path = ".", planned: bool = Fals
     believed = null.believe(recording, folder)
     if not planned and not (believed.time_s.size and _stays_small(believed)):  # arcs need no stretch to align on
         return _in_arcs(recording, folder, _settled(recording, folder, believed.found))
-    case = _around(recording, believed, nuisances(believed), folder)
-    return _in_arcs(recording, folder, _settled(recording, folder, believed.found)) if arcs.lost(case.seen) else case
+    try:
+        case = _around(recording, believed, nuisances(believed), folder)
+    except arcs.Diverged:  # farther than lost: a belief that leaves the Earth out does in hours
+        case = None
+    if case is None or arcs.lost(case.seen):
+        return _in_arcs(recording, folder, _settled(recording, folder, believed.found))
+    return case
 
 
 def _stays_small(believed: Believed) -> bool:

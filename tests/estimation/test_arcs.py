@@ -25,7 +25,7 @@ from ins_eval.estimation.evidence import log_evidence, reduce, sensitivity
 from ins_eval.estimation.noise import ALONE, ALONE_SPREAD
 from ins_eval.estimation.study import fit_noise
 from ins_eval.recording import Recording
-from ins_eval.recording.belief import EffectBelief
+from ins_eval.recording.belief import EarthBelief, EffectBelief
 from ins_eval.recording.validation import validate
 from ins_eval.strapdown import navigate
 from ins_eval.units import ARCSEC, DEG, DEG_PER_H, UG
@@ -224,6 +224,14 @@ def test_what_an_alignment_uses_up_is_navigated_in_arcs(ideal_recording, monkeyp
     found = cases.prepare(recording)
     assert len(found.believed.arcs) == len(expected.believed.arcs) > 3
     np.testing.assert_array_equal(found.seen.residual, expected.seen.residual)
+
+
+def test_what_is_believed_without_an_earth_is_navigated_in_arcs(ideal_recording) -> None:
+    """In one arc its solution is faster than anything after two hours."""
+    flight = ideal_recording("climb-cruise-landing")
+    flat = EarthBelief(rotation=False, coriolis=False, transport_rate=False)
+    case = cases.prepare(replace(flight, belief=flight.belief.model_copy(update={"earth": flat})))
+    assert case.settled is not None and not arcs.lost(case.seen)
 
 
 def test_an_experiment_that_an_alignment_uses_up_is_refused(recording_at_rest) -> None:
