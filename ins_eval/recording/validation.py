@@ -285,11 +285,11 @@ def _suspicions(recording: Recording, step_s: float) -> list[str]:
 
 def _stuck(name: str, values: np.ndarray, recording: Recording) -> list[str]:
     """A run of one value that is longer than chance makes."""
-    run, time_s = held(values, recording), recording.imu.time_s
+    run = held(values, recording)
     if run is None:
         return []
     begin_s, end_s, _ = run
-    if begin_s == time_s[0] and end_s == time_s[-1]:
+    if begin_s == recording.start.time_s and end_s == recording.imu.time_s[-1]:
         return [f"The {name} channel holds one value throughout: dead, or an ideal simulation."]
     seen = f"the {name} channel holds one value for {end_s - begin_s:.4g} s up to {end_s:.6g} s: stuck?"
     return [f"{consistency.WARNING}{seen}"]

@@ -53,8 +53,10 @@ DRIVERS = {
     "gyro": (*ANGLES, WARMING),
 }
 OF_AXIS = (SIGN, WARMING)  # what each axis has of its own
-STICK = 0.02 * STANDARD_GRAVITY  # specific force within which what sticks turns from one side to the other
-SMOOTH_S = 30.0  # of a second derivative: below the minutes in which a housing warms, above a thermometer's readings
+STICK = (
+    0.02 * STANDARD_GRAVITY
+)  # specific force within which what sticks turns from one side to the other; by reasoning
+SMOOTH_S = 30.0  # of a second derivative: below the minutes in which a housing warms, above its readings; by reasoning
 LEAST_CHANGE = 0.1  # of a drive, whose size is about 1: its standard deviation; by reasoning
 
 
