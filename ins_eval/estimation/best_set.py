@@ -1,5 +1,5 @@
-"""The most probable set of effects: where its search begins, search and noise and navigation in turn, and two searches
-put together.
+"""The most probable set of effects: where its search begins, search and noise and navigation in turn, two searches put
+together, and what is found beside the set at another noise.
 
 A search looks at linear sums around recordings as they were navigated, at one noise. So it is repeated where the set
 that was found is taken off and the noise is fitted beside it, until the set stays.
@@ -7,8 +7,9 @@ that was found is taken off and the noise is fitted beside it, until the set sta
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +19,7 @@ from ins_eval.estimation.linearisation import linearise, more_probable
 from ins_eval.estimation.placing import Point
 from ins_eval.estimation.refine import Impossible, refine
 from ins_eval.estimation.search import one_more, possible
-from ins_eval.estimation.study import Hypothesis, fit_noise
+from ins_eval.estimation.study import Hypothesis, fit_noise, sums
 
 if TYPE_CHECKING:
     from ins_eval.estimation.case import Case
@@ -155,13 +156,62 @@ def joined(cases: tuple[Case, ...], better: Linearisation, worse: Linearisation,
             members.append(int(best[family]))
     if len(members) == len(better.best.members):
         return better
-    try:
-        model = [better.hypotheses[k] for k in members]
-        point = np.append(better.where_it_was, np.zeros(len(members) - len(better.best.members)))
-        both = navigated_with(cases, model, better.fitted, point, policy, better.cases)
-    except Impossible:
-        return better
-    return both if more_probable(better, both) > 0.0 else better
+    both = _grown(cases, better, members, better.fitted, policy)
+    return better if both is None or more_probable(better, both) <= 0.0 else both
+
+
+def with_more(
+    cases: tuple[Case, ...],
+    linearisation: Linearisation,
+    noises: Callable[[Linearisation], Iterable[Sequence[Fitted]]],
+    policy: Policy,
+) -> Linearisation:
+    """The same with further effects, each found at one of the `noises` beside the set, where that is more probable.
+
+    The noise that is fitted beside a set takes up an effect that is missing in it, and there it gains little. So it is
+    sought where the sensors are quieter, and the set with it is compared at the noise that is fitted beside both.
+    """
+    for _ in range(ROUNDS):
+        found = (
+            _grown(cases, linearisation, [*linearisation.best.members, k], fitted, policy)
+            for k, fitted in _missing(linearisation, noises, policy).items()
+        )
+        sure = (one.sure(policy) for one in found if one is not None)
+        further = [one for one in sure if one.keys - linearisation.keys and more_probable(linearisation, one) > 0.0]
+        if not further:
+            break
+        linearisation = max(further, key=partial(more_probable, linearisation))
+    return linearisation
+
+
+def _missing(
+    one: Linearisation, noises: Callable[[Linearisation], Iterable[Sequence[Fitted]]], policy: Policy
+) -> dict[int, Sequence[Fitted]]:
+    """What gains most beside the set at each of the `noises`, where it is sure there, and the noise."""
+    found: dict[int, Sequence[Fitted]] = {}
+    members, space = one.best.members, one.space
+    for fitted in noises(one):
+        here = sums(one.cases, [noise.noise_point for noise in fitted], one.hypotheses, one.point)
+        gains, best = one_more(here.normal, here.projection, members, space)
+        family = int(np.argmax(gains))
+        k = int(best[family])
+        if (
+            gains[family] > space.cost + policy.sure
+            and possible(here.normal, here.projection, [*members, k], space).all()
+        ):
+            found.setdefault(k, fitted)
+    return found
+
+
+def _grown(
+    cases: Sequence[Case], one: Linearisation, members: Sequence[int], fitted: Sequence[Fitted], policy: Policy
+) -> Linearisation | None:
+    """Around the recordings navigated with `members`, of which the first are the best set; None where that fails."""
+    model = [one.hypotheses[k] for k in members]
+    point = np.append(one.where_it_was, np.zeros(len(members) - len(one.best.members)))
+    with suppress(Impossible):
+        return navigated_with(cases, model, fitted, point, policy, one.cases)
+    return None
 
 
 def _refined(cases: tuple[Case, ...], linearisation: Linearisation) -> tuple[Linearisation, Point]:

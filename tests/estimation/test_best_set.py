@@ -9,18 +9,29 @@ import numpy as np
 import pytest
 
 from ins_eval.estimation import best_set
-from ins_eval.estimation.best_set import SAME_NOISE, alike, at_own_noise, joined, navigated_with, searched
+from ins_eval.estimation.best_set import (
+    SAME_NOISE,
+    alike,
+    at_noise,
+    at_own_noise,
+    joined,
+    navigated_with,
+    searched,
+    with_more,
+)
 from ins_eval.estimation.case import Case, prepare
 from ins_eval.estimation.linearisation import Linearisation, linearise
+from ins_eval.estimation.noise_fit import Fitted
 from ins_eval.estimation.placing import Point
 from ins_eval.estimation.refine import _navigated, refine
-from ins_eval.estimation.search import explanation
+from ins_eval.estimation.search import explanation, one_more
 from ins_eval.estimation.study import Hypothesis, fit_noise
 from ins_eval.policy import Policy
 from ins_eval.units import UG
 
 LARGE_UG, SMALL_UG, AT_S = 200.0, 60.0, {"x": 1440.0, "y": 2160.0, "z": 960.0}
 SIGMAS = 4.0
+LOUD, QUIET = 3.0, -2.0  # prior sigmas of the wander
 SHORT = 0.3  # of the way to where a fit should end
 
 
@@ -61,6 +72,27 @@ def test_what_only_the_other_search_found_is_taken_with_its_size(stepped) -> Non
 def test_what_the_data_do_not_have_is_not_taken_from_the_other_search(stepped) -> None:
     better = with_steps(stepped, "zx")
     assert joined((stepped,), better, with_steps(stepped, "y"), Policy()) is better
+
+
+def at_wander(found: Linearisation, level: float) -> list[Fitted]:
+    """The noise beside a set where accelerometers wander so much, in prior sigmas."""
+    return [
+        replace(one, noise_point=np.where(np.array(case.noise.free) == "accelerometer_wander", level, one.noise_point))
+        for case, one in zip(found.cases, found.fitted, strict=True)
+    ]
+
+
+def test_what_the_wander_beside_a_set_takes_up_is_found_where_sensors_are_quiet(stepped) -> None:
+    """A step on x, of which nothing is left beside accelerometers that wander so much as to hold it."""
+    loud = at_noise(with_steps(stepped, "z"), at_wander(with_steps(stepped, "z"), LOUD), Policy()).own_first(1)
+    gains, _ = one_more(loud.here.normal, loud.here.projection, loud.best.members, loud.space)
+    assert gains.max() < loud.space.cost + Policy().sure
+    both = with_more((stepped,), loud, lambda one: [at_wander(one, QUIET)], Policy())
+    assert axes_of(both) == ["z", "x"]
+    mean, covariance = both.coefficients
+    nominal = both.chosen()[1].candidate.nominal
+    assert abs(mean[1] * nominal - SMALL_UG) < SIGMAS * nominal * np.sqrt(covariance[1, 1])
+    assert with_more((stepped,), both, lambda one: [at_wander(one, QUIET)], Policy()) is both
 
 
 def test_a_search_that_was_led_to_a_less_probable_set_comes_back(stepped, monkeypatch) -> None:

@@ -23,6 +23,7 @@ from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.adequacy import left_unexplained
 from ins_eval.diagnosis.unnamed.dependence import dependence
 from ins_eval.diagnosis.unnamed.disturbance import (
+    OF_SENSORS,
     intervals,
     is_sure,
     quieter,
@@ -43,6 +44,7 @@ from ins_eval.estimation.best_set import (
     joined,
     navigated_with,
     searched,
+    with_more,
 )
 from ins_eval.estimation.instants import innovations
 from ins_eval.estimation.linearisation import linearise, more_probable, on_common
@@ -91,6 +93,8 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
         better, worse = (other, linearisation) if more_probable(linearisation, other) > 0.0 else (linearisation, other)
         linearisation = joined(cases, better, worse, policy)
     linearisation = linearisation.sure(policy)
+    if linearisation.best.log_posterior > 0.0:
+        linearisation = with_more(cases, linearisation, quiet_kinds, policy)
     findings = Findings(
         cases=cases,
         null=null,
@@ -148,6 +152,18 @@ def other_noise(
         for one in alone:
             found[one.recording] = one.fitted
         yield found
+
+
+def quiet_kinds(linearisation: Linearisation) -> Iterator[list[Fitted]]:
+    """The noise beside the best set where one kind of sensor wanders little, as `quieter` has it, one at a time."""
+    for kind in OF_SENSORS:
+        quiet = [
+            replace(one, noise_point=np.where(np.array(case.noise.free) == kind, little, one.noise_point))
+            for case, one in zip(linearisation.cases, linearisation.fitted, strict=True)
+            for little in (quieter(case, one.noise_point),)
+        ]
+        if any((a.noise_point != b.noise_point).any() for a, b in zip(quiet, linearisation.fitted, strict=True)):
+            yield quiet
 
 
 def _alone(cases: Sequence[Case], null: Sequence[Fitted], policy: Policy) -> tuple[Suspect, ...]:
