@@ -160,7 +160,7 @@ def joined(cases: tuple[Case, ...], better: Linearisation, worse: Linearisation,
     return better if both is None or more_probable(better, both) <= 0.0 else both
 
 
-def with_more(
+def with_further(
     cases: tuple[Case, ...],
     linearisation: Linearisation,
     noises: Callable[[Linearisation], Iterable[Sequence[Fitted]]],
@@ -169,14 +169,14 @@ def with_more(
     """The same with further effects, each found at one of the `noises` beside the set, where that is more probable.
 
     The noise that is fitted beside a set takes up an effect that is missing in it, and there it gains little. So it is
-    sought where the sensors are quieter, and the set with it is compared at the noise that is fitted beside both.
+    sought where sensors are quieter, and each set is compared at the noise that is fitted beside it.
     """
     for _ in range(ROUNDS):
         found = (
             _grown(cases, linearisation, [*linearisation.best.members, k], fitted, policy)
             for k, fitted in _missing(linearisation, noises, policy).items()
         )
-        sure = (one.sure(policy) for one in found if one is not None)
+        sure = (one.sure(policy) for one in found if one is not None and one.settled)
         further = [one for one in sure if one.keys - linearisation.keys and more_probable(linearisation, one) > 0.0]
         if not further:
             break
@@ -187,18 +187,15 @@ def with_more(
 def _missing(
     one: Linearisation, noises: Callable[[Linearisation], Iterable[Sequence[Fitted]]], policy: Policy
 ) -> dict[int, Sequence[Fitted]]:
-    """What gains most beside the set at each of the `noises`, where it is sure there, and the noise."""
+    """What gains most beside the set at each of the `noises`, of what can be and is sure there, and the noise."""
     found: dict[int, Sequence[Fitted]] = {}
-    members, space = one.best.members, one.space
+    members = one.best.members
     for fitted in noises(one):
         here = sums(one.cases, [noise.noise_point for noise in fitted], one.hypotheses, one.point)
-        gains, best = one_more(here.normal, here.projection, members, space)
-        family = int(np.argmax(gains))
-        k = int(best[family])
-        if (
-            gains[family] > space.cost + policy.sure
-            and possible(here.normal, here.projection, [*members, k], space).all()
-        ):
+        gains, best = one_more(here.normal, here.projection, members, one.space)
+        sure = (int(best[f]) for f in np.argsort(gains)[::-1] if gains[f] > one.space.cost + policy.sure)
+        can_be = (k for k in sure if possible(here.normal, here.projection, [*members, k], one.space).all())
+        if (k := next(can_be, None)) is not None:
             found.setdefault(k, fitted)
     return found
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ins_eval.diagnosis.answer.collect import NEAR, _unnamed_near, other_noise, quiet_kinds
+from ins_eval.diagnosis.answer.collect import NEAR, _unnamed_near, other_noise, quiet_but_one
 from ins_eval.diagnosis.answer.decision import Decision, only_described, open_margin, outgained
 from ins_eval.diagnosis.answer.findings import Findings
 from ins_eval.diagnosis.answer.judge import exchanged
@@ -190,17 +190,18 @@ def test_the_search_goes_on_from_sensors_that_are_quiet_whatever_is_sure_alone(s
     assert found == [[QUIET, 0.5]] * (not coarse) + [[0.8, 0.1]] * sure_alone
 
 
-def test_one_kind_of_sensor_is_quiet_at_a_time_and_coarse_ones_are_never() -> None:
+def test_all_but_one_kind_of_sensor_are_quiet_and_coarse_ones_never() -> None:
     def points(deg_per_h: float, *at: float) -> list[list[float]]:
         belief = Belief(gyro=GyroBelief(bias_sigma_deg_per_h=deg_per_h))
         case = SimpleNamespace(
             believed=SimpleNamespace(recording=SimpleNamespace(belief=belief)),
             kind="flight",
-            noise=SimpleNamespace(free=("accelerometer_wander", "slow_attitude", "gyro_wander")),
+            noise=SimpleNamespace(free=("accelerometer_wander", "slow_attitude", "gyro_wander", "slow_position")),
         )
         found = SimpleNamespace(cases=[case], fitted=[Fitted(np.array(at), 0.0, None)])
-        return [one[0].noise_point.tolist() for one in quiet_kinds(found)]
+        return [one[0].noise_point.tolist() for one in quiet_but_one(found)]
 
-    assert points(GOOD_DEG_PER_H, 1.0, 0.5, 2.0) == [[QUIET, 0.5, 2.0], [1.0, 0.5, QUIET]]
-    assert points(GOOD_DEG_PER_H, QUIET - 1.0, 0.5, 2.0) == [[QUIET - 1.0, 0.5, QUIET]]
-    assert points(COARSE_DEG_PER_H, 1.0, 0.5, 2.0) == []
+    at = (1.0, 0.5, 2.0, 0.7)
+    assert points(GOOD_DEG_PER_H, *at) == [[1.0, QUIET, QUIET, 0.7], [QUIET, QUIET, 2.0, 0.7]]
+    assert points(GOOD_DEG_PER_H, 1.0, QUIET, QUIET, 0.7) == [[QUIET, QUIET, QUIET, 0.7]]
+    assert points(COARSE_DEG_PER_H, *at) == [[1.0, QUIET, 2.0, 0.7]]

@@ -17,7 +17,7 @@ from ins_eval.estimation.best_set import (
     joined,
     navigated_with,
     searched,
-    with_more,
+    with_further,
 )
 from ins_eval.estimation.case import Case, prepare
 from ins_eval.estimation.linearisation import Linearisation, linearise
@@ -87,12 +87,12 @@ def test_what_the_wander_beside_a_set_takes_up_is_found_where_sensors_are_quiet(
     loud = at_noise(with_steps(stepped, "z"), at_wander(with_steps(stepped, "z"), LOUD), Policy()).own_first(1)
     gains, _ = one_more(loud.here.normal, loud.here.projection, loud.best.members, loud.space)
     assert gains.max() < loud.space.cost + Policy().sure
-    both = with_more((stepped,), loud, lambda one: [at_wander(one, QUIET)], Policy())
+    both = with_further((stepped,), loud, lambda one: [at_wander(one, QUIET)], Policy())
     assert axes_of(both) == ["z", "x"]
     mean, covariance = both.coefficients
     nominal = both.chosen()[1].candidate.nominal
     assert abs(mean[1] * nominal - SMALL_UG) < SIGMAS * nominal * np.sqrt(covariance[1, 1])
-    assert with_more((stepped,), both, lambda one: [at_wander(one, QUIET)], Policy()) is both
+    assert with_further((stepped,), both, lambda one: [at_wander(one, QUIET)], Policy()) is both
 
 
 def test_a_search_that_was_led_to_a_less_probable_set_comes_back(stepped, monkeypatch) -> None:

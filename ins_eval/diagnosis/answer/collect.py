@@ -44,7 +44,7 @@ from ins_eval.estimation.best_set import (
     joined,
     navigated_with,
     searched,
-    with_more,
+    with_further,
 )
 from ins_eval.estimation.instants import innovations
 from ins_eval.estimation.linearisation import linearise, more_probable, on_common
@@ -94,7 +94,7 @@ def collect(cases: Sequence[Case], policy: Policy, progress: Callable[[str], Non
         linearisation = joined(cases, better, worse, policy)
     linearisation = linearisation.sure(policy)
     if linearisation.best.log_posterior > 0.0:
-        linearisation = with_more(cases, linearisation, quiet_kinds, policy)
+        linearisation = with_further(cases, linearisation, quiet_but_one, policy)
     findings = Findings(
         cases=cases,
         null=null,
@@ -141,29 +141,33 @@ def other_noise(
 
     What is wrong has made the sensors look noisy, and a slow error of a bench or a reference stands in for an effect.
     """
-    quiet = [
-        replace(one, noise_point=quieter(case, one.noise_point))
-        for case, one in zip(cases, linearisation.fitted, strict=True)
-    ]
-    if any((a.noise_point != b.noise_point).any() for a, b in zip(quiet, linearisation.fitted, strict=True)):
+    quiet = _quiet(cases, linearisation.fitted)
+    if quiet is not None:
         yield quiet
     if alone:
-        found = list(quiet)
+        found = list(quiet or linearisation.fitted)
         for one in alone:
             found[one.recording] = one.fitted
         yield found
 
 
-def quiet_kinds(linearisation: Linearisation) -> Iterator[list[Fitted]]:
-    """The noise beside the best set where one kind of sensor wanders little, as `quieter` has it, one at a time."""
-    for kind in OF_SENSORS:
-        quiet = [
-            replace(one, noise_point=np.where(np.array(case.noise.free) == kind, little, one.noise_point))
-            for case, one in zip(linearisation.cases, linearisation.fitted, strict=True)
-            for little in (quieter(case, one.noise_point),)
-        ]
-        if any((a.noise_point != b.noise_point).any() for a, b in zip(quiet, linearisation.fitted, strict=True)):
-            yield quiet
+def quiet_but_one(linearisation: Linearisation) -> list[list[Fitted]]:
+    """The noise beside the best set as `quieter` has it, but for one kind of sensor, where that differs."""
+    cases, fitted = linearisation.cases, linearisation.fitted
+    kept = [kind for kind in OF_SENSORS if any(kind in case.noise.free for case in cases)]
+    found = [quiet for kind in kept if (quiet := _quiet(cases, fitted, kind)) is not None]
+    return list({tuple(tuple(one.noise_point) for one in quiet): quiet for quiet in found}.values())
+
+
+def _quiet(cases: Sequence[Case], fitted: Sequence[Fitted], kept: str = "") -> list[Fitted] | None:
+    """The noise as `quieter` has it, but for the level `kept`; None where it is so already."""
+    points = [
+        np.where(np.array(case.noise.free) == kept, one.noise_point, quieter(case, one.noise_point))
+        for case, one in zip(cases, fitted, strict=True)
+    ]
+    if all((point == one.noise_point).all() for point, one in zip(points, fitted, strict=True)):
+        return None
+    return [replace(one, noise_point=point) for point, one in zip(points, fitted, strict=True)]
 
 
 def _alone(cases: Sequence[Case], null: Sequence[Fitted], policy: Policy) -> tuple[Suspect, ...]:
