@@ -31,6 +31,7 @@ from ins_eval.error_model.geometry import along, apart, moved, turn, turned
 from ins_eval.errors import DataRefused
 from ins_eval.estimation.noise import white, without_outliers
 from ins_eval.initialization import (
+    ACCELEROMETER_BIAS,
     GYRO_BIAS,
     HEADING_SIGMA_RAD,
     TILT_SIGMA_RAD,
@@ -68,6 +69,7 @@ CLOCK_S = 1e-3  # by which a node at an end of a stand may lie beyond it: far le
 # sigmas that the begins of arcs moved last: in real logs the next round moved them by a tenth of it, or, in one, by the
 # half sigma around which they swung in every round
 STEADY = 1.0
+SHOWN = 3.0  # of its sigmas, from which a bias is found to be there: by reasoning
 BEGIN = ("time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n", "attitude_rad")
 WALK_SHARE = 0.01  # of its wide sigma that a bias wanders in a minute
 WALK_SHARE_STANDING = 0.05  # of what is believed or found of it: a fifth that lasts for half an hour, as in `noise`
@@ -122,7 +124,7 @@ def settle(
             gyro_bias=found.gyro_bias_radps,
             stands=observations.stands(believed),
         )
-        biases = _biases(navigated, standing=bool(navigated.stands and begins.size))
+        biases = _biases(navigated, found, standing=bool(navigated.stands and begins.size))
         here = Settled(believed.start, navigated, found.walks, found.fix_scale, *biases)
     else:
         known = before.navigated
@@ -149,7 +151,9 @@ def settle(
         here = _begun(replace(here, navigated=replace(known, **biases)), states)
         if _stands(known):
             here = replace(here, bias_sigma=np.append(here.bias_sigma[:3], _of_gyros(here.navigated)))
-        if (np.abs(begins) < STEADY * sigma).all():
+        else:
+            here = replace(here, bias_sigma=_as_found(here.navigated, sigma[BIAS]))
+        if (np.abs(begins) < STEADY * sigma[STATE]).all():
             break
     if before is None and not null.begins_as_stated(recording, null.start_at(path, recording.start.time_s)):
         return replace(here, stated=here.navigated.start)  # how far a first guess was off costs nothing
@@ -178,11 +182,12 @@ def _stands(navigated: Believed) -> bool:
     return bool(navigated.stands and navigated.arcs)
 
 
-def _biases(navigated: Believed, standing: bool) -> tuple[np.ndarray, np.ndarray]:
+def _biases(navigated: Believed, found: Initialization, standing: bool) -> tuple[np.ndarray, np.ndarray]:
     """How large biases of accelerometers and gyros may be, and how far they may wander in a minute (6,)."""
     wide = np.repeat([WIDE_ACCELEROMETER_BIAS_MPS2, WIDE_GYRO_BIAS_RADPS], 3)
     if not standing:
-        return wide, WALK_SHARE * wide
+        sigma = np.concatenate([found.sigmas[ACCELEROMETER_BIAS], found.sigmas[GYRO_BIAS]])
+        return _as_found(navigated, sigma), WALK_SHARE * wide
     stated = UG * navigated.recording.belief.accelerometer.bias_sigma_ug
     force = np.maximum(stated, np.abs(navigated.force_bias))
     walk = WALK_SHARE_STANDING * np.concatenate([force, _of_gyros(navigated)])
@@ -193,6 +198,14 @@ def _of_gyros(navigated: Believed) -> np.ndarray:
     """Sigmas (3,) of the biases of gyros: as believed, or as large as they were found."""
     stated = DEG_PER_H * navigated.recording.belief.gyro.bias_sigma_deg_per_h
     return np.maximum(stated, np.abs(navigated.gyro_bias))
+
+
+def _as_found(navigated: Believed, sigma: np.ndarray) -> np.ndarray:
+    """Sigmas (6,) of biases: as believed, or as large as they were found where those of the fit show them."""
+    belief = navigated.recording.belief
+    stated = np.repeat([UG * belief.accelerometer.bias_sigma_ug, DEG_PER_H * belief.gyro.bias_sigma_deg_per_h], 3)
+    found = np.abs(np.concatenate([navigated.force_bias, navigated.gyro_bias]))
+    return np.where(found > SHOWN * sigma, np.maximum(stated, found), stated)
 
 
 def _largest_gyro_bias(believed: Believed, found: Initialization) -> float:
@@ -286,9 +299,10 @@ def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.
         here.bias_sigma, [DELAY_SIGMA_S], np.full(3, ARM_SIGMA_M), [0.0], PLACE_SIGMAS,
     ])[:states]  # fmt: skip
     begin = np.eye(states)[KNOWN]
-    if _stands(navigated):  # what is believed of start and biases, less what was taken off already
-        begin[STATE] = -apart([here.stated], model.states, [0])[0]
-        begin[BIAS] = -np.concatenate([navigated.force_bias, navigated.gyro_bias])
+    # what is believed of start and biases, less what was taken off already
+    begin[STATE] = -apart([here.stated], model.states, [0])[0]
+    begin[BIAS] = -np.concatenate([navigated.force_bias, navigated.gyro_bias])
+    if _stands(navigated):
         _place(navigated.stands, model.nodes_s, f, noise, h)
     scale = np.repeat([*here.fix_scale, 1.0], 3)
     level = np.maximum(white(seen)[0], scale * seen.sigma)
@@ -304,7 +318,7 @@ def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.
         np.diag(sigma**2),
         np.inf,
     )
-    return mean, np.sqrt(np.diag(covariance)[STATE])
+    return mean, np.sqrt(np.diag(covariance)[:DELAY])
 
 
 def _place(stands: Sequence[Stretch], nodes_s: np.ndarray, f: np.ndarray, noise: np.ndarray, h: np.ndarray) -> None:

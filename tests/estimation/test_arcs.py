@@ -14,21 +14,24 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from ins_eval.believed import believed
 from ins_eval.diagnosis.answer.verdict import Diagnosis
 from ins_eval.diagnosis.unnamed.disturbance import of_windows
 from ins_eval.diagnosis.unnamed.open_form import open_forms
+from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.error_model import null
 from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs
 from ins_eval.estimation import case as cases
+from ins_eval.estimation.description import _beyond_sensors
 from ins_eval.estimation.evidence import log_evidence, reduce, sensitivity
 from ins_eval.estimation.noise import ALONE, ALONE_SPREAD
 from ins_eval.estimation.study import fit_noise
-from ins_eval.recording import Recording
-from ins_eval.recording.belief import EarthBelief, EffectBelief
+from ins_eval.recording import Fixes, Imu, Recording, Start
+from ins_eval.recording.belief import AccelerometerBelief, Belief, EarthBelief, EffectBelief, GpsBelief, GyroBelief
 from ins_eval.recording.validation import validate
 from ins_eval.strapdown import navigate
-from ins_eval.units import ARCSEC, DEG, DEG_PER_H, UG
+from ins_eval.units import ARCSEC, DEG, DEG_PER_H, DEG_PER_SQRT_H, UG
 from tests.diagnosis.real_recordings import diagnosed, imported, values
 from tests.ideal import RATE_HZ
 
@@ -43,6 +46,7 @@ STAMPS_S, FIX_M, FIX_MPS = 0.05, 0.5, 0.05  # one sigma of stamps and of fixes
 LOUD, LOUDER = 4, 0.7  # gyro y, by so many prior sigmas more than the others
 AGREES, SLOPE_STEP = 0.35, 1e-3  # at one speed stamps and white noise look alike, and a part is counted twice
 DWELL_S, TURN_S, AS_IT_LIES_RAD = 200.0, 18.0, 0.01  # of a box on four sides; 3 mg in doubt are 3 mrad
+STANDING_DEG_PER_H, SAME_HEADING_RAD = 20.0, 1.0 * DEG
 AUTOPILOT_LATE_S = (0.21, 0.29)  # of positions, by the authors' filter; of velocities, by their increments
 
 
@@ -74,6 +78,58 @@ def climb(ideal_recording) -> Recording:
     gyro = whole.belief.gyro.model_copy(update={"bias_sigma_deg_per_h": 100.0})
     belief = whole.belief.model_copy(update={"gyro": gyro})
     return replace(whole, imu=imu, gps=fixes.rows(fix_rows), start=start, belief=belief)
+
+
+def stands_in_a_drive(seed: int) -> Recording:
+    """A unit of 20 deg/h that stands for five minutes in what is called a drive, and no start is stated."""
+    rng, n, roll_pitch = np.random.default_rng(seed), 300 * 25, np.radians([0.6, -1.1])
+    heading = rng.uniform(0.0, 2.0 * np.pi)
+    to_body = Rotation.from_euler("ZYX", [heading, roll_pitch[1], roll_pitch[0]]).inv()
+    latitude = 0.75
+    rate = to_body.apply(EARTH_RATE * np.array([np.cos(latitude), 0.0, -np.sin(latitude)]))
+    force = to_body.apply([0.0, 0.0, -float(gravity(latitude, 50.0))])
+    rate = rate + STANDING_DEG_PER_H * DEG_PER_H * rng.standard_normal(3)
+    force = force + 2000.0 * UG * rng.standard_normal(3)
+    white = 0.3 * DEG_PER_SQRT_H / 5.0, 100.0 * UG / 5.0
+    imu = Imu(
+        time_s=np.arange(1, n + 1) / 25.0,
+        gyro=rate / 25.0 + white[0] * rng.standard_normal((n, 3)),
+        accelerometer=force / 25.0 + white[1] * rng.standard_normal((n, 3)),
+        accelerometer_form="increment",
+    )
+    fixes = 300 * 5
+    north_m, east_m, down_m = 0.9 * rng.standard_normal((3, fixes)) + np.cumsum(
+        0.02 * rng.standard_normal((3, fixes)), axis=1
+    )
+    gps = Fixes(
+        np.arange(fixes) / 5.0,
+        latitude + north_m / 6.37e6,
+        0.1 + east_m / 4.66e6,
+        50.0 - down_m,
+        0.05 * rng.standard_normal((fixes, 3)),
+        np.ones(fixes, dtype=bool),
+    )
+    belief = Belief(
+        gyro=GyroBelief(bias_sigma_deg_per_h=STANDING_DEG_PER_H, angle_random_walk_deg_per_sqrt_h=0.3),
+        accelerometer=AccelerometerBelief(bias_sigma_ug=2000.0, velocity_random_walk_ug_per_sqrt_hz=100.0),
+        gps=GpsBelief(position_sigma_m=1.8, velocity_sigma_mps=0.05),
+    )
+    start = Start(0.0, latitude, 0.1, 50.0, position_sigma_m=2.0, velocity_sigma_mps=0.1)
+    return believed(Recording("stands", "drive", start, imu, gps=gps, belief=belief))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_nothing_shows_stays_as_it_is_believed(seed: int) -> None:
+    """Round by round a heading that nothing shows turned on, with a bias of 3000 deg/h, and a sign seemed wrong."""
+    recording = stands_in_a_drive(seed)
+    settled = arcs.settle(recording)
+    found = settled.navigated
+    headings = np.unwrap([one.attitude_rad[2] for one in (found.start, *found.arcs)])
+    assert len(headings) > 2
+    assert np.ptp(headings) < SAME_HEADING_RAD
+    sigma = recording.belief.gyro.bias_sigma_deg_per_h * DEG_PER_H
+    assert (np.abs(found.gyro_bias) < 3.0 * sigma).all()
+    assert _beyond_sensors(cases.prepare(recording)) == []
 
 
 def test_arcs_begin_where_samples_end_also_by_another_clock(ideal_recording) -> None:
