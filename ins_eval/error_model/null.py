@@ -14,6 +14,7 @@ from ins_eval.compensation.file import believed_model
 from ins_eval.earth import EARTH_RATE
 from ins_eval.effects import turned_start, without_effects
 from ins_eval.effects.reading import thermometers
+from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.geometry import turn
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import (
@@ -44,6 +45,8 @@ LARGEST_ATTITUDE_RAD = 10.0 * DEG  # 1 - cos of it is 1.5 %, which does not matt
 UNSTATED_LEVEL_SIGMA_RAD = 0.5 * DEG
 UNSTATED_HEADING_SIGMA_RAD = 2.0 * DEG
 LEAST_LEVEL_SIGMA_RAD = 5.0 * ARCSEC  # of a vehicle that settles after it was levelled
+# usual sizes of a misalignment that nobody looked for, and the most that one is; by reasoning
+LEANING, MOST_LEANING_RAD = 10.0, 0.02
 WIDE_POSITION_M, WIDE_VELOCITY_MPS = 30.0, 3.0  # of a start that the fixes are to find
 SWAY_MPS = 2e-3  # velocity of a vehicle that stands, at one instant
 
@@ -108,7 +111,7 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     start, sigma_n, shown = recording.start, None, None
     stand = beginning(recording, compensated) if finds_north else standstill_to_align_on(recording)
     if isinstance(stand, Initialization):  # what it found of the biases stays in: it is what a diagnosis looks for
-        start, sigma_n, shown, stand = stand.start, stand.sigmas[ATTITUDE], stand, None
+        start, sigma_n, shown, stand = stand.start, _found_sigma(stand, belief), stand, None
     elif stand is not None:
         rows = slice(*np.searchsorted(imu.time_s, [stand.start_s + 1e-6, stand.end_s + 1e-6]))
         at = replace(start, time_s=float(imu.time_s[rows.start - 1]) if rows.start else start.time_s)
@@ -127,6 +130,16 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     start = turned_start(start, belief)
     sigma_n = _given_sigma(start) if sigma_n is None else sigma_n
     return replace(_begun(recording, start, (gyro, velocity), sigma_n, folder), found=shown)
+
+
+def _found_sigma(found: Initialization, belief: Belief) -> np.ndarray:
+    """One sigma (3,) of an attitude that was found, with what accelerometers that lean across do to the heading.
+
+    The initialization knows their offsets and scales; it would take one that leans for another heading.
+    """
+    coarse = max(1.0, belief.accelerometer.bias_sigma_ug / VOCABULARY["accelerometer.bias"].nominal)
+    leaning = min(LEANING * coarse * 1e-6 * VOCABULARY["accelerometer.misalignment"].nominal, MOST_LEANING_RAD)
+    return np.hypot(found.sigmas[ATTITUDE], [0.0, 0.0, leaning])
 
 
 def begin_afresh(
