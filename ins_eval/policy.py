@@ -60,8 +60,10 @@ class Policy:
     most_of_one: float = _chosen(4, DEVELOPMENT, "effects of one sensor, constants aside, that explain something")
     unusual: float = _chosen(10.0, DEVELOPMENT, "usual sizes beyond which two effects of one sensor only describe it")
     returned: float = _chosen(3.0, REASONING, "sigmas within which two jumps cancel: one that returns")
-    stuck: float = _chosen(
-        0.05, REASONING, "share of a recording in which a sensor may hold one value and have an effect"
+    unmeasured: float = _chosen(
+        0.05,
+        REASONING,
+        "share of a recording in which a sensor with an effect may hold one value or be at a limit",
     )
     probable: float = _chosen(0.5, REASONING, "probability that an effect must have to be named")
     plain: float = _chosen(5.0, REAL, "sigmas from which an effect is named whatever stays unexplained beside it")

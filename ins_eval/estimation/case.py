@@ -26,7 +26,7 @@ from ins_eval.estimation.missing import filled_in
 from ins_eval.estimation.noise_fit import Ready, fit
 from ins_eval.estimation.whitening import Known, Whitened, known_at, whiten, with_more
 from ins_eval.recording import PARKED
-from ins_eval.recording.stuck import stuck
+from ins_eval.recording.stuck import unmeasured
 from ins_eval.units import DEG_PER_H, UG
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class Case:
     member: Callable[[str, str | None, Parameters], Candidate]  # any one effect, with further parameters of any value
     again: Again
     settled: arcs.Settled | None = None  # how it is navigated in arcs, without its increments
-    stuck: Callable[[], dict[str, float]] = dict  # sensors that do not measure for a share of it; only answers ask
+    unmeasured: Callable[[], dict[str, float]] = dict  # shares in which sensors do not measure; only answers ask
     _known: dict[tuple, Known] = field(default_factory=dict, init=False, repr=False)  # of the last noise
     _anyway: dict[Blocks, Assembled] = field(default_factory=dict, init=False, repr=False)  # nuisances on blocks
 
@@ -242,7 +242,7 @@ def _around(recording: Recording, navigated: Believed, uncertain: Sequence[Colum
         noise=noise.noise_model(navigated.recording.belief, model, seen, open_temperature.density, agitation, filled),
         outliers=outliers,
         epochs_s=model.interval_s,
-        stuck=cache(partial(stuck, recording)),
+        unmeasured=cache(partial(unmeasured, recording)),
         member=partial(member, navigated, model, given, slow),
         again=lambda effects, _near=None: prepare(
             replace(recording, belief=with_effects(recording.belief, effects)), folder

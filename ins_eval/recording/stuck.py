@@ -1,4 +1,4 @@
-"""Channels of the IMU that hold one value for longer than chance makes."""
+"""Channels of the IMU that hold one value for longer than chance makes, or are at a limit of their converter."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ins_eval.recording import Recording
-from ins_eval.recording.consistency.limits import changes
+from ins_eval.recording.consistency.limits import ROUND_OFF, changes
 
 STUCK_S = 1.0  # shorter, a channel may rest; by reasoning, as are the next
 COARSE_STUCK_S = 30.0  # of a channel whose neighbours are mostly equal: smooth motion alone holds a count for seconds
 CHANCE_RUN_FACTOR = 5.0  # of the longest run of equal values that chance makes, beyond which it is not chance
 TURNING = 0.3  # of the samples of what measures are turning points: 2 / 3 of white noise, few of a motion without noise
+PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit
 
 
 class Run(NamedTuple):
@@ -43,16 +44,45 @@ def held(values: np.ndarray, recording: Recording) -> Run | None:
     end_s = float(time_s[edges[k + 1]])
     if end_s - begin_s <= shortest_s or runs[k] <= CHANCE_RUN_FACTOR * max(chance, 1.0):
         return None
-    rest = np.diff(np.delete(values, slice(edges[k] + 1, edges[k + 1] + 1)))
-    turning = np.mean(rest[1:] * rest[:-1] < 0.0) if rest.size > 1 else 0.0
-    return Run(begin_s, end_s, measures=bool(turning > TURNING))
+    return Run(begin_s, end_s, _noisy(np.delete(values, slice(edges[k] + 1, edges[k + 1] + 1))))
 
 
-def stuck(recording: Recording) -> dict[str, float]:
-    """Sensors, such as ``gyro.z``, that measure but for a run of one value, and the share of the recording it takes."""
+def _noisy(values: np.ndarray) -> bool:
+    """Whether there is noise in what is left of a channel."""
+    steps = np.diff(values)
+    return bool(steps.size > 1 and np.mean(steps[1:] * steps[:-1] < 0.0) > TURNING)
+
+
+def saturated(values: np.ndarray) -> dict[str, int]:
+    """How many samples of a channel (n,) are its smallest and its largest value, where that is a converter's limit.
+
+    It is taken far more often than its neighbour there.
+    """
+    counts = np.rint(values / (ROUND_OFF * max(float(np.abs(values).max()), 1e-300)))
+    found = {}
+    for which, sided in (("smallest", -counts), ("largest", counts)):
+        at_end = sided == sided.max()
+        inner = sided[~at_end]
+        piled = int(np.count_nonzero(at_end))
+        if piled < PILE_UP or not inner.size or piled < PILE_UP * np.count_nonzero(inner == inner.max()):
+            continue
+        if len(np.unique(counts)) > PILE_UP:
+            found[which] = piled
+    return found
+
+
+def unmeasured(recording: Recording) -> dict[str, float]:
+    """Sensors, such as ``gyro.z``, that measure, and the share of the recording in which they do not.
+
+    There they hold one value, or are at a limit.
+    """
     imu, whole_s = recording.imu, float(recording.imu.time_s[-1] - recording.start.time_s)
-    channels = {
-        f"{of}.{axis}": getattr(imu, of)[:, k] for of in ("gyro", "accelerometer") for k, axis in enumerate("xyz")
-    }
-    runs = {name: run for name, values in channels.items() if (run := held(values, recording)) and run.measures}
-    return {name: (run.end_s - run.begin_s) / whole_s for name, run in runs.items()}
+    shares = {}
+    for of in ("gyro", "accelerometer"):
+        for axis, values in zip("xyz", getattr(imu, of).T, strict=True):
+            run, piled = held(values, recording), sum(saturated(values).values())
+            held_share = (run.end_s - run.begin_s) / whole_s if run is not None and run.measures else 0.0
+            inside = (values > values.min()) & (values < values.max())
+            piled_share = piled / values.size if piled and _noisy(values[inside]) else 0.0
+            shares[f"{of}.{axis}"] = max(held_share, piled_share)
+    return {name: share for name, share in shares.items() if share > 0.0}

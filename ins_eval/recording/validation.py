@@ -14,7 +14,6 @@ from ins_eval.earth import EARTH_RATE, gravity
 from ins_eval.errors import DataRefused
 from ins_eval.limits import BY_UNIT, OTHER, within
 from ins_eval.recording import PARKED, Fixes, Imu, Recording, consistency
-from ins_eval.recording.consistency.limits import ROUND_OFF
 from ins_eval.recording.consistency.rest import (
     EARTH_RATE_FACTOR,
     at_rest,
@@ -23,7 +22,7 @@ from ins_eval.recording.consistency.rest import (
     turns_as_the_earth,
 )
 from ins_eval.recording.stamps import LONGEST_STEP, gaps
-from ins_eval.recording.stuck import held
+from ins_eval.recording.stuck import held, saturated
 from ins_eval.units import DEG, DEG_PER_H
 
 GRAVITY_TOLERANCE = 0.03  # of gravity: what the accelerometers of a navigator may be off by; by reasoning
@@ -34,7 +33,6 @@ LARGEST_TILT_DEG = 45.0  # between gravity as measured and as the start has it
 LARGEST_RATE_RADPS = BY_UNIT["radps"][1]
 LARGEST_SPECIFIC_FORCE_MPS2 = BY_UNIT["mps2"][1]
 LARGEST_PULSE_COUNT = 1e9
-PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit
 CHANNELS = ("gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z")
 
 
@@ -296,15 +294,7 @@ def _stuck(name: str, values: np.ndarray, recording: Recording) -> list[str]:
 
 
 def _saturated(name: str, values: np.ndarray) -> list[str]:
-    """The largest or smallest value taken far more often than its neighbour: a limit of the converter."""
-    counts = np.rint(values / (ROUND_OFF * max(float(np.abs(values).max()), 1e-300)))
-    found = []
-    for which, sided in (("smallest", -counts), ("largest", counts)):
-        at_end = sided == sided.max()
-        inner = sided[~at_end]
-        piled = np.count_nonzero(at_end)
-        if piled < PILE_UP or not inner.size or piled < PILE_UP * np.count_nonzero(inner == inner.max()):
-            continue
-        if len(np.unique(counts)) > PILE_UP:
-            found.append(f"The {name} channel is at its {which} value in {piled} samples: saturated?")
-    return found
+    return [
+        f"{consistency.WARNING}the {name} channel is at its {which} value in {piled} samples: saturated?"
+        for which, piled in saturated(values).items()
+    ]

@@ -36,8 +36,8 @@ from tests.diagnosis.linearisations import INFORMATION, NAMES, linearisation, ra
 
 PROBLEMS = 150
 SHRUNK = 0.1  # of a size, what a prior takes
-CASE = SimpleNamespace(believed=object(), kind="flight", name="flight", stuck=lambda: {"gyro.z": 1.0})
-STUCK = SimpleNamespace(believed=object(), kind="flight", name="flight", stuck=lambda: {"accelerometer.x": 0.06})
+CASE = SimpleNamespace(believed=object(), kind="flight", name="flight", unmeasured=lambda: {"gyro.z": 1.0})
+STUCK = SimpleNamespace(believed=object(), kind="flight", name="flight", unmeasured=lambda: {"accelerometer.x": 0.06})
 PLACE = Mismatch(0, "gyro.x", "x", 0.0, 100.0, "", 9.0)
 NOTHING_LEFT, LEFT = UnnamedDisturbance(None, 0.0, 1.0), UnnamedDisturbance(PLACE, 40.0, 9.0)
 

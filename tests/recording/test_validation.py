@@ -11,7 +11,7 @@ from ins_eval.errors import DataRefused
 from ins_eval.readers.psins_text import read_imu_text
 from ins_eval.recording import Fixes, Imu, Recording, Start
 from ins_eval.recording.belief import Belief, GyroBelief
-from ins_eval.recording.stuck import stuck
+from ins_eval.recording.stuck import unmeasured
 from ins_eval.recording.validation import validate
 from tests.ideal import ideal
 
@@ -234,8 +234,8 @@ def test_stuck_dead_and_saturated_channels_are_noted_not_refused():
     recording = validate(with_imu(parked(), gyro=gyro, accelerometer=accelerometer))
     assert recording.notes[1:] == (
         "Warning: the gyro x channel holds one value for 3 s up to 8 s: stuck?",
-        f"The accelerometer x channel is at its smallest value in {low} samples: saturated?",
-        f"The accelerometer x channel is at its largest value in {high} samples: saturated?",
+        f"Warning: the accelerometer x channel is at its smallest value in {low} samples: saturated?",
+        f"Warning: the accelerometer x channel is at its largest value in {high} samples: saturated?",
         "The accelerometer y channel holds one value throughout: dead, or an ideal simulation.",
     )
     assert validate(recording).notes == recording.notes
@@ -247,11 +247,23 @@ def test_a_sensor_is_stuck_that_measures_in_the_rest(share):
     gyro = parked().imu.gyro.copy()
     gyro[: round(share * SAMPLES), 0] = gyro[0, 0]
     expected = {} if share == 1.0 else {"gyro.x": pytest.approx(share, abs=2.0 / SAMPLES)}
-    assert stuck(with_imu(parked(), gyro=gyro)) == expected
+    assert unmeasured(with_imu(parked(), gyro=gyro)) == expected
 
 
-def test_a_motion_without_noise_is_not_stuck():
-    assert stuck(ideal("climb-cruise-landing")) == {}
+def test_a_sensor_does_not_measure_at_its_limits():
+    accelerometer = parked().imu.accelerometer.copy()
+    low, high = np.quantile(accelerometer[:, 0], [0.1, 0.8])
+    accelerometer[:, 0] = np.clip(accelerometer[:, 0], low, high)
+    found = unmeasured(with_imu(parked(), accelerometer=accelerometer))
+    assert found == {"accelerometer.x": pytest.approx(0.3, abs=2.0 / SAMPLES)}
+
+
+def test_a_motion_without_noise_is_neither_stuck_nor_at_a_limit():
+    recording = ideal("climb-cruise-landing")
+    assert unmeasured(recording) == {}
+    gyro = recording.imu.gyro.copy()
+    gyro[:, 2] = np.clip(gyro[:, 2], *(0.5 * np.array([gyro[:, 2].min(), gyro[:, 2].max()])))
+    assert unmeasured(with_imu(recording, gyro=gyro)) == {}
 
 
 def test_coarse_counts_are_neither_stuck_nor_saturated():

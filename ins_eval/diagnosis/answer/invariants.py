@@ -119,11 +119,12 @@ def leading(found: Diagnosis) -> Effects:
 def measuring(found: Diagnosis) -> Effects:
     """An effect is of a sensor that measures all the time.
 
-    What is named of one that holds one value for more than `Policy.stuck` of any recording describes that it does not
-    measure there.
+    What is named of one that holds one value, or is at a limit, for more than `Policy.unmeasured` of any recording
+    describes that it does not measure there.
     """
-    stuck = {name for case in found.cases for name, share in case.stuck().items() if share > found.policy.stuck}
-    return tuple(one for one in found.effects if one.hypothesis.candidate.channel in stuck)
+    most = found.policy.unmeasured
+    blind = {name for case in found.cases for name, share in case.unmeasured().items() if share > most}
+    return tuple(one for one in found.effects if one.hypothesis.candidate.channel in blind)
 
 
 def sufficient(found: Diagnosis) -> Effects:
