@@ -29,7 +29,7 @@ from ins_eval.recording import PARKED, ChamberReadings, Recording, consistency
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, BEYOND_DOUBT, COUNTED, Finding, mistakes
 from ins_eval.recording.consistency.rest import check_chamber
-from ins_eval.recording.mending import AXES, ENU, SENSORS, mended, mended_chamber
+from ins_eval.recording.mending import AXES, ENU, MAGNETIC, SENSORS, mended, mended_chamber
 from ins_eval.units import DEG, DEG_PER_H, PPM, STANDARD_GRAVITY
 
 REFUTED = "navigated, what was read is no less probable"
@@ -200,6 +200,8 @@ def wrong_descriptions_of_chamber(
 
 def _wrong(effect: EffectBelief, found: Finding) -> WrongDescription:
     sigma = found.late[1] if found.late else found.jump[2] if found.jump else 0.0
+    if found.turned is not None:
+        sigma = found.turned[1] / DEG
     return WrongDescription(effect, float(np.nan_to_num(found.log_odds, posinf=COUNTED)), found.seen, sigma)
 
 
@@ -282,6 +284,8 @@ def _of_fixes(found: Finding) -> EffectBelief | None:
             return EffectBelief(name="recording.gps_velocity", axis="down", value=-1.0)
         if np.array_equal(found.matrix[:2, :2], EAST_NORTH):  # level motion does not tell the third
             return EffectBelief(name="recording.reference_frame", value=0.0, frame_found=ENU)
+    if found.turned is not None:
+        return EffectBelief(name="recording.reference_frame", value=-found.turned[0] / DEG, frame_found=MAGNETIC)
     if found.jump is not None:
         at_s, late_s, _ = found.jump
         return EffectBelief(name="recording.clock_step", value=-late_s, at_s=at_s)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ins_eval.errors import UsageError
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording
@@ -150,6 +151,6 @@ def _steady(recording: Recording, ppm: float) -> Recording:
 def _reframed(fixes: Fixes, one: EffectBelief) -> Fixes:
     if one.frame_found == ENU:
         return replace(fixes, velocity_n=fixes.velocity_n @ ENU_TO_NED.T)
-    if fixes.attitude_rad is None:
-        return fixes
+    if fixes.attitude_rad is None:  # its heading is its course
+        return replace(fixes, velocity_n=Rotation.from_euler("Z", -one.value * DEG).apply(fixes.velocity_n))
     return replace(fixes, attitude_rad=fixes.attitude_rad - np.array([0.0, 0.0, one.value * DEG]))

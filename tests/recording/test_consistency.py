@@ -21,6 +21,7 @@ from ins_eval.recording.consistency.alternatives import (
     equations,
     order_scores,
 )
+from ins_eval.recording.consistency.course import check_course
 from ins_eval.recording.consistency.limits import LIMITS, check_limits, check_outliers, without_jumps
 from ins_eval.recording.consistency.track import (
     HEIGHT_UNITS,
@@ -34,9 +35,11 @@ from ins_eval.recording.consistency.windows import HANDED, RELATIVE
 from tests.recording import corpus
 
 NOISY_M = 5.0
+SIGMAS = 4.0
 RADIUS_M, LATITUDE, LONGITUDE = 6.37e6, 0.7, 0.3
 JUMPS, JITTER_S = 30, 3e-3
 SIZE_TOLERANCE = 1e-9
+TURN_DEG, LATE_S = 12.0, 0.4
 AT_SPEED_MPS = 600.0  # of fixes five times a second
 
 
@@ -162,6 +165,52 @@ def test_a_place_that_does_not_move_tells_nothing_and_that_is_said():
     )
     (found,) = check_track(still, "gps")
     assert not found.decided and "does not determine the north velocity" in found.seen
+
+
+def winding(turn_deg: float = 0.0, late_s: float = 0.0) -> Fixes:
+    """A level way that winds, driven faster and slower; its velocities are turned to the right, and late."""
+    rng, t = np.random.default_rng(3), np.arange(0.0, 240.0, 0.2)
+
+    def velocity(t: np.ndarray) -> np.ndarray:
+        speed, course = 9.0 + 4.0 * np.sin(t / 11.0), 1.5 * np.sin(t / 13.0) + t / 90.0
+        return np.column_stack([speed * np.cos(course), speed * np.sin(course)])
+
+    fine_s = np.arange(0.0, t[-1] + 0.01, 0.01)
+    way = np.vstack([np.zeros(2), np.cumsum(0.01 * velocity(fine_s[:-1] + 0.005), axis=0)])
+    north, east = (np.interp(t, fine_s, column) + 0.5 * rng.standard_normal(t.size) for column in way.T)
+    angle = np.radians(turn_deg)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    shown = velocity(t - late_s) @ turn.T + 0.05 * rng.standard_normal((t.size, 2))
+    place = LATITUDE + north / RADIUS_M, LONGITUDE + east / (RADIUS_M * np.cos(LATITUDE)), np.zeros(t.size)
+    return Fixes(t, *place, np.column_stack([shown, np.zeros(t.size)]), np.ones(t.size, dtype=bool))
+
+
+@pytest.mark.parametrize(("turn_deg", "side"), [(TURN_DEG, "left"), (-TURN_DEG, "right")])
+def test_velocities_from_another_north_are_named(turn_deg, side):
+    (found,) = check_course(winding(turn_deg), "gps", alone=True)
+    angle, sigma = np.degrees(found.turned)
+    assert abs(angle + turn_deg) < SIGMAS * sigma < 1.0
+    assert f"to the {side} of the velocities" in found.seen and found.log_odds > BEYOND_DOUBT
+    (beside,) = check_course(winding(turn_deg), "gps", alone=False)
+    assert beside.turned is None
+
+
+@pytest.mark.parametrize(("late_s", "older"), [(LATE_S, "older"), (-LATE_S, "younger")])
+def test_velocities_of_another_instant_are_warned_of_and_not_refused(late_s, older):
+    (found,) = check_course(winding(late_s=late_s), "gps", alone=True)
+    assert f"{older} than the positions" in found.seen and found.log_odds <= BEYOND_DOUBT
+    words = found.seen.split()
+    assert abs(float(words[4]) - abs(late_s)) < SIGMAS * float(words[6])
+
+
+def test_where_course_and_age_agree_or_look_alike_nothing_is_said():
+    """On a circle at one speed a turn is a delay."""
+    assert list(check_course(winding(), "gps", alone=True)) == []
+    turned = circle()
+    speed = turned.velocity_n[:, 0] + 1j * turned.velocity_n[:, 1]
+    speed = speed * np.exp(1j * np.radians(TURN_DEG))
+    turned.velocity_n[:, 0], turned.velocity_n[:, 1] = speed.real, speed.imag
+    assert list(check_course(turned, "gps", alone=True)) == []
 
 
 @pytest.mark.parametrize(("at_s", "size_s"), [(30.0, 0.3), (80.0, 0.5)])
@@ -369,6 +418,12 @@ def test_a_lever_arm_and_a_temperature_beyond_the_limits():
     assert "lever_arm_m is 1e+06 m long" in found.seen
     (found,) = check_limits(recording(temperature_c=np.full(6000, 2.0 * LIMITS["temperature"][1])))
     assert "and 5999 more, expected -150 to 500" in found.seen
+
+
+def test_a_thermometer_in_kelvin_is_doubted_and_not_refused():
+    (found,) = check_limits(recording(temperature_c=np.full(6000, 295.0)))
+    assert "in kelvin they were 21.85 degC" in found.seen and found.decided and found.log_odds < BEYOND_DOUBT
+    assert list(check_limits(recording(temperature_c=np.full(6000, 85.0)))) == []
 
 
 # ------------------------------------------------------------------------------------------------ to insist

@@ -11,8 +11,9 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 import numpy as np
 
 from ins_eval.errors import DataRefused
-from ins_eval.recording import Imu, Recording
+from ins_eval.recording import Fixes, Imu, Recording
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
+from ins_eval.recording.consistency.course import check_course, turned
 from ins_eval.recording.consistency.far_clocks import check_far_clock
 from ins_eval.recording.consistency.limits import check_limits, check_outliers
 from ins_eval.recording.consistency.rest import check_rest
@@ -39,7 +40,7 @@ def _of_motion(recording: Recording) -> Iterator[Finding]:
     for table in ("gps", "reference"):
         fixes = getattr(recording, table)
         if fixes is not None and fixes.valid.any():
-            yield from check_track(fixes, table)
+            yield from _of_velocity(fixes, table, alone=table == "reference" or recording.reference is None)
             found = [check_stamps(fixes, table), check_height(fixes, table)]
             if found[-1] is None:
                 found.append(check_baro(recording.imu, fixes, recording.start.height_m, table))
@@ -51,6 +52,18 @@ def _of_motion(recording: Recording) -> Iterator[Finding]:
         yield from check_settling(recording)
         yield from check_rest(recording)
         yield from check_triads(recording)
+
+
+def _of_velocity(fixes: Fixes, table: str, alone: bool) -> Iterator[Finding]:
+    """What `check_track` finds, and `check_course` where that finds nothing or a turn of the velocities ends it all."""
+    track, course = check_track(fixes, table), list(check_course(fixes, table, alone))
+    if any(one.decided for one in track):
+        turns = [one.turned[0] for one in course if one.turned is not None]
+        if not turns or any(one.decided for one in check_track(turned(fixes, turns[0]), table)):
+            course = []
+        else:
+            track = []
+    yield from (*track, *course)
 
 
 def report(

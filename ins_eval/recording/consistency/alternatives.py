@@ -57,7 +57,8 @@ class Finding:
     scale over the one read and `matrix` (3, 3) turns what was read to what is right. Infinite odds: impossible.
     `orders` are such matrices of accelerometers and of gyros, likeliest first; `jump` the instant of a jump of stamps,
     s, its size and one sigma of that, s; `late` by how much more than is believed stamps are, s, and one sigma of it;
-    `rows` are those of single values.
+    `turned` by how much the way leads to the right of the velocities, rad, and one sigma of it; `rows` are those of
+    single values.
     """
 
     key: str
@@ -70,6 +71,7 @@ class Finding:
     orders: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
     jump: tuple[float, float, float] | None = None
     late: tuple[float, float] | None = None
+    turned: tuple[float, float] | None = None
     rows: tuple[int, ...] = ()
 
     @property

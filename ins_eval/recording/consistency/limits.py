@@ -30,6 +30,7 @@ MOST_FAULTS = 0.01  # of the rows; more are not single ones
 # of two degrees of freedom, gives more in one of TAIL^2
 TAIL = 20.0
 WARNED = float(np.log(1e3))  # log odds of a doubtful jump
+COLDEST_C, HOTTEST_C = -90.0, 200.0  # in which instruments work: polar air, and tools for oil wells
 HIGHEST_M = 1e5  # of fixes: above it rockets alone go, where space begins by convention (FAI)
 
 
@@ -46,7 +47,8 @@ def check_limits(recording: Recording) -> Iterator[Finding]:
     imu = recording.imu
     if imu.temperature_c is not None:
         warmest = imu.temperature_c.reshape(len(imu.time_s), -1)
-        yield from _beyond("temperature", warmest, imu.time_s, "imu", "temperature_c")
+        impossible = list(_beyond("temperature", warmest, imu.time_s, "imu", "temperature_c"))
+        yield from impossible or _hot(warmest)
     if imu.height_baro_m is not None:
         yield from _beyond("baro height", imu.height_baro_m[:, None], imu.time_s, "imu", "height_baro_m")
     for table in ("gps", "reference"):
@@ -74,6 +76,19 @@ def _high(height_m: np.ndarray, table: str) -> Iterator[Finding]:
             f"of all but rockets; in mm they were {1e-3 * usual_m:.4g} m, in cm {1e-2 * usual_m:.4g} m"
         )
         yield Finding("height.unit", seen, "give the heights in m, or state their unit", WARNED)
+
+
+def _hot(temperature_c: np.ndarray) -> Iterator[Finding]:
+    """Temperatures in which no instrument works are doubted, with what they were in another unit."""
+    known = temperature_c[np.isfinite(temperature_c)]
+    usual_c = float(np.median(known)) if known.size else 0.0
+    if not COLDEST_C <= usual_c <= HOTTEST_C:
+        seen = (
+            f"imu, temperature: half of the values lie beyond {usual_c:.4g} degC, expected {COLDEST_C:g} to "
+            f"{HOTTEST_C:g} of instruments that work; in kelvin they were {usual_c - 273.15:.4g} degC, in degrees "
+            f"Fahrenheit {(usual_c - 32.0) / 1.8:.4g} degC"
+        )
+        yield Finding("temperature.unit", seen, "give the temperatures in degC", WARNED)
 
 
 def _beyond(quantity, values, time_s, table: str, column: str, use=None) -> Iterator[Finding]:

@@ -90,7 +90,7 @@ def check_track(fixes: Fixes, table: str) -> list[Finding]:
     if use.sum() < FEWEST + 1:
         return []
     time_s = fixes.time_s[use]
-    pairs = _pairs(time_s)
+    pairs = pairs_of(time_s)
     if pairs is None:
         return []
     velocities = _velocities(fixes.velocity_n[use])
@@ -99,7 +99,7 @@ def check_track(fixes: Fixes, table: str) -> list[Finding]:
         for turned, velocity_n in velocities.items():
             named.append((place, turned))
             went.append(moved(latitude[use], longitude[use], fixes.height_m[use], pairs))
-            flown.append(_flown(time_s, velocity_n, pairs))
+            flown.append(travelled(time_s, velocity_n, pairs))
     went, flown = np.array(went), np.array(flown)
     if level:
         went[:, :, 2] = np.nan
@@ -197,11 +197,11 @@ def _signed(matrix: np.ndarray) -> str:
 def check_height(fixes: Fixes, table: str) -> Finding | None:
     """The unit of the heights that the velocities down, integrated, prefer; their sign is judged with the way."""
     use = fixes.valid & np.isfinite(fixes.height_m) & np.isfinite(fixes.velocity_n[:, 2])
-    pairs = _pairs(fixes.time_s[use]) if use.sum() > FEWEST else None
+    pairs = pairs_of(fixes.time_s[use]) if use.sum() > FEWEST else None
     if pairs is None:
         return None
     risen = fixes.height_m[use][pairs[1]] - fixes.height_m[use][pairs[0]]
-    climbed = -_flown(fixes.time_s[use], fixes.velocity_n[use], pairs)[:, 2]
+    climbed = -travelled(fixes.time_s[use], fixes.velocity_n[use], pairs)[:, 2]
     log = _height_scores(risen, climbed, 1.0 / np.array(list(HEIGHT_UNITS.values())), POSITION_FLOOR_M)
     best = np.unravel_index(np.argmax(log), log.shape)
     log_odds = float(log[best] - log[0, 0])
@@ -348,7 +348,7 @@ def _uneven(time_s: np.ndarray, untold: np.ndarray, table: str) -> Finding | Non
     return Finding(f"{table}.clock", seen, "see whether later stamps are as much too late", UNEVEN_ODDS)
 
 
-def _pairs(time_s: np.ndarray):
+def pairs_of(time_s: np.ndarray):
     """Rows (first, last) about `INTERVAL_S` apart without a gap between, thinned to `MOST_ROWS`."""
     first, last = rows_apart(time_s, INTERVAL_S, overlap=4)
     if len(first) < FEWEST:
@@ -366,7 +366,7 @@ def moved(latitude, longitude, height_m, pairs) -> np.ndarray:
     return np.column_stack([north, east, height_m[first] - height_m[last]])
 
 
-def _flown(time_s, velocity_n, pairs) -> np.ndarray:
+def travelled(time_s, velocity_n, pairs) -> np.ndarray:
     """Velocities integrated by the trapezoid, (n, 3)."""
     steps = 0.5 * (velocity_n[1:] + velocity_n[:-1]) * np.diff(time_s)[:, None]
     way = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
