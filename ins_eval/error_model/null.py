@@ -111,7 +111,7 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     start, sigma_n, shown = recording.start, None, None
     stand = beginning(recording, compensated) if finds_north else standstill_to_align_on(recording)
     if isinstance(stand, Initialization):  # what it found of the biases stays in: it is what a diagnosis looks for
-        start, sigma_n, shown, stand = stand.start, _found_sigma(stand, belief), stand, None
+        start, sigma_n, shown, stand = stand.start, _found_sigma(stand, recording), stand, None
     elif stand is not None:
         rows = slice(*np.searchsorted(imu.time_s, [stand.start_s + 1e-6, stand.end_s + 1e-6]))
         at = replace(start, time_s=float(imu.time_s[rows.start - 1]) if rows.start else start.time_s)
@@ -132,12 +132,15 @@ def believe(recording: Recording, folder: str | Path = ".") -> Believed:
     return replace(_begun(recording, start, (gyro, velocity), sigma_n, folder), found=shown)
 
 
-def _found_sigma(found: Initialization, belief: Belief) -> np.ndarray:
-    """One sigma (3,) of an attitude that was found, with what accelerometers that lean across do to the heading.
+def _found_sigma(found: Initialization, recording: Recording) -> np.ndarray:
+    """One sigma (3,) of an attitude that was found, with what accelerometers that lean across do to its heading.
 
-    The initialization knows their offsets and scales; it would take one that leans for another heading.
+    The initialization knows their offsets and scales; it would take one that leans for another heading, unless that
+    is stated.
     """
-    coarse = max(1.0, belief.accelerometer.bias_sigma_ug / VOCABULARY["accelerometer.bias"].nominal)
+    if recording.start.attitude_rad is not None:
+        return found.sigmas[ATTITUDE]
+    coarse = max(1.0, recording.belief.accelerometer.bias_sigma_ug / VOCABULARY["accelerometer.bias"].nominal)
     leaning = min(LEANING * coarse * 1e-6 * VOCABULARY["accelerometer.misalignment"].nominal, MOST_LEANING_RAD)
     return np.hypot(found.sigmas[ATTITUDE], [0.0, 0.0, leaning])
 

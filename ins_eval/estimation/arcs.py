@@ -268,7 +268,7 @@ def inertial(navigated: Believed, nodes_s: np.ndarray) -> np.ndarray:
 
 
 def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Smoothed errors at the begins of arcs (arcs, 9), of the biases on average (6,), a sigma of all begins (9,)."""
+    """Smoothed errors at the begins of arcs (arcs, 9), of the biases on average (6,), and a sigma of each (15,)."""
     navigated = here.navigated
     model, seen = observed(navigated)
     smoothed, sigma = _smoothed(here, model, without_outliers(seen)[0])
@@ -281,7 +281,7 @@ def _errors(here: Settled) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _smoothed(here: Settled, model: ErrorModel, seen: Observations) -> tuple[np.ndarray, np.ndarray]:
-    """Errors (nodes, 20 or, of what stands, 26) that the residual tells, and one sigma (9,) of the last state."""
+    """Errors (nodes, 20 or, of what stands, 26) that the residual tells, and one sigma (15,) of the last state."""
     navigated, nodes = here.navigated, model.nodes_s.size
     states = STATES_OF_STANDS if _stands(navigated) else STATES
     f = np.tile(np.eye(states), (nodes - 1, 1, 1))

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ins_eval.errors import UsageError
 from ins_eval.recording import ChamberReadings, Fixes, Imu, Recording
@@ -21,7 +20,6 @@ AXES = ("x", "y", "z")
 SENSORS = ("gyro", "accelerometer")
 ENU, MAGNETIC = "ENU", "magnetic north"
 FRAMES = (ENU, MAGNETIC)  # east-north-up for north-east-down; heading from magnetic north
-ENU_TO_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 ORDER = ("axes_exchanged", "axis_sign", "unit", "gps_velocity", "reference_frame", "clock_step", "clock_drift")
 
 
@@ -150,7 +148,15 @@ def _steady(recording: Recording, ppm: float) -> Recording:
 
 def _reframed(fixes: Fixes, one: EffectBelief) -> Fixes:
     if one.frame_found == ENU:
-        return replace(fixes, velocity_n=fixes.velocity_n @ ENU_TO_NED.T)
+        return replace(fixes, velocity_n=fixes.velocity_n[:, [1, 0, 2]] * [1.0, 1.0, -1.0])
     if fixes.attitude_rad is None:  # its heading is its course
-        return replace(fixes, velocity_n=Rotation.from_euler("Z", -one.value * DEG).apply(fixes.velocity_n))
+        return turned(fixes, -one.value * DEG)
     return replace(fixes, attitude_rad=fixes.attitude_rad - np.array([0.0, 0.0, one.value * DEG]))
+
+
+def turned(fixes: Fixes, angle_rad: float) -> Fixes:
+    """The fixes with their velocities turned to the right; what is missing stays missing."""
+    cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
+    velocity_n = fixes.velocity_n.copy()
+    velocity_n[:, :2] = velocity_n[:, :2] @ np.array([[cosine, sine], [-sine, cosine]])
+    return replace(fixes, velocity_n=velocity_n)

@@ -32,6 +32,7 @@ from ins_eval.recording.consistency.track import (
     check_track,
 )
 from ins_eval.recording.consistency.windows import HANDED, RELATIVE
+from ins_eval.recording.mending import turned
 from tests.recording import corpus
 
 NOISY_M = 5.0
@@ -189,8 +190,8 @@ def winding(turn_deg: float = 0.0, late_s: float = 0.0) -> Fixes:
 def test_velocities_from_another_north_are_named(turn_deg, side):
     (found,) = check_course(winding(turn_deg), "gps", alone=True)
     angle, sigma = np.degrees(found.turned)
-    assert abs(angle + turn_deg) < SIGMAS * sigma < 1.0
-    assert f"to the {side} of the velocities" in found.seen and found.log_odds > BEYOND_DOUBT
+    assert abs(angle + turn_deg) < SIGMAS * sigma
+    assert f"to the {side} of the velocities" in found.seen and found.decided
     (beside,) = check_course(winding(turn_deg), "gps", alone=False)
     assert beside.turned is None
 
@@ -203,14 +204,30 @@ def test_velocities_of_another_instant_are_warned_of_and_not_refused(late_s, old
     assert abs(float(words[4]) - abs(late_s)) < SIGMAS * float(words[6])
 
 
+@pytest.mark.parametrize("speed_mps", [0.02, 1.0, 5.0])
+def test_a_slow_error_of_velocities_on_a_straight_way_is_no_turn(speed_mps):
+    rng, t = np.random.default_rng(8), np.arange(0.0, 240.0, 0.2)
+    north, east = speed_mps * t + 0.3 * rng.standard_normal(t.size), 0.3 * rng.standard_normal(t.size)
+    place = LATITUDE + north / RADIUS_M, LONGITUDE + east / (RADIUS_M * np.cos(LATITUDE)), np.zeros(t.size)
+    shown = np.column_stack([np.full(t.size, speed_mps), np.full(t.size, 0.2), np.zeros(t.size)])
+    fixes = Fixes(t, *place, shown + 0.05 * rng.standard_normal((t.size, 3)), np.ones(t.size, dtype=bool))
+    assert [one for one in check_course(fixes, "gps", alone=True) if one.turned is not None] == []
+
+
+def test_a_turn_is_mended_and_what_is_missing_stays_missing():
+    """The velocity down of a receiver that has none."""
+    fixes = winding(TURN_DEG)
+    fixes.velocity_n[:, 2] = np.nan
+    (found,) = check_course(fixes, "gps", alone=True)
+    right = turned(fixes, found.turned[0])
+    assert list(check_course(right, "gps", alone=True)) == []
+    assert np.isnan(right.velocity_n[:, 2]).all()
+
+
 def test_where_course_and_age_agree_or_look_alike_nothing_is_said():
     """On a circle at one speed a turn is a delay."""
     assert list(check_course(winding(), "gps", alone=True)) == []
-    turned = circle()
-    speed = turned.velocity_n[:, 0] + 1j * turned.velocity_n[:, 1]
-    speed = speed * np.exp(1j * np.radians(TURN_DEG))
-    turned.velocity_n[:, 0], turned.velocity_n[:, 1] = speed.real, speed.imag
-    assert list(check_course(turned, "gps", alone=True)) == []
+    assert list(check_course(turned(circle(), np.radians(TURN_DEG)), "gps", alone=True)) == []
 
 
 @pytest.mark.parametrize(("at_s", "size_s"), [(30.0, 0.3), (80.0, 0.5)])

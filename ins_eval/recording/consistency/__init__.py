@@ -13,7 +13,7 @@ import numpy as np
 from ins_eval.errors import DataRefused
 from ins_eval.recording import Fixes, Imu, Recording
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
-from ins_eval.recording.consistency.course import check_course, turned
+from ins_eval.recording.consistency.course import check_course
 from ins_eval.recording.consistency.far_clocks import check_far_clock
 from ins_eval.recording.consistency.limits import check_limits, check_outliers
 from ins_eval.recording.consistency.rest import check_rest
@@ -21,6 +21,7 @@ from ins_eval.recording.consistency.settling import check_settling
 from ins_eval.recording.consistency.start import check_start
 from ins_eval.recording.consistency.track import check_baro, check_height, check_stamps, check_track
 from ins_eval.recording.consistency.triads import check_triads
+from ins_eval.recording.mending import turned
 
 __all__ = ["ACCEPTED", "KEY", "Finding", "findings", "report"]
 

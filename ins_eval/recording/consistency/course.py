@@ -6,18 +6,18 @@ velocities between them and their change dv make
     dp = c w + tau dv,   arg c: the way is turned by it against the velocities, tau: these are late by it,
 
 by least squares over all pairs; one sigma of both by the jackknife over blocks (Efron and Tibshirani, An Introduction
-to the Bootstrap, 1993, chapter 11). A receiver's course from magnetic north, or from that of a grid, is so turned; a
-velocity that is filtered is late. On a circle at one speed the two are alike, and neither is known.
+to the Bootstrap, 1993, chapter 11), that of the turn with what a slow error of the velocities does to it. A receiver's
+course from magnetic north, or from that of a grid, is so turned; a velocity that is filtered is late. On a circle at
+one speed the two are alike, and neither is known.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
+from ins_eval.limits import within
 from ins_eval.recording import Fixes
 from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
 from ins_eval.recording.consistency.track import moved, pairs_of, travelled, without_missing_down
@@ -26,6 +26,7 @@ from ins_eval.units import DEG
 BLOCKS = 20
 LEAST_TURN_RAD = 1.5 * DEG  # those of 156 real and simulated recordings that agree are turned by less than 0.5
 LARGEST_TURN_RAD = 45.0 * DEG  # of a declination, but near a magnetic pole; by reasoning
+SLOW_MPS = 0.3  # by which velocities may be off for minutes: at v they seem turned by as much over v; by reasoning
 ALIKE = 0.9  # of the change of velocity, that a turn of it takes up on a circle; by reasoning
 LEAST_LATE_S = 0.15  # three times what velocities may be older than positions anyway (`estimation.case.LAG_S`)
 SIGMAS = 5.0  # by reasoning
@@ -34,7 +35,7 @@ SIGMAS = 5.0  # by reasoning
 def check_course(fixes: Fixes, table: str, alone: bool) -> Iterator[Finding]:
     """What is wrong with the course or the age of the velocities; `alone` where the fixes are the only ones."""
     fixes, _ = without_missing_down(fixes)
-    use = fixes.valid & np.isfinite(fixes.velocity_n).all(axis=1)
+    use = fixes.valid & within(fixes.velocity_n).all(axis=1)
     use &= np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad)
     time_s, velocity_n = fixes.time_s[use], fixes.velocity_n[use]
     pairs = pairs_of(time_s) if use.sum() > BLOCKS else None
@@ -46,6 +47,8 @@ def check_course(fixes: Fixes, table: str, alone: bool) -> Iterator[Finding]:
     if _alike(through, changed):
         return
     (turn_rad, late_s), sigma = _fitted(way, through, changed)
+    speed = np.sqrt(np.mean(np.abs(through / (time_s[pairs[1]] - time_s[pairs[0]])) ** 2))
+    sigma[0] = np.hypot(sigma[0], SLOW_MPS / max(speed, SLOW_MPS))
     odds = [_log_odds(one / s) if s > 0.0 else 0.0 for one, s in zip((turn_rad, late_s), sigma, strict=True)]
     if max(LEAST_TURN_RAD, SIGMAS * sigma[0]) < abs(turn_rad) < LARGEST_TURN_RAD:
         side = "right" if turn_rad > 0.0 else "left"
@@ -67,11 +70,6 @@ def check_course(fixes: Fixes, table: str, alone: bool) -> Iterator[Finding]:
         )
         mend = "bring the velocities to the instants of the positions, or leave their columns out"
         yield Finding(f"{table}.velocity", seen, mend, min(odds[1], BEYOND_DOUBT))
-
-
-def turned(fixes: Fixes, angle_rad: float) -> Fixes:
-    """The fixes with their velocities turned to the right."""
-    return replace(fixes, velocity_n=Rotation.from_euler("Z", angle_rad).apply(fixes.velocity_n))
 
 
 def _alike(through: np.ndarray, change: np.ndarray) -> bool:
