@@ -23,6 +23,7 @@ from ins_eval.recording.belief import AxisBelief, Belief, BiasBelief, GpsBelief,
 from ins_eval.recording.form.toml import dumps
 from ins_eval.units import through_degrees
 
+PLACE_DEG = 1e-5  # by which fixes scatter, 1 m: by more, their start may seem to be elsewhere by chance
 STEP_S = 0.01
 SAMPLES = 300
 DEG = np.pi / 180.0
@@ -101,7 +102,7 @@ def flight_of(
     lost = np.where(valid, 1.0, np.nan)
 
     def place(centre_deg: float) -> np.ndarray:
-        return through_degrees((centre_deg + 1e-4 * rng.standard_normal(m)) * DEG)
+        return through_degrees((centre_deg + PLACE_DEG * rng.standard_normal(m)) * DEG)
 
     reference = Fixes(
         time_s=fix_s + 0.05,
