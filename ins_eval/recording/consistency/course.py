@@ -39,7 +39,7 @@ def check_course(fixes: Fixes, table: str, alone: bool) -> Iterator[Finding]:
     use &= np.isfinite(fixes.latitude_rad) & np.isfinite(fixes.longitude_rad)
     time_s, velocity_n = fixes.time_s[use], fixes.velocity_n[use]
     pairs = pairs_of(time_s) if use.sum() > BLOCKS else None
-    if pairs is None:
+    if pairs is None or len(pairs[0]) < BLOCKS:
         return
     went = moved(fixes.latitude_rad[use], fixes.longitude_rad[use], fixes.height_m[use], pairs)
     change = velocity_n[pairs[1]] - velocity_n[pairs[0]]
