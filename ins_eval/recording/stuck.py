@@ -13,7 +13,7 @@ STUCK_S = 1.0  # shorter, a channel may rest; by reasoning, as are the next
 COARSE_STUCK_S = 30.0  # of a channel whose neighbours are mostly equal: smooth motion alone holds a count for seconds
 CHANCE_RUN_FACTOR = 5.0  # of the longest run of equal values that chance makes, beyond which it is not chance
 TURNING = 0.3  # of the samples of what measures are turning points: 2 / 3 of white noise, few of a motion without noise
-PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit
+PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit; by reasoning
 
 
 class Run(NamedTuple):

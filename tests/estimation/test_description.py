@@ -62,7 +62,6 @@ ROUNDING = 1e-5  # of the evidence of a navigation, in nats
 
 PLANE = Path(__file__).parents[3] / "shared" / "recordings" / "plane_flight_gps_latency" / "TestLog2.mat"
 FAR_PPM = 3400.0
-DECLINATION_DEG = 12.0
 DEG = 57.29577951308232
 WRONG = [
     (SIGN, "x", -1.0, {"sensor": "gyro"}),
@@ -130,22 +129,6 @@ def test_what_no_standstill_shows_is_written(tmp_path) -> None:
     assert main(["diagnose", str(tmp_path / "unit"), "--json", str(answer), "--quiet"]) == 0
     first = json.loads(answer.read_text())["effects"][0]
     assert (first["name"], first["parameters"]["unit_found"]) == (UNIT, "g")
-
-
-def test_velocities_from_magnetic_north_are_named_with_the_angle(tmp_path) -> None:
-    one = made("industrial")
-    gps = dict(one.tables["gps"])
-    speed = (gps["velocity_n_mps"] + 1j * gps["velocity_e_mps"]) * np.exp(1j * np.radians(DECLINATION_DEG))
-    gps["velocity_n_mps"], gps["velocity_e_mps"] = speed.real, speed.imag
-    Made(**{**vars(one), "tables": {**one.tables, "gps": gps}}).save(tmp_path / "drive")
-    recording = form.read(tmp_path / "drive", doubted=True)
-    ((found,), _) = wrong_descriptions(recording)
-    assert (found.effect.name, found.effect.frame_found) == ("recording.reference_frame", "magnetic north")
-    assert found.effect.value == pytest.approx(DECLINATION_DEG, abs=SIGMAS * found.sigma)
-    right = mended(replace(recording, belief=with_effects(recording.belief, [found.effect])))
-    course = [np.arctan2(*fixes.velocity_n[:, 1::-1].T) for fixes in (recording.gps, right.gps)]
-    turned = np.degrees(np.unwrap(course[0]) - np.unwrap(course[1])) % 360.0
-    assert turned == pytest.approx(found.effect.value)
 
 
 @pytest.mark.slow

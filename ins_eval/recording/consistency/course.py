@@ -23,7 +23,7 @@ from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT, Finding
 from ins_eval.recording.consistency.track import moved, pairs_of, travelled, without_missing_down
 from ins_eval.units import DEG
 
-BLOCKS = 20
+BLOCKS = 20  # of the jackknife: by reasoning
 LEAST_TURN_RAD = 1.5 * DEG  # 114 simulated recordings, and the real ones, are turned by less than 0.4
 LARGEST_TURN_RAD = 45.0 * DEG  # of a declination, but near a magnetic pole; by reasoning
 SLOW_MPS = 0.3  # by which velocities may be off for minutes: at v they seem turned by as much over v; by reasoning
