@@ -150,7 +150,7 @@ def settle(
         biases = {"force_bias": known.force_bias + mean[:3], "gyro_bias": known.gyro_bias + mean[3:]}
         here = _begun(replace(here, navigated=replace(known, **biases)), states)
         if _stands(known):
-            here = replace(here, bias_sigma=np.append(here.bias_sigma[:3], _of_gyros(here.navigated)))
+            here = replace(here, bias_sigma=np.append(here.bias_sigma[:3], _as_found(here.navigated)[3:]))
         else:
             here = replace(here, bias_sigma=_as_found(here.navigated, sigma[BIAS]))
         if (np.abs(begins) < STEADY * sigma[STATE]).all():
@@ -188,20 +188,12 @@ def _biases(navigated: Believed, found: Initialization, standing: bool) -> tuple
     if not standing:
         sigma = np.concatenate([found.sigmas[ACCELEROMETER_BIAS], found.sigmas[GYRO_BIAS]])
         return _as_found(navigated, sigma), WALK_SHARE * wide
-    stated = UG * navigated.recording.belief.accelerometer.bias_sigma_ug
-    force = np.maximum(stated, np.abs(navigated.force_bias))
-    walk = WALK_SHARE_STANDING * np.concatenate([force, _of_gyros(navigated)])
-    return np.concatenate([force, wide[3:]]), walk
+    sigma = _as_found(navigated)
+    return np.concatenate([sigma[:3], wide[3:]]), WALK_SHARE_STANDING * sigma
 
 
-def _of_gyros(navigated: Believed) -> np.ndarray:
-    """Sigmas (3,) of the biases of gyros: as believed, or as large as they were found."""
-    stated = DEG_PER_H * navigated.recording.belief.gyro.bias_sigma_deg_per_h
-    return np.maximum(stated, np.abs(navigated.gyro_bias))
-
-
-def _as_found(navigated: Believed, sigma: np.ndarray) -> np.ndarray:
-    """Sigmas (6,) of biases: as believed, or as large as they were found where those of the fit show them."""
+def _as_found(navigated: Believed, sigma: np.ndarray | float = 0.0) -> np.ndarray:
+    """Sigmas (6,) of biases: as believed, or as large as they were found where the `sigma` of the fit shows them."""
     belief = navigated.recording.belief
     stated = np.repeat([UG * belief.accelerometer.bias_sigma_ug, DEG_PER_H * belief.gyro.bias_sigma_deg_per_h], 3)
     found = np.abs(np.concatenate([navigated.force_bias, navigated.gyro_bias]))
