@@ -58,7 +58,9 @@ COMMON = 0.5  # of the variance of that logarithm, which all effects of a kind s
 AXIS_SPREAD = 1.0
 WITHIN_PRIOR = 3.0  # sigmas of its prior within which an effect that was named lies
 WANDER = ("accelerometer_wander", "gyro_wander")
-CALIBRATED_RUNS = 4.0  # over which a calibrated constant is a mean: the positions of Paper A, section 3.1
+# Over which a calibrated constant is a mean: the two positions of Paper A that tell a bias, equation (14), at each of
+# four rates of temperature, section 3.1, steps 5 and 6. Each is a run of its own.
+CALIBRATED_RUNS = 8.0
 LEAST = 1e-3  # nominal sizes of a bias that is said to be exact
 FINEST = 0.1  # of usual sizes: what a bias that is said to be exact tells of other errors, by reasoning
 OF_DAY = 0.1  # of a prior's sigma, by which a coefficient differs from one recording to the next; by reasoning
