@@ -1,4 +1,4 @@
-"""Velocities in a receiver's table that it did not measure.
+"""What stands in a receiver's table and was not measured: velocities, and fixes without satellites.
 
 A logger that has no velocity down writes 0, and one that has none at all writes differences of its positions: with
 these every error of a position is counted twice, and the velocity is late by half an interval. Of fixes 1 to n at p_k,
@@ -9,6 +9,13 @@ mean of both ends than at one of them,
 
 while one that was computed is the other way round, and scatters to and fro with the positions. A way that was summed
 from velocities is computed too, but these are smooth.
+
+A receiver that loses its satellites may go straight on, or stand, and jump back when it has them again: one velocity v
+to the last digit in `HELD` fixes and more, up to fix k, and then farther off than is usual and than a vehicle gets,
+
+    |p_k+1 - p_k - v dt|  >  `JUMPS` median |p_i+1 - p_i - (v_i + v_i+1) dt / 2| + g dt^2 / 2,   i not in such a run
+
+A vehicle that keeps its velocity, or one that is written with few digits, ends without that jump.
 """
 
 from __future__ import annotations
@@ -21,11 +28,14 @@ from ins_eval.recording import Fixes
 from ins_eval.recording.consistency import WARNING
 from ins_eval.recording.consistency.alternatives import FEWEST
 from ins_eval.recording.consistency.track import moved
+from ins_eval.units import STANDARD_GRAVITY
 
 MOVING_MPS = 1.0  # slower, a velocity says little either way; like the others here by reasoning
 RISEN_M = 5.0  # of heights, which no velocity down of 0 makes
 COMPUTED = 0.1  # of what the mean of both ends leaves: rounding of positions to a centimetre at 1 Hz
 TO_AND_FRO = -0.1  # correlation of second differences with the next: -3/4 and -2/5 of velocities from white noise
+HELD = 5  # fixes of one velocity: written with few digits, two or three are alike by chance
+JUMPS = 10.0  # times that positions usually depart from their velocities
 WAYS = ("the last interval", "the next interval", "both intervals beside")
 
 
@@ -48,6 +58,36 @@ def without_computed(fixes: Fixes, table: str) -> tuple[Fixes, list[str]]:
         seen = f"{WARNING}the velocity down of {table} is 0 in every fix, and heights change by {risen_m:.0f} m"
         return replace(fixes, velocity_n=left), [f"{seen}; it counts as not measured."]
     return fixes, []
+
+
+def without_extrapolated(fixes: Fixes, table: str) -> tuple[Fixes, list[str]]:
+    """The fixes with those that hold a velocity, and from which the next one jumps, as outages; and a warning."""
+    known = np.flatnonzero(fixes.valid & np.isfinite(fixes.velocity_n[:, :2]).all(axis=1))
+    velocity = fixes.velocity_n[known, :2]
+    same = (velocity[1:] == velocity[:-1]).all(axis=1)
+    first, last = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(int))).reshape(-1, 2).T
+    held = (last - first + 1 >= HELD) & (last < len(known) - 1)
+    if not held.any():
+        return fixes, []
+    pairs = known[:-1], known[1:]
+    way_m = moved(fixes.latitude_rad, fixes.longitude_rad, fixes.height_m, pairs)[:, :2]
+    step_s = np.diff(fixes.time_s[known])[:, None]
+    departs_m = np.hypot(*(way_m - 0.5 * (velocity[1:] + velocity[:-1]) * step_s).T)
+    jumps_m = np.hypot(*(way_m - velocity[:-1] * step_s).T)
+    usual_m = float(np.nanmedian(departs_m[~same])) if np.isfinite(departs_m[~same]).any() else np.inf
+    most_m = JUMPS * usual_m + 0.5 * STANDARD_GRAVITY * step_s[:, 0] ** 2
+    runs = [(j, k) for j, k in zip(first[held], last[held], strict=True) if jumps_m[k] > most_m[k]]
+    if not runs:
+        return fixes, []
+    valid = fixes.valid.copy()
+    for j, k in runs:
+        valid[known[j + 1 : k + 1]] = False
+    (j, k), count = runs[0], int(np.count_nonzero(fixes.valid & ~valid))
+    return replace(fixes, valid=valid), [
+        f"{WARNING}{count} fixes of {table} keep one velocity to the last digit, the first from "
+        f"{fixes.time_s[known[j]]:.6g} to {fixes.time_s[known[k]]:.6g} s, and the next is {jumps_m[k]:.0f} m off where "
+        "that leads, as where a receiver has no satellites; they count as an outage."
+    ]
 
 
 def _differences(fixes: Fixes, moving: np.ndarray) -> str | None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ins_eval.recording import Fixes
-from ins_eval.recording.computed import without_computed
+from ins_eval.recording.computed import without_computed, without_extrapolated
 from ins_eval.recording.repeats import without_repeats
 from ins_eval.units import DEG
 
@@ -21,8 +21,9 @@ def measured(fixes: Fixes, name: str) -> tuple[Fixes, list[str]]:
     fixes, notes = without_zeros(fixes, name)
     if name != SOLUTION:  # which was computed for every row
         fixes, repeats = without_repeats(fixes, name)
+        fixes, held = without_extrapolated(fixes, name)
         fixes, computed = without_computed(fixes, name)
-        notes += [*repeats, *computed]
+        notes += [*repeats, *held, *computed]
     return fixes, notes
 
 

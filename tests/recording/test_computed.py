@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ins_eval.recording import Fixes
-from ins_eval.recording.computed import without_computed
+from ins_eval.recording.computed import without_computed, without_extrapolated
 
 RADIUS_M, LATITUDE, LONGITUDE = 6.37e6, 0.7, 0.3
 DIGITS = 7  # of degrees, as receivers write them: 11 mm
@@ -81,3 +81,41 @@ def test_a_velocity_down_that_is_zero_while_heights_change_was_not_measured() ->
     assert "is 0 in every fix, and heights change by 1" in said
     on_water = replace(level, height_m=np.full_like(level.height_m, 100.0))
     assert without_computed(on_water, "gps") == (on_water, [])
+
+
+def straight_on(fixes: Fixes, first: int, last: int) -> Fixes:
+    """The same with fixes after `first` up to `last` that keep its velocity and leave it along a straight line."""
+    held = slice(first + 1, last + 1)
+    since_s = fixes.time_s[held] - fixes.time_s[first]
+    north, east, down = fixes.velocity_n[first]
+    latitude, longitude, height_m = fixes.latitude_rad.copy(), fixes.longitude_rad.copy(), fixes.height_m.copy()
+    latitude[held] = latitude[first] + north * since_s / RADIUS_M
+    longitude[held] = longitude[first] + east * since_s / (RADIUS_M * np.cos(LATITUDE))
+    height_m[held] = height_m[first] - down * since_s
+    velocity_n = fixes.velocity_n.copy()
+    velocity_n[held] = fixes.velocity_n[first]
+    return replace(fixes, latitude_rad=latitude, longitude_rad=longitude, height_m=height_m, velocity_n=velocity_n)
+
+
+def test_fixes_that_go_straight_on_and_jump_back_are_an_outage() -> None:
+    fixes = circle(3.0, 0.05)
+    left, (said,) = without_extrapolated(straight_on(fixes, 100, 120), "gps")
+    assert np.array_equal(np.flatnonzero(~left.valid), np.arange(101, 121))
+    assert said.startswith("Warning: 20 fixes of gps keep one velocity to the last digit, the first from 100 to 120 s")
+    assert without_extrapolated(fixes, "gps") == (fixes, [])
+
+
+def test_fixes_that_stand_in_motion_are_an_outage() -> None:
+    fixes = circle(3.0, 0.05)
+    stands = straight_on(replace(fixes, velocity_n=fixes.velocity_n * (np.arange(600) != 100)[:, None]), 100, 120)
+    left, _ = without_extrapolated(stands, "gps")
+    assert np.array_equal(np.flatnonzero(~left.valid), np.arange(101, 121))
+
+
+def test_a_velocity_that_a_vehicle_keeps_is_measured() -> None:
+    """Nothing jumps: with positions of 3 m, written to 0.5 m/s on a circle, and at the end of a table."""
+    fixes = circle(3.0, 0.0)
+    keeps = replace(straight_on(fixes, 0, len(fixes.time_s) - 1), velocity_n=np.tile([20.0, 0.0, 0.0], (600, 1)))
+    coarse = replace(fixes, velocity_n=np.round(2.0 * fixes.velocity_n) / 2.0)
+    for one in (keeps, coarse, straight_on(fixes, 580, 599)):
+        assert without_extrapolated(one, "gps") == (one, [])
