@@ -16,7 +16,7 @@ import numpy as np
 
 from ins_eval.error_model import drives
 from ins_eval.error_model.geometry import POSITION
-from ins_eval.error_model.observations import CHANNELS, Observations
+from ins_eval.error_model.observations import CHANNELS, SMOOTHINGS, Observations
 from ins_eval.error_model.propagation import STATES, ErrorModel
 
 EARTH_TERMS = ("rotation", "coriolis", "transport_rate", "gravity_height", "gravity_latitude")
@@ -25,7 +25,9 @@ _EARTH = drives.SOURCES
 _KNOWN = _EARTH + 2 * len(EARTH_TERMS)
 _ELAPSED = _KNOWN + 3
 # what a node can show, before the nine channels themselves
-_RESIDUAL, _DELAY, _LAG, _SMOOTHING, _ARM, _MOUNT, _CHANNEL = 0, 1, 2, 3, 6, 9, 12
+_RESIDUAL, _DELAY, _LAG, _SMOOTHING = range(4)
+_ARM = _SMOOTHING + SMOOTHINGS
+_MOUNT, _CHANNEL = _ARM + 3, _ARM + 6
 
 
 class Drive(NamedTuple):

@@ -15,7 +15,7 @@ from ins_eval.error_model import null
 from ins_eval.error_model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble, observed_of
 from ins_eval.error_model.geometry import apart
 from ins_eval.error_model.library import Candidate, Parameters, candidates, composed_candidates, member
-from ins_eval.error_model.observations import REFERENCE_POSITION_M, Observations
+from ins_eval.error_model.observations import REFERENCE_POSITION_M, REMEMBERED_S, SMOOTHED_S, Observations
 from ins_eval.error_model.thermometer import left_open
 from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs, noise
@@ -43,9 +43,15 @@ LEAST_VELOCITY_SIGMA_MPS = 1e-3  # of a start that is said to be exact
 LEAST_POSITION_SIGMA_M = 0.01
 MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
 LAG_S = 0.05  # of positions against velocities of one receiver: real ones of two autopilots are 15 and 90 ms younger
-SMOOTHING = 0.5  # share of what a receiver that means over three seconds leaves out, 2 / 3: by reasoning
+SMOOTHING = 1.0  # share of what a filter that only means, or only remembers, leaves out: all of it, by reasoning
 LAG = "positions of GPS older than its velocities"
-SMOOTHED = tuple(f"velocities of GPS smoothed {over}" for over in ("over 1 s", "over 3 s", "to one side"))
+SMOOTHED = {
+    what: tuple(
+        f"{what} of GPS smoothed {how}"
+        for how in (*(f"over {x:g} s" for x in SMOOTHED_S), *(f"with a memory of {x:g} s" for x in REMEMBERED_S))
+    )
+    for what in ("velocities", "positions")
+}
 REFERENCE_ARM_M = 0.3  # between the points at which two boxes navigate, beyond what is stated
 
 
@@ -280,11 +286,12 @@ def nuisances(believed: Believed) -> list[Column]:
         begin[k] = sigma
         out.append(Column(f"start {what}", start=tuple(begin)))
     fixes = believed.recording.gps
-    if fixes is not None and np.isfinite(fixes.velocity_n).any():
-        if null.is_coarse(belief):
-            out.append(Column(LAG, (Measured("lag", LAG_S),)))
-        if believed.recording.kind not in PARKED:
-            for k, name in enumerate(SMOOTHED):
+    if fixes is not None and null.is_coarse(belief) and np.isfinite(fixes.velocity_n).any():
+        out.append(Column(LAG, (Measured("lag", LAG_S),)))
+    if fixes is not None and believed.recording.kind not in PARKED:
+        measured = {"velocities": fixes.velocity_n, "positions": fixes.latitude_rad}
+        for k, (what, name) in enumerate((what, name) for what, names in SMOOTHED.items() for name in names):
+            if np.isfinite(measured[what]).any():
                 out.append(Column(name, (Measured(f"smoothing_{k}", SMOOTHING),)))
     reference = believed.recording.reference
     if reference is not None:

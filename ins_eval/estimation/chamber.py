@@ -26,7 +26,7 @@ from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.columns import Column, Measured, SlowFactor
 from ins_eval.error_model.drives import SOURCES
 from ins_eval.error_model.library import Candidate, Parameters, sized, tried
-from ins_eval.error_model.observations import CHANNELS, MeasurementSource, Observations
+from ins_eval.error_model.observations import CHANNELS, SMOOTHINGS, MeasurementSource, Observations
 from ins_eval.error_model.propagation import STATES, ErrorModel
 from ins_eval.error_model.thermometer import WARMER_C
 from ins_eval.errors import DataRefused
@@ -152,7 +152,7 @@ def _observations(readings: ChamberReadings, residual: np.ndarray) -> Observatio
         design=np.zeros((count, CHANNELS, STATES)),
         of_arm=np.zeros((count, 3, CHANNELS)),
         of_delay=np.zeros((count, CHANNELS)),
-        of_smoothing=np.zeros((count, 3, CHANNELS)),
+        of_smoothing=np.zeros((count, SMOOTHINGS, CHANNELS)),
         arc=np.zeros(count, dtype=int),
     )
 

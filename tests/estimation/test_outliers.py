@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ins_eval.error_model.observations import CHANNELS, Observations
+from ins_eval.error_model.observations import CHANNELS, SMOOTHINGS, Observations
 from ins_eval.error_model.propagation import STATES
 from ins_eval.estimation.noise import LONGEST_BURST, without_outliers
 
@@ -30,7 +30,7 @@ def seen() -> Observations:
         design=np.zeros((ROWS, CHANNELS, STATES)),
         of_arm=np.zeros((ROWS, 3, CHANNELS)),
         of_delay=np.zeros((ROWS, CHANNELS)),
-        of_smoothing=np.zeros((ROWS, 3, CHANNELS)),
+        of_smoothing=np.zeros((ROWS, SMOOTHINGS, CHANNELS)),
         arc=np.zeros(ROWS, dtype=int),
         measured_by=("gps",) * 6 + ("",) * 3,
     )

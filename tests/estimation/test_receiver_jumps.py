@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ins_eval.diagnosis.answer.judge import judge
-from ins_eval.error_model.observations import CHANNELS, Observations
+from ins_eval.error_model.observations import CHANNELS, SMOOTHINGS, Observations
 from ins_eval.error_model.propagation import STATES
 from ins_eval.estimation.case import prepare
 from ins_eval.estimation.receiver_jumps import _of_receiver, _sizes, jumps
@@ -70,7 +70,7 @@ class Way:
             design=np.zeros((ROWS, CHANNELS, STATES)),
             of_arm=np.zeros((ROWS, 3, CHANNELS)),
             of_delay=of_delay,
-            of_smoothing=np.zeros((ROWS, 3, CHANNELS)),
+            of_smoothing=np.zeros((ROWS, SMOOTHINGS, CHANNELS)),
             arc=np.zeros(ROWS, dtype=int),
             measured_by=("gps",) * 6 + ("",) * 3,
         )

@@ -163,7 +163,7 @@ def turned_on(found: Diagnosis, r: int) -> list[TurnedOn]:
     stated = float(start.attitude_rad[2]) / DEG - heading * float(case.taken[k])  # around which the errors are told
     sizes["start attitude D"] = ("deg", stated, heading)
     sizes[LAG] = ("s", 0.0, LAG_S)
-    sizes |= {name: ("share", 0.0, SMOOTHING) for name in SMOOTHED}
+    sizes |= {name: ("share", 0.0, SMOOTHING) for names in SMOOTHED.values() for name in names}
     words = {
         "start attitude N": "tilt about north",
         "start attitude E": "tilt about east",
