@@ -17,12 +17,12 @@ from ins_eval.errors import DataRefused
 from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import prepare_chamber
 from ins_eval.estimation.description import (
-    WrongDescription,
     wrong_columns,
     wrong_descriptions,
     wrong_descriptions_of_chamber,
 )
 from ins_eval.estimation.stated_start import wrong_start
+from ins_eval.estimation.wrong_description import WrongDescription
 from ins_eval.recording import form
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency import WARNING

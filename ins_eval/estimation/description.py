@@ -2,11 +2,11 @@
 
 Each contradiction has alternatives. Where there are several, or where the odds leave doubt, they are navigated, and the
 one whose evidence is highest with everything uncertain integrated out is taken, if it is higher than that of what was
-read; every mistake counts against it. A gyro's x and y exchanged are to any navigation, to
-rounding, the accelerometers' exchanged and a sign of either triad turned, in a box on its side: one mistake, not three.
-Then the recording is examined again as it is mended, until nothing contradicts itself. Last, where a scale factor
-that no sensor has would fit best, the other sign of that column is tried, and of two such columns each in the place of
-the other.
+read; every mistake counts against it, and so does a start that it turns away from the stated attitude. A gyro's x and y
+exchanged are to any navigation, to rounding, the accelerometers' exchanged and a sign of either triad turned, in a box
+on its side: one mistake, not three. Then the recording is examined again as it is mended, until nothing contradicts
+itself. Last, where a scale factor that no sensor has would fit best, the other sign of that column is tried, and of two
+such columns each in the place of the other.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ from ins_eval.estimation.case import Case, prepare, with_effects
 from ins_eval.estimation.chamber import indicated
 from ins_eval.estimation.clock_starts import clock_beliefs
 from ins_eval.estimation.evidence import log_evidence, reduce
+from ins_eval.estimation.stated_start import log_prior_of_start
+from ins_eval.estimation.wrong_description import WrongDescription
 from ins_eval.recording import PARKED, ChamberReadings, Recording, consistency
 from ins_eval.recording.belief import Belief, EffectBelief
 from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, BEYOND_DOUBT, COUNTED, Finding, mistakes
@@ -43,19 +45,6 @@ SAME_UNIT = 1e-3  # of a factor
 # exchanged ones of real and simulated logs seemed to be off by 0.6 to 3.5, sound ones at the right clock by up to 0.3.
 HALF = 0.5
 EAST_NORTH = np.array([[0.0, 1.0], [1.0, 0.0]])
-
-
-@dataclass(frozen=True)
-class WrongDescription:
-    """A wrong description as a belief states it, its log odds, finite also beyond all doubt, and what was seen.
-
-    `sigma` is that of its value; 0 where that is one of a few alternatives.
-    """
-
-    effect: EffectBelief
-    log_odds: float
-    seen: str
-    sigma: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,13 +205,15 @@ def _best(recording: Recording, read: _Changes, found: Finding, options: Sequenc
 
 
 def _posterior(changes: _Changes, recording: Recording) -> float:
-    """log evidence of a recording so mended, and the log prior of so many mistakes."""
-    return _evidence(changes.on(recording)) + AXIS_PRIOR * len(changes.described)
-
-
-def _evidence(recording: Recording) -> float:
-    """log evidence of a recording under its belief, -inf where it cannot be navigated."""
-    return _height(_navigated(recording))
+    """log evidence of a recording so mended, and the log prior of so many mistakes, those of its start among them."""
+    mended_so = changes.on(recording)
+    case = _navigated(mended_so)
+    height = _height(case)
+    return (
+        height
+        if height == -np.inf
+        else height + AXIS_PRIOR * len(changes.described) + log_prior_of_start(mended_so, case)
+    )
 
 
 def _navigated(recording: Recording) -> Case | None:

@@ -10,9 +10,9 @@ from ins_eval.effects import turned_start
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.error_model.geometry import cross_matrices, turn, turned
 from ins_eval.error_model.null import begins_as_stated
-from ins_eval.estimation.description import WrongDescription
+from ins_eval.estimation.wrong_description import WrongDescription
 from ins_eval.recording.belief import EffectBelief
-from ins_eval.recording.consistency.alternatives import BEYOND_DOUBT
+from ins_eval.recording.consistency.alternatives import AXIS_PRIOR, BEYOND_DOUBT
 from ins_eval.units import ARCSEC, DEG
 
 if TYPE_CHECKING:
@@ -36,16 +36,32 @@ def wrong_start(recording: Recording, case: Case) -> list[WrongDescription]:
 
     are beyond doubt, S the variances that are stated, o the others but for those that are wrong.
     """
+    wrong, stated_sigma = _wrong_of_start(recording, case)
+    return [_description(ROTATION_NAMES[k], *wrong[k], stated_sigma[k]) for k in wrong]
+
+
+def log_prior_of_start(recording: Recording, case: Case) -> float:
+    """Nats by which an attitude that is stated wrong is less likely than one that is stated rightly.
+
+    Each component is a mistake, and it may then be any angle: one of 2 pi, against a normal density at its middle,
+    log(s / sqrt(2 pi)) of the stated sigma s.
+    """
+    wrong, stated_sigma = _wrong_of_start(recording, case)
+    return sum(AXIS_PRIOR + float(np.log(stated_sigma[k] / np.sqrt(2.0 * np.pi))) for k in wrong)
+
+
+def _wrong_of_start(recording: Recording, case: Case) -> tuple[dict[int, tuple[float, float, float]], np.ndarray]:
+    """z, sqrt(p) and nats of each component that is stated wrong, and the stated sigmas (3,); none where none are."""
     stated, navigated = turned_start(recording.start, recording.belief), case.believed
     if navigated is None or stated.attitude_rad is None or stated.attitude_sigma_rad is None:
-        return []
+        return {}, np.zeros(3)
+    stated_sigma = np.asarray(stated.attitude_sigma_rad)
     if begins_as_stated(recording, navigated.start):
-        return []
+        return {}, stated_sigma
     off, covariance = _off(case)
     phi = turn(stated.attitude_rad, turned([navigated.start.attitude_rad], [off])[0])
     response = _of_further_turn(phi)
-    wrong = _wrong_components(phi, response @ covariance @ response.T, np.asarray(stated.attitude_sigma_rad))
-    return [_description(ROTATION_NAMES[k], *wrong[k], stated.attitude_sigma_rad[k]) for k in wrong]
+    return _wrong_components(phi, response @ covariance @ response.T, stated_sigma), stated_sigma
 
 
 def _description(

@@ -32,7 +32,8 @@ from ins_eval.estimation.description import (
     REFUTED,
     _believing,
     _beyond_sensors,
-    _evidence,
+    _height,
+    _navigated,
     _of_matrix,
     wrong_columns,
     wrong_descriptions,
@@ -57,6 +58,8 @@ TURNS_LITTLE_ON_WHEELS = (56, 97)  # whose gyro z has the wrong sign
 TURNS_ALIKE = (55, 11)  # another, in which gyro y seems to have what gyro z has
 TWIN_FLIGHT = (53, 72)  # of a flight whose gyros x and y stand for each other, and whose antenna is where the IMU is
 LEFT_OUT = 2  # seed of a straight flight in which a reversed gyro z looks like the rotation of the Earth
+X_WITH_Y = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+RIGHT_FORWARD_UP = np.diag([1.0, 1.0, -1.0]) @ X_WITH_Y
 ROUNDING = 1e-5  # of the evidence of a navigation, in nats
 
 
@@ -265,7 +268,8 @@ def test_a_gyro_that_feels_an_earth_that_is_left_out_is_not_turned_over(tmp_path
     earth = read.belief.earth.model_copy(update={"rotation": False})
     recording = believed(replace(read, belief=read.belief.model_copy(update={"earth": earth})))
     turned = EffectBelief(name=SIGN, axis="z", value=-1.0, sensor="gyro")
-    assert _evidence(_believing(recording, [turned])) > _evidence(recording) + BEYOND_DOUBT
+    right, over = (_height(_navigated(one)) for one in (recording, _believing(recording, [turned])))
+    assert over > right + BEYOND_DOUBT
     assert wrong_columns(recording, prepare(recording)) == []
 
 
@@ -281,11 +285,30 @@ def test_of_twins_that_navigate_alike_the_one_mistake_is_named(monkeypatch, mist
     found = Finding("axes", "", "", 10.0, orders=tuple(twins))
     read = description._Changes(same, same)
     rounded = iter([ROUNDING * k for k in range(len(twins))] + [-100.0])
-    monkeypatch.setattr(description, "_evidence", lambda recording: next(rounded))
+    monkeypatch.setattr(description, "_navigated", lambda recording: None)
+    monkeypatch.setattr(description, "_height", lambda case: next(rounded))
+    monkeypatch.setattr(description, "log_prior_of_start", lambda recording, case: 0.0)
     recording = Recording("r", "flight", Start(0.0, 0.6, 0.1, 0.0), None)
     best = description._best(recording, read, found, list(description._options(found, read)))
     np.testing.assert_array_equal(best.gyro, mistake)
     np.testing.assert_array_equal(best.accelerometer, same)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("accelerometer", "gyro", "named"),
+    [
+        (RIGHT_FORWARD_UP, RIGHT_FORWARD_UP, [(EXCHANGED, "x"), (SIGN, "z")] * 2),
+        (X_WITH_Y, np.eye(3), [(EXCHANGED, "x")]),
+    ],
+)
+def test_axes_are_wrong_where_the_start_would_be_turned_by_right_angles(tmp_path, accelerometer, gyro, named) -> None:
+    """A start is stated to a part of a degree: it is not upside down, and another order of the axes fits as well."""
+    made("navigation", "climb, cruise, landing", 3).save(tmp_path / "flight")
+    read = form.read(tmp_path / "flight")
+    imu = replace(read.imu, accelerometer=read.imu.accelerometer @ accelerometer.T, gyro=read.imu.gyro @ gyro.T)
+    found, _ = wrong_descriptions(replace(read, imu=imu))
+    assert [(one.effect.name, one.effect.axis) for one in found] == named
 
 
 @pytest.mark.slow
@@ -311,7 +334,7 @@ def test_at_a_wrong_instant_no_column_is_called_wrong() -> None:
         recording,
         belief=with_effects(recording.belief, [EffectBelief(name=SIGN, axis="y", value=-1.0, sensor="accelerometer")]),
     )
-    assert _evidence(sign) > _evidence(recording)
+    assert _height(_navigated(sign)) > _height(_navigated(recording))
     assert wrong_columns(recording, case) == []
 
 

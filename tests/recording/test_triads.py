@@ -115,7 +115,7 @@ def test_a_box_that_is_mounted_as_its_start_states_is_as_it_should_be(world, mou
 def test_one_mistake_stands_before_the_same_motion_in_a_turned_box(world):
     """Gyros x and y exchanged are as far from the data as three mistakes in a box on its side, and likelier."""
     (found,) = triads.check_triads(turned(world["industrial", "climb, cruise, landing", 0], X_WITH_Y, SAME))
-    counted = [int(mistakes(force) + mistakes(rate)) for force, rate in found.orders]
+    counted = [int(mistakes(force) + mistakes(rate)) for force, rate in found.orders[: triads.MOST_NAMED]]
     np.testing.assert_array_equal(found.orders[0], (SAME, X_WITH_Y))
     assert counted[0] == 1 and counted == sorted(counted)
 

@@ -24,7 +24,7 @@ from ins_eval.estimation.study import Hypothesis
 from ins_eval.recording.belief import EffectBelief
 
 if TYPE_CHECKING:
-    from ins_eval.estimation.description import WrongDescription
+    from ins_eval.estimation.wrong_description import WrongDescription
 
 VERDICTS = {NO_MISMATCH: EXPLAINED, UNEXPLAINED: PARTLY}  # with a wrong description beside it
 

@@ -13,7 +13,8 @@ triads against each other: `windows`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -23,6 +24,7 @@ from ins_eval.random_processes import NORMAL_MAD
 from ins_eval.recording import Fixes, Recording
 from ins_eval.recording.consistency.alternatives import (
     AXIS_PRIOR,
+    BEYOND_DOUBT,
     EXPLAINED,
     LIKELY,
     MATRICES,
@@ -68,6 +70,7 @@ ATTITUDE_STEP_S = 0.1
 HELD_SHARE = 0.1
 IN_AIR = 0.7  # of the rate of the course, that a gyro about down may leave: a wing that rocks shows it in none
 MOST_NAMED = 3  # alternatives that the motion cannot tell apart
+MOST_TRIED = 12  # of those that a navigation may tell apart: by reasoning
 LEFT_HANDED_PRIOR = 3.0  # log prior against a mirrored set of both triads; to turn one is a commoner mistake
 ONE_TRIAD_PRIOR = 1.0  # the same against triads that are not turned alike, a mistake of its own; both by reasoning
 TURN_INTERVAL_S, FORCE_INTERVAL_S = 1.0, 1.0
@@ -328,7 +331,22 @@ def _decided(by_rate, by_force, relative, by: str) -> list[Finding]:
     )
     near = [(int(p), int(g)) for p, g in near if p or g]
     orders = list(dict.fromkeys([*near[:MOST_NAMED], *[(p, g) for p, g in near if p == g][:1]]))
-    return [_named(int(best[0]), orders, float(RATE_FACTORS[units[0]]), float(FORCE_FACTORS[units[1]]), log_odds, by)]
+    named = _named(int(best[0]), orders, float(RATE_FACTORS[units[0]]), float(FORCE_FACTORS[units[1]]), log_odds, by)
+    return [replace(named, orders=_matrices([*orders, *_alike(total[best[0]])])) if named.orders else named]
+
+
+def _alike(total: np.ndarray) -> list[tuple[int, int]]:
+    """Accelerometers and gyros by total (48, 48): one of the triads wrong, or the whole unit turned, likeliest first.
+
+    Where it hardly turns the motion in windows tells little; a navigation tells more.
+    """
+    apart = [(p, g) for p, g in np.ndindex(total.shape) if (p or g) and (p == g or not p or not g)]
+    near = [k for k in apart if total[k] > total.max() - BEYOND_DOUBT]
+    return sorted(near, key=lambda k: -total[k])[:MOST_TRIED]
+
+
+def _matrices(orders: Sequence[tuple[int, int]]) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    return tuple((MATRICES[p], MATRICES[g]) for p, g in dict.fromkeys(orders))
 
 
 def _named(a: int, orders: list[tuple[int, int]], rate: float, force: float, log_odds: float, by: str) -> Finding:
@@ -351,8 +369,7 @@ def _named(a: int, orders: list[tuple[int, int]], rate: float, force: float, log
     words = " or ".join(_order_words(p, g) for p, g in orders)
     matrix = MATRICES[orders[0][0]] if orders[0][0] == orders[0][1] else None
     mend = f"correct order and signs of the columns ({words})"
-    return Finding("axes", f"{seen}{words}", mend, log_odds, matrix=matrix,
-                   orders=tuple((MATRICES[p], MATRICES[g]) for p, g in orders))  # fmt: skip
+    return Finding("axes", f"{seen}{words}", mend, log_odds, matrix=matrix, orders=_matrices(orders))
 
 
 def _order_words(p: int, g: int) -> str:
