@@ -37,6 +37,7 @@ from ins_eval.recording.form.plausibility import check_plausible
 from ins_eval.recording.form.start import start_of, start_of_solution
 from ins_eval.recording.mending import mended
 from ins_eval.recording.outages import measured, stated_valid
+from ins_eval.recording.thermometer import without_faults
 from ins_eval.recording.validation import validate
 from ins_eval.tables import parse, read_toml
 from ins_eval.units import DEG
@@ -120,6 +121,8 @@ def _start_and_imu(
     _check_rate(opened, step_s)
     start, said = start_of(opened, tables, float(time_s[0]) - step_s)
     imu, assumed = _imu(table, description.imu, time_s, start.time_s)
+    imu, faults = without_faults(imu)
+    assumed += faults
     return start, imu, [*table.notes, *lost, *assumed, *said]
 
 
