@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing, or stamped late
-BESIDE = 15  # samples before and after a step by which its pace is judged; white jitter of 0.15 passes
-MADE_UP = 0.5  # of what a step is too long: stamps that go on at least so much later lack a sample
+BESIDE = 30  # samples before and after a step by which its pace is judged; white jitter of 0.3 passes
+MADE_UP = 0.5  # of what a step is too long, or of a sample: stamps that go on at least so much later lack one
 
 
 def gaps(time_s: np.ndarray, longest: float = LONGEST_STEP) -> np.ndarray:
@@ -18,8 +18,10 @@ def gaps(time_s: np.ndarray, longest: float = LONGEST_STEP) -> np.ndarray:
     steps = np.diff(time_s)
     step_s = float(np.median(steps))
     long = np.flatnonzero(steps > longest * step_s)
-    late = time_s / step_s - np.arange(time_s.size)
+    paces_s = time_s[BESIDE:] - time_s[:-BESIDE]
+    pace_s = float(np.median(paces_s)) / BESIDE if paces_s.size else step_s  # not the median of steps that jitter
+    late = time_s / pace_s - np.arange(time_s.size)
     later = np.array(
         [np.median(late[k + 1 : k + 1 + BESIDE]) - np.median(late[max(0, k + 1 - BESIDE) : k + 1]) for k in long]
     )
-    return long[later >= MADE_UP * (steps[long] / step_s - 1.0)] if long.size else long
+    return long[later >= MADE_UP * np.maximum(steps[long] / step_s - 1.0, 1.0)] if long.size else long
