@@ -18,8 +18,9 @@ def gaps(time_s: np.ndarray, longest: float = LONGEST_STEP) -> np.ndarray:
     steps = np.diff(time_s)
     step_s = float(np.median(steps))
     long = np.flatnonzero(steps > longest * step_s)
-    paces_s = time_s[BESIDE:] - time_s[:-BESIDE]
-    pace_s = float(np.median(paces_s)) / BESIDE if paces_s.size else step_s  # not the median of steps that jitter
+    paces_s = (time_s[BESIDE:] - time_s[:-BESIDE]) / BESIDE
+    paces_s = paces_s[paces_s < longest * step_s]
+    pace_s = float(np.median(paces_s)) if paces_s.size else step_s  # not the median of steps that jitter
     late = time_s / pace_s - np.arange(time_s.size)
     later = np.array(
         [np.median(late[k + 1 : k + 1 + BESIDE]) - np.median(late[max(0, k + 1 - BESIDE) : k + 1]) for k in long]

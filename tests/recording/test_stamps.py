@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ins_eval.recording.stamps import LONGEST_STEP, gaps
+from ins_eval.recording.stamps import BESIDE, LONGEST_STEP, gaps
 
 STEP_S, SAMPLES, MISSING = 0.02, 20_000, 12_345
 
@@ -23,4 +23,5 @@ def test_jitter_is_no_gap_and_a_missing_sample_is_one(sigma: float) -> None:
     assert sigma < 0.2 or (np.diff(stamps) > LONGEST_STEP * STEP_S).sum() > 100  # it has steps as long as a gap
     assert gaps(stamps).size == 0
     found = gaps(jittered(sigma, missing=True))
-    assert found.size and abs(found - (MISSING - 1)).max() <= 2
+    apart = abs(found - (MISSING - 1))  # steps that are long by jitter, so near that medians see the gap, count as well
+    assert apart.min() <= 2 and apart.max() < BESIDE
