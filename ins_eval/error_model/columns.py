@@ -26,7 +26,7 @@ _KNOWN = _EARTH + 2 * len(EARTH_TERMS)
 _ELAPSED = _KNOWN + 3
 # what a node can show, before the nine channels themselves
 _RESIDUAL, _DELAY, _LAG, _SMOOTHING = range(4)
-_ARM = _SMOOTHING + SMOOTHINGS
+_ARM = _SMOOTHING + 2 * SMOOTHINGS
 _MOUNT, _CHANNEL = _ARM + 3, _ARM + 6
 
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.polynomial.laguerre import laggauss
 from scipy.spatial.transform import Rotation
 
 from ins_eval.earth import EARTH_RATE, radii
@@ -31,10 +30,8 @@ STANDSTILL_POSITION_M, STANDSTILL_VELOCITY_MPS = 0.01, 0.002
 REFERENCE_POSITION_M, REFERENCE_VELOCITY_MPS, REFERENCE_ATTITUDE_RAD = 1.0, 0.01, 0.01 * DEG  # where not stated
 STAND_S, STAND_EDGE_S = 10.0, 2.0  # shortest stand between two moves; what is left out at its ends
 EPOCH_S = 1.0
-# Of a receiver that smooths: means to either side, and memories of filters of first order; by reasoning.
-SMOOTHED_S, REMEMBERED_S = (1.0, 3.0), (0.3, 1.0, 3.0)
-SMOOTHINGS = 2 * (len(SMOOTHED_S) + len(REMEMBERED_S))
-PAST = 8  # instants over which a memory is summed: within 0.02 of a stop at 3 m/s^2 for memories up to 1 s
+SMOOTHED_S = (1.0, 3.0)  # of a curve that a receiver smooths, to either side: by reasoning
+SMOOTHINGS = 3  # of a curve each: over the two, and to one side
 LONGEST_EPOCH_S = 4.0  # of a day: columns of a flight with turns keep their errors of 3e-3 (test_error_model)
 # within which only random walks and jolts change anything, and as many as tell the noise: by reasoning
 STANDING_EPOCH_S, FEWEST_STANDING = 5.0, 300
@@ -57,7 +54,7 @@ class Observations:
 
     `residual` (nodes, 9); `sigma` (nodes, 9) as believed; `design` (nodes, 9, 9) what a channel sees of the state;
     `of_arm` (nodes, 3, 9) response to an antenna that is 1 m farther along a body axis than believed; `of_delay`
-    (nodes, 9) response to a stamp that is 1 s later than believed; `of_smoothing` (nodes, 10, 9) response to a
+    (nodes, 9) response to a stamp that is 1 s later than believed; `of_smoothing` (nodes, 6, 9) response to a
     receiver that smooths its velocities, then its positions, see `smoothing`; `arc` (nodes,) the arc of the solution;
     `measured_by` (9,) the source of each channel.
     """
@@ -154,7 +151,7 @@ def observe(
         design=np.zeros((count, CHANNELS, STATES)),
         of_arm=np.zeros((count, 3, CHANNELS)),
         of_delay=np.zeros((count, CHANNELS)),
-        of_smoothing=np.zeros((count, SMOOTHINGS, CHANNELS)),
+        of_smoothing=np.zeros((count, 2 * SMOOTHINGS, CHANNELS)),
         arc=arc,
     )
     out.design[:] = np.eye(CHANNELS, STATES)
@@ -203,7 +200,7 @@ def _one_source(source: MeasurementSource, row: np.ndarray, out: Observations, s
         out.design[at, channel] = design[here, channel]
         out.of_delay[at, channel] = of_delay[here, channel]
         if source.name == "gps" and channel < 6:
-            own = slice(SMOOTHINGS // 2) if channel >= 3 else slice(SMOOTHINGS // 2, SMOOTHINGS)
+            own = slice(SMOOTHINGS) if channel >= 3 else slice(SMOOTHINGS, 2 * SMOOTHINGS)
             out.of_smoothing[at, own, channel] = smoothed[here, :, channel]
         for axis in range(3):
             # an antenna farther out than believed: the measurement is ahead of the solution
@@ -227,19 +224,18 @@ def _delay(states, row: np.ndarray, spin_b: np.ndarray, mat: np.ndarray, measure
 
 
 def smoothing(states: States) -> np.ndarray:
-    """What a receiver that smooths leaves out of positions and velocities beside what is late, (n, 5, 6) in m and m/s.
+    """What a receiver that smooths leaves out of positions and velocities beside what is late, (n, 3, 6) in m and m/s.
 
-    Of a position or velocity x, with its derivative x',
+        x(t) - (x(t - h) + x(t + h)) / 2   for h = 1 s and 3 s, of means to both sides alike,
+        (x(t + 3 s) - x(t - 3 s)) / 2 - 3 (x(t + 1 s) - x(t - 1 s)) / 2   of one that is not,
 
-        x(t) - (x(t - h) + x(t + h)) / 2                    for h = 1 s and 3 s, of means to both sides,
-        x(t) - int_0^inf exp(-s) x(t - m s) ds - m x'(t)    for m = 0.3 s, 1 s and 3 s, of filters that remember,
-
-    all 0 where x' is steady: by how much a mean is late is a delay. A filter is a sum of the five, with a delay that
-    takes as much of what shakes as they do. The integral is a sum over the abscissas of Gauss and Laguerre. Beyond its
-    ends the solution goes on as it is accelerated there.
+    all 0 where the rate of a position or velocity x is steady: by how much a mean is late is a delay. A filter with
+    weights w is a sum of the three, up to what differs within a second. Beyond its ends the solution goes on as it is
+    accelerated there.
     """
     from scipy.interpolate import CubicHermiteSpline  # imported here, for it takes long and few need it
 
+    near_s, far_s = SMOOTHED_S
     time_s, velocity, acceleration = states.time_s, states.velocity_n, states.acceleration_n
     step_s = np.diff(time_s)[:, None]
     steps = 0.5 * step_s * (velocity[1:] + velocity[:-1]) - step_s**2 / 12.0 * np.diff(acceleration, axis=0)
@@ -252,12 +248,15 @@ def smoothing(states: States) -> np.ndarray:
         steady = np.where(beyond < 0.0, acceleration[0], acceleration[-1])
         return np.hstack([path(inside) + beyond * there + 0.5 * beyond**2 * steady, there + beyond * steady])
 
-    past, weights = laggauss(PAST)
-    means = [0.5 * (at(-h) + at(h)) for h in SMOOTHED_S]
-    for memory in REMEMBERED_S:
-        late = memory * np.hstack([velocity, acceleration])
-        means.append(late + sum(w * at(-memory * s) for s, w in zip(past, weights, strict=True)))
-    return np.stack([at(0.0) - one for one in means], axis=1)
+    here, before, after, far_before, far_after = (at(apart_s) for apart_s in (0.0, -near_s, near_s, -far_s, far_s))
+    return np.stack(
+        [
+            here - 0.5 * (before + after),
+            here - 0.5 * (far_before + far_after),
+            0.5 * (far_after - far_before) - 0.5 * far_s / near_s * (after - before),
+        ],
+        axis=1,
+    )
 
 
 def _rate(believed: Believed, states: States) -> np.ndarray:

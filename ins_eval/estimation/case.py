@@ -15,7 +15,7 @@ from ins_eval.error_model import null
 from ins_eval.error_model.columns import Assembled, Column, Drive, Measured, SlowFactor, assemble, observed_of
 from ins_eval.error_model.geometry import apart
 from ins_eval.error_model.library import Candidate, Parameters, candidates, composed_candidates, member
-from ins_eval.error_model.observations import REFERENCE_POSITION_M, REMEMBERED_S, SMOOTHED_S, Observations
+from ins_eval.error_model.observations import REFERENCE_POSITION_M, Observations
 from ins_eval.error_model.thermometer import left_open
 from ins_eval.errors import DataRefused
 from ins_eval.estimation import arcs, noise
@@ -43,13 +43,10 @@ LEAST_VELOCITY_SIGMA_MPS = 1e-3  # of a start that is said to be exact
 LEAST_POSITION_SIGMA_M = 0.01
 MOUNTING_SIGMA_RAD = 5e-5  # two boxes said to be parallel
 LAG_S = 0.05  # of positions against velocities of one receiver: real ones of two autopilots are 15 and 90 ms younger
-SMOOTHING = 1.0  # share of what a filter that only means, or only remembers, leaves out: all of it, by reasoning
+SMOOTHING = 0.5  # share of what a receiver that means over three seconds leaves out, 2 / 3: by reasoning
 LAG = "positions of GPS older than its velocities"
 SMOOTHED = {
-    what: tuple(
-        f"{what} of GPS smoothed {how}"
-        for how in (*(f"over {x:g} s" for x in SMOOTHED_S), *(f"with a memory of {x:g} s" for x in REMEMBERED_S))
-    )
+    what: tuple(f"{what} of GPS smoothed {over}" for over in ("over 1 s", "over 3 s", "to one side"))
     for what in ("velocities", "positions")
 }
 REFERENCE_ARM_M = 0.3  # between the points at which two boxes navigate, beyond what is stated

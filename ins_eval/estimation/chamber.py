@@ -152,7 +152,7 @@ def _observations(readings: ChamberReadings, residual: np.ndarray) -> Observatio
         design=np.zeros((count, CHANNELS, STATES)),
         of_arm=np.zeros((count, 3, CHANNELS)),
         of_delay=np.zeros((count, CHANNELS)),
-        of_smoothing=np.zeros((count, SMOOTHINGS, CHANNELS)),
+        of_smoothing=np.zeros((count, 2 * SMOOTHINGS, CHANNELS)),
         arc=np.zeros(count, dtype=int),
     )
 

@@ -6,7 +6,7 @@ import numpy as np
 
 LONGEST_STEP = 1.5  # of the median step; beyond it a sample is missing, or stamped late
 BESIDE = 30  # samples before and after a step by which its pace is judged; white jitter of 0.3 passes
-MADE_UP = 0.5  # of what a step is too long, or of a sample: stamps that go on at least so much later lack one
+MADE_UP = 0.6  # of what a step is too long, or of a sample: stamps that go on at least so much later lack one
 
 
 def gaps(time_s: np.ndarray, longest: float = LONGEST_STEP) -> np.ndarray:

@@ -30,7 +30,7 @@ def seen() -> Observations:
         design=np.zeros((ROWS, CHANNELS, STATES)),
         of_arm=np.zeros((ROWS, 3, CHANNELS)),
         of_delay=np.zeros((ROWS, CHANNELS)),
-        of_smoothing=np.zeros((ROWS, SMOOTHINGS, CHANNELS)),
+        of_smoothing=np.zeros((ROWS, 2 * SMOOTHINGS, CHANNELS)),
         arc=np.zeros(ROWS, dtype=int),
         measured_by=("gps",) * 6 + ("",) * 3,
     )

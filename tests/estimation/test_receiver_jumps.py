@@ -70,7 +70,7 @@ class Way:
             design=np.zeros((ROWS, CHANNELS, STATES)),
             of_arm=np.zeros((ROWS, 3, CHANNELS)),
             of_delay=of_delay,
-            of_smoothing=np.zeros((ROWS, SMOOTHINGS, CHANNELS)),
+            of_smoothing=np.zeros((ROWS, 2 * SMOOTHINGS, CHANNELS)),
             arc=np.zeros(ROWS, dtype=int),
             measured_by=("gps",) * 6 + ("",) * 3,
         )
