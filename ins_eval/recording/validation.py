@@ -125,7 +125,7 @@ def _check_time(recording: Recording, where: str) -> float:
             f"{where}: the first IMU sample ends {first_s:.6g} s after the start, expected about one step of "
             f"{step_s:.6g} s; set the start's time one step before the first sample"
         )
-    found = gaps(time_s)
+    found = gaps(time_s, least=1.0)
     if found.size:
         k = found[0]
         more = f" and {found.size - 1} more" if found.size > 1 else ""
