@@ -50,9 +50,9 @@ class Missing(NamedTuple):
 class Measured(NamedTuple):
     """weight x slow(t) x what a measurement shows.
 
-    Of "delay", "lag" (positions that are older than the velocities beside them, 1 s), "smoothing_0" to "smoothing_2"
-    (`observations.smoothing`), "arm_x" (y, z), "mount_x" (y, z: reference not parallel, 1 rad), and "channel_0" to
-    "channel_8".
+    Of "delay", "lag" (positions that are older than the velocities beside them, 1 s), "smoothing_0" to "smoothing_5"
+    (`observations.smoothing`, of velocities, then of positions), "arm_x" (y, z), "mount_x" (y, z: reference not
+    parallel, 1 rad), and "channel_0" to "channel_8".
     """
 
     response: str

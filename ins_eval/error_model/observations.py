@@ -189,7 +189,7 @@ def _one_source(source: MeasurementSource, row: np.ndarray, out: Observations, s
     sigma = _sigma(source)
     stamped = source.name != "standstill"  # which holds at any instant
     of_delay = stamped * _delay(states, row, spin_b, mat, fixes.velocity_n)
-    smoothed = smoothing(states)[row]
+    smoothed = smoothing(states)[row] if source.name == "gps" else np.zeros((row.size, SMOOTHINGS, 6))
     design = np.broadcast_to(np.eye(CHANNELS, STATES), (row.size, CHANNELS, STATES)).copy()
     design[:, POSITION, ATTITUDE], design[:, VELOCITY, ATTITUDE] = cross_matrices(arm_n), cross_matrices(swing_n)
     for channel in range(CHANNELS):
@@ -199,7 +199,7 @@ def _one_source(source: MeasurementSource, row: np.ndarray, out: Observations, s
         out.sigma[at, channel] = sigma[here, channel]
         out.design[at, channel] = design[here, channel]
         out.of_delay[at, channel] = of_delay[here, channel]
-        if source.name == "gps" and channel < 6:
+        if channel < 6:
             own = slice(SMOOTHINGS) if channel >= 3 else slice(SMOOTHINGS, 2 * SMOOTHINGS)
             out.of_smoothing[at, own, channel] = smoothed[here, :, channel]
         for axis in range(3):
@@ -233,7 +233,7 @@ def smoothing(states: States) -> np.ndarray:
     weights w is a sum of the three, up to what differs within a second. Beyond its ends the solution goes on as it is
     accelerated there.
     """
-    from scipy.interpolate import CubicHermiteSpline  # imported here, for it takes long and few need it
+    from scipy.interpolate import CubicHermiteSpline  # imported here, for it takes long and not every verb needs it
 
     near_s, far_s = SMOOTHED_S
     time_s, velocity, acceleration = states.time_s, states.velocity_n, states.acceleration_n

@@ -208,12 +208,13 @@ def _posterior(changes: _Changes, recording: Recording) -> float:
     """log evidence of a recording so mended, and the log prior of so many mistakes, those of its start among them."""
     mended_so = changes.on(recording)
     case = _navigated(mended_so)
-    height = _height(case)
-    return (
-        height
-        if height == -np.inf
-        else height + AXIS_PRIOR * len(changes.described) + log_prior_of_start(mended_so, case)
-    )
+    if (height := _height(case)) == -np.inf:
+        return height
+    with np.errstate(all="ignore"):
+        try:
+            return height + AXIS_PRIOR * len(changes.described) + log_prior_of_start(mended_so, case)
+        except (ArithmeticError, np.linalg.LinAlgError, ValueError):
+            return -np.inf
 
 
 def _navigated(recording: Recording) -> Case | None:

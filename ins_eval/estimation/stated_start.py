@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ins_eval.estimation.case import Case
     from ins_eval.recording import Recording
 
+LEAST_SIGMA_RAD = 1e-6  # of an attitude that is said to be exact: a fifth of an arcsecond, by reasoning
 ROTATION_NAMES = {k: of for of, k in ROTATIONS.items()}
 
 
@@ -47,7 +48,8 @@ def log_prior_of_start(recording: Recording, case: Case) -> float:
     log(s / sqrt(2 pi)) of the stated sigma s.
     """
     wrong, stated_sigma = _wrong_of_start(recording, case)
-    return sum(AXIS_PRIOR + float(np.log(stated_sigma[k] / np.sqrt(2.0 * np.pi))) for k in wrong)
+    sigma = np.maximum(stated_sigma, LEAST_SIGMA_RAD)
+    return sum(AXIS_PRIOR + float(np.log(sigma[k] / np.sqrt(2.0 * np.pi))) for k in wrong)
 
 
 def _wrong_of_start(recording: Recording, case: Case) -> tuple[dict[int, tuple[float, float, float]], np.ndarray]:

@@ -11,11 +11,12 @@ while one that was computed is the other way round, and scatters to and fro with
 from velocities is computed too, but these are smooth.
 
 A receiver that loses its satellites may go straight on, or stand, and jump back when it has them again: one velocity v
-to the last digit in `HELD` fixes and more, up to fix k, and then farther off than is usual and than a vehicle gets,
+to the last digit in `HELD` fixes and more, whose positions lie on that line to `EXACT_M`, and after the last of them
 
-    |p_k+1 - p_k - v dt|  >  `JUMPS` median |p_i+1 - p_i - (v_i + v_i+1) dt / 2| + g dt^2 / 2,   i not in such a run
+    |p_k+1 - p_k - (v_k + v_k+1) dt / 2|  >  `JUMPS` median |p_i+1 - p_i - (v_i + v_i+1) dt / 2| + `LEAST_M`,
 
-A vehicle that keeps its velocity, or one that is written with few digits, ends without that jump.
+i not in such a run. A vehicle that keeps its velocity ends without that jump, and measured positions scatter. One that
+stands does not jump either, but for a receiver that holds it there: it has come to rest by less than g.
 """
 
 from __future__ import annotations
@@ -35,7 +36,8 @@ RISEN_M = 5.0  # of heights, which no velocity down of 0 makes
 COMPUTED = 0.1  # of what the mean of both ends leaves: rounding of positions to a centimetre at 1 Hz
 TO_AND_FRO = -0.1  # correlation of second differences with the next: -3/4 and -2/5 of velocities from white noise
 HELD = 5  # fixes of one velocity: written with few digits, two or three are alike by chance
-JUMPS = 10.0  # times that positions usually depart from their velocities
+JUMPS, LEAST_M = 10.0, 1.0  # times that positions usually depart from their velocities, and metres
+EXACT_M = 0.2  # of positions that were computed: those written to 1e-6 deg are exact to 0.1 m
 WAYS = ("the last interval", "the next interval", "both intervals beside")
 
 
@@ -71,12 +73,16 @@ def without_extrapolated(fixes: Fixes, table: str) -> tuple[Fixes, list[str]]:
         return fixes, []
     pairs = known[:-1], known[1:]
     way_m = moved(fixes.latitude_rad, fixes.longitude_rad, fixes.height_m, pairs)[:, :2]
-    step_s = np.diff(fixes.time_s[known])[:, None]
-    departs_m = np.hypot(*(way_m - 0.5 * (velocity[1:] + velocity[:-1]) * step_s).T)
-    jumps_m = np.hypot(*(way_m - velocity[:-1] * step_s).T)
+    step_s = np.diff(fixes.time_s[known])
+    departs_m = np.hypot(*(way_m - 0.5 * (velocity[1:] + velocity[:-1]) * step_s[:, None]).T)
     usual_m = float(np.nanmedian(departs_m[~same])) if np.isfinite(departs_m[~same]).any() else np.inf
-    most_m = JUMPS * usual_m + 0.5 * STANDARD_GRAVITY * step_s[:, 0] ** 2
-    runs = [(j, k) for j, k in zip(first[held], last[held], strict=True) if jumps_m[k] > most_m[k]]
+    slows = np.hypot(*np.diff(velocity, axis=0).T) > STANDARD_GRAVITY * step_s  # by more than a vehicle does
+    runs = [
+        (j, k)
+        for j, k in zip(first[held], last[held], strict=True)
+        if departs_m[k] > JUMPS * usual_m + LEAST_M and departs_m[j:k].max() < EXACT_M
+        if velocity[j].any() or (j > 0 and slows[j - 1])
+    ]
     if not runs:
         return fixes, []
     valid = fixes.valid.copy()
@@ -85,8 +91,8 @@ def without_extrapolated(fixes: Fixes, table: str) -> tuple[Fixes, list[str]]:
     (j, k), count = runs[0], int(np.count_nonzero(fixes.valid & ~valid))
     return replace(fixes, valid=valid), [
         f"{WARNING}{count} fixes of {table} keep one velocity to the last digit, the first from "
-        f"{fixes.time_s[known[j]]:.6g} to {fixes.time_s[known[k]]:.6g} s, and the next is {jumps_m[k]:.0f} m off where "
-        "that leads, as where a receiver has no satellites; they count as an outage."
+        f"{fixes.time_s[known[j]]:.6g} to {fixes.time_s[known[k]]:.6g} s, and the next is {departs_m[k]:.0f} m off "
+        "from where that leads, as where a receiver has no satellites; they count as an outage."
     ]
 
 

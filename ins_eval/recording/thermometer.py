@@ -3,7 +3,8 @@
 A housing of grams does not jump. A reading T that differs from the one before by more than `JUMPS` degC begins another
 stretch, and the longest is right. On either side of it a stretch is right that begins within as much of where the last
 right one ended; what lies between two right ones, or is short at an end, is no temperature, and a straight line stands
-in for it. A single reading is left to the check of outliers, which refuses it.
+in for it. Where both ends are wrong it is not known which stretch is right, and all stay. One or two readings are left
+to the check of outliers, which refuses them.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from ins_eval.recording import Imu
 from ins_eval.recording.consistency import WARNING
 from ins_eval.recording.consistency.limits import JUMPS
 
-FEWEST = 5  # readings: fewer are single outliers
+FEWEST = 3  # readings: fewer are refused as outliers
 SHORT = 0.1  # share of a recording up to which a stretch at an end, which never returns, is none; by reasoning
 
 
@@ -59,8 +60,10 @@ def _wrong(values: np.ndarray) -> np.ndarray:
             if abs(values[near] - last) <= JUMPS["temperature"]:
                 right.add(k)
                 last = values[far]
-    for k in set(range(count.size)) - right:
-        between = min(right) < k < max(right)
-        if count[k] >= FEWEST and (between or count[k] <= SHORT * values.size):
+    low, high = min(right), max(right)
+    if low > 0 and high < count.size - 1:
+        return out
+    for k in set(np.flatnonzero(count >= FEWEST).tolist()) - right:
+        if low < k < high or count[k] <= SHORT * values.size:
             out[edges[k] : edges[k + 1]] = True
     return out

@@ -331,7 +331,7 @@ def _turned_on(tree: Mapping) -> list[Block]:
     note = "What is uncertain whatever the answer, and was fitted with it: one sigma each. It belongs to no effect."
     if any(unit == "share" for _, _, unit, *_ in rows):
         note += (
-            " A velocity that is smoothed over h is (1 − s) v(t) + s (v(t − h) + v(t + h)) / 2, s the share; to one "
+            " What is smoothed over h is (1 − s) x(t) + s (x(t − h) + x(t + h)) / 2, s the share; to one "
             "side is what a filter that looks back leaves out besides its delay."
         )
     return table("Turn-on biases, attitude at the start, receiver", header, rows, note, align="lllrr") if rows else []

@@ -112,6 +112,45 @@ def test_fixes_that_stand_in_motion_are_an_outage() -> None:
     assert np.array_equal(np.flatnonzero(~left.valid), np.arange(101, 121))
 
 
+def test_a_receiver_that_holds_a_vehicle_at_rest_has_measured_it() -> None:
+    """It stands for 100 s after it braked, and the position leaps by 40 m when it drives off."""
+    fixes = circle(0.0, 0.0)
+    slow = np.clip(np.abs(fixes.time_s - 300.0) - 50.0, 0.0, 20.0) / 20.0  # of its speed: it brakes by 1 m/s^2
+    way_m = np.cumsum(20.0 * slow)
+    north_m = way_m + np.where(fixes.time_s > 350.0, 40.0, 0.0)
+    velocity_n = np.column_stack([20.0 * slow, 0.0 * slow, 0.0 * slow])
+    stood = replace(
+        fixes,
+        latitude_rad=LATITUDE + north_m / RADIUS_M,
+        longitude_rad=np.full_like(fixes.longitude_rad, LONGITUDE),
+        velocity_n=velocity_n,
+    )
+    assert without_extrapolated(stood, "gps") == (stood, [])
+
+
+def test_a_turn_of_five_g_is_no_jump() -> None:
+    t = np.arange(0.0, 60.0, 0.1)
+    course = np.maximum(t - 30.0, 0.0) * 5.0 * 9.8 / 100.0
+    velocity_n = np.column_stack([100.0 * np.cos(course), 100.0 * np.sin(course), 0.0 * t])
+    way_m = np.vstack([np.zeros(3), np.cumsum(0.05 * (velocity_n[1:] + velocity_n[:-1]), axis=0)])
+    truth = Fixes(
+        t,
+        LATITUDE + way_m[:, 0] / RADIUS_M,
+        LONGITUDE + way_m[:, 1] / (RADIUS_M * np.cos(LATITUDE)),
+        np.full(t.size, 100.0),
+        velocity_n,
+        np.ones(t.size, dtype=bool),
+    )
+    assert without_extrapolated(truth, "reference") == (truth, [])
+
+
+def test_positions_that_are_measured_beside_velocities_that_repeat_stay() -> None:
+    """A logger at 10 Hz writes the velocity of each second ten times."""
+    fixes = circle(0.01, 0.05, 10.0)
+    repeated = replace(fixes, velocity_n=np.repeat(fixes.velocity_n[::10], 10, axis=0))
+    assert without_extrapolated(repeated, "gps") == (repeated, [])
+
+
 def test_a_velocity_that_a_vehicle_keeps_is_measured() -> None:
     """Nothing jumps: with positions of 3 m, written to 0.5 m/s on a circle, and at the end of a table."""
     fixes = circle(3.0, 0.0)

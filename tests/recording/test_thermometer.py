@@ -43,6 +43,7 @@ def test_each_axis_has_a_thermometer_of_its_own() -> None:
         np.where(TIME_S < 1000.0, WARMS_C, WARMS_C + 40.0),  # another thermometer from then on
         np.where(TIME_S == 1000.0, SWITCHED_ON_C, WARMS_C),  # a single outlier, which is refused
         np.where(TIME_S < 1000.0, np.nan, WARMS_C),
+        np.where(abs(TIME_S - 1000.0) < 700.0, CUT_OFF_C, WARMS_C),  # which of the two is right nobody knows
     ],
 )
 def test_what_may_be_a_temperature_stays(seen: np.ndarray) -> None:
