@@ -201,7 +201,14 @@ def _best(recording: Recording, read: _Changes, found: Finding, options: Sequenc
     heights = [_posterior(one, recording) for one in options]
     if max(heights) == -np.inf:  # none can be navigated: its odds alone decide
         return options[0] if found.log_odds > BEYOND_DOUBT else None
-    return options[int(np.argmax(heights))] if max(heights) > _posterior(read, recording) else read
+    lead = max(heights) - _posterior(read, recording)
+    if not lead > 0.0:
+        return read
+    best = options[int(np.argmax(heights))]
+    above = f"{lead:.0f} nats above what was read" if np.isfinite(lead) else "and what was read cannot be"
+    seen = f"{found.seen}; of {len(options)} that were navigated what is named is the most probable, {above}"
+    proved = replace(found, log_odds=max(found.log_odds, lead), seen=seen)
+    return replace(best, why=tuple((what, proved if one is found else one) for what, one in best.why))
 
 
 def _posterior(changes: _Changes, recording: Recording) -> float:
