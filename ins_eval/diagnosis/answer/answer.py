@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ins_eval.estimation.case import Case
 
 FORMAT = "ins-diagnosis/1"
+POSITIONS, VELOCITIES = slice(0, 2), slice(3, 5)  # north and east, of the nine channels of a node
 WORDS = ("other_axis", "driver", "form", "sensor", "unit_found", "frame_found")  # parameters that are no numbers
 
 
@@ -131,23 +132,25 @@ def _fit(found: Diagnosis) -> dict[str, Any]:
 
 
 def navigation_errors(cases: Sequence[Case]) -> dict[str, Any]:
-    """Velocity RMS and radial error rate of the pure-inertial solution, over all recordings that move or could."""
+    """Velocity RMS and radial error rate of the pure-inertial solution, over all recordings that move or could.
+
+    Each where what was measured tells it: velocities or positions.
+    """
     squares, rates = [], []
     for case in cases:
         if case.believed is None:
             continue
         y = case.inertial()
-        known = np.isfinite(y[:, :6]).all(axis=1)
         after_s = case.model.nodes_s - case.model.nodes_s[0]
-        known &= after_s > 0.0
-        if not known.any():
-            continue
-        squares.append(y[known, 3:5] ** 2)
-        rates.append(float(radial_error_rates(y[known, :2], after_s[known]).rms))
-    if not squares:
-        return {}
-    north, east = np.sqrt(np.concatenate(squares).mean(axis=0))
-    return {
-        "velocity_rms_mps": {"north": float(north), "east": float(east)},
-        "radial_error_rate_nmi_per_h": float(np.sqrt(np.mean(np.square(rates)))),
-    }
+        position, velocity = (np.isfinite(y[:, two]).all(axis=1) & (after_s > 0.0) for two in (POSITIONS, VELOCITIES))
+        if velocity.any():
+            squares.append(y[velocity, VELOCITIES] ** 2)
+        if position.any():
+            rates.append(float(radial_error_rates(y[position, POSITIONS], after_s[position]).rms))
+    found: dict[str, Any] = {}
+    if squares:
+        north, east = np.sqrt(np.concatenate(squares).mean(axis=0))
+        found["velocity_rms_mps"] = {"north": float(north), "east": float(east)}
+    if rates:
+        found["radial_error_rate_nmi_per_h"] = float(np.sqrt(np.mean(np.square(rates))))
+    return found
