@@ -35,9 +35,9 @@ MOVING_MPS = 1.0  # slower, a velocity says little either way; like the others h
 RISEN_M = 5.0  # of heights, which no velocity down of 0 makes
 COMPUTED = 0.1  # of what the mean of both ends leaves: rounding of positions to a centimetre at 1 Hz
 TO_AND_FRO = -0.1  # correlation of second differences with the next: -3/4 and -2/5 of velocities from white noise
-HELD = 5  # fixes of one velocity: written with few digits, two or three are alike by chance
-JUMPS, LEAST_M = 10.0, 1.0  # times that positions usually depart from their velocities, and metres
-EXACT_M = 0.2  # of positions that were computed: those written to 1e-6 deg are exact to 0.1 m
+HELD = 5  # fixes of one velocity: written with few digits, two or three are alike by chance; by reasoning
+JUMPS, LEAST_M = 10.0, 1.0  # times that positions usually depart from their velocities, and metres; by reasoning
+EXACT_M = 0.2  # of positions that were computed: those written to 1e-6 deg are exact to 0.1 m, of two
 WAYS = ("the last interval", "the next interval", "both intervals beside")
 
 

@@ -17,7 +17,7 @@ from ins_eval.recording import Imu
 from ins_eval.recording.consistency import WARNING
 from ins_eval.recording.consistency.limits import JUMPS
 
-FEWEST = 3  # readings: fewer are refused as outliers
+FEWEST = 3  # readings: one or two are refused as outliers, as `limits.check_outliers` was seen to do
 SHORT = 0.1  # share of a recording up to which a stretch at an end, which never returns, is none; by reasoning
 
 
