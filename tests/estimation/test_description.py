@@ -58,8 +58,6 @@ TURNS_LITTLE_ON_WHEELS = (56, 97)  # whose gyro z has the wrong sign
 TURNS_ALIKE = (55, 11)  # another, in which gyro y seems to have what gyro z has
 TWIN_FLIGHT = (53, 72)  # of a flight whose gyros x and y stand for each other, and whose antenna is where the IMU is
 LEFT_OUT = 2  # seed of a straight flight in which a reversed gyro z looks like the rotation of the Earth
-X_WITH_Y = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-RIGHT_FORWARD_UP = np.diag([1.0, 1.0, -1.0]) @ X_WITH_Y
 ROUNDING = 1e-5  # of the evidence of a navigation, in nats
 
 
@@ -292,23 +290,6 @@ def test_of_twins_that_navigate_alike_the_one_mistake_is_named(monkeypatch, mist
     best = description._best(recording, read, found, list(description._options(found, read)))
     np.testing.assert_array_equal(best.gyro, mistake)
     np.testing.assert_array_equal(best.accelerometer, same)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("accelerometer", "gyro", "named"),
-    [
-        (RIGHT_FORWARD_UP, RIGHT_FORWARD_UP, [(EXCHANGED, "x"), (SIGN, "z")] * 2),
-        (X_WITH_Y, np.eye(3), [(EXCHANGED, "x")]),
-    ],
-)
-def test_axes_are_wrong_where_the_start_would_be_turned_by_right_angles(tmp_path, accelerometer, gyro, named) -> None:
-    """A start is stated to a part of a degree: it is not upside down, and another order of the axes fits as well."""
-    made("navigation", "climb, cruise, landing", 3).save(tmp_path / "flight")
-    read = form.read(tmp_path / "flight")
-    imu = replace(read.imu, accelerometer=read.imu.accelerometer @ accelerometer.T, gyro=read.imu.gyro @ gyro.T)
-    found, _ = wrong_descriptions(replace(read, imu=imu))
-    assert [(one.effect.name, one.effect.axis) for one in found] == named
 
 
 @pytest.mark.slow

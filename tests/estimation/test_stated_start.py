@@ -16,6 +16,7 @@ from ins_eval.believed import believed
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.error_model import geometry
 from ins_eval.estimation.case import prepare
+from ins_eval.estimation.description import wrong_descriptions
 from ins_eval.estimation.stated_start import _of_further_turn, wrong_start
 from ins_eval.interface.diagnose import diagnose
 from ins_eval.recording import form
@@ -26,14 +27,17 @@ GRADES = ("navigation", "industrial")
 STATED_SIGMA_DEG, SIGMAS = 0.1, 4.0  # of a start; of what is found
 STOOD_S, PITCH_DEG = 300.0, -20.0
 STEPS_AT_S, STEP_DEG_PER_H = 200.0, 3000.0
+SIGN, EXCHANGED = "recording.axis_sign", "recording.axes_exchanged"
+X_WITH_Y = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+RIGHT_FORWARD_UP = np.diag([1.0, 1.0, -1.0]) @ X_WITH_Y
 SMALL_RAD = 1e-6  # of a numerical derivative
 
 
-def made(grade: str) -> Made:
-    rng = np.random.default_rng(5)
+def made(grade: str, trajectory: str = "drive", seed: int = 5) -> Made:
+    rng = np.random.default_rng(seed)
     if grade != "navigation":
-        return of_grade(rng, grade, "drive", RATE_HZ)
-    return of_navigation_grade(rng, a_unit(rng, "plain", pulses=False), "drive", RATE_HZ, (), False, ())
+        return of_grade(rng, grade, trajectory, RATE_HZ)
+    return of_navigation_grade(rng, a_unit(rng, "plain", pulses=False), trajectory, RATE_HZ, (), False, ())
 
 
 @pytest.mark.parametrize(
@@ -106,3 +110,20 @@ def test_a_small_turn_after_a_large_one_moves_the_rotation_vector() -> None:
     for large in ([0.3, -0.2, 0.1], [1.0, 2.0, -1.5]):
         moved = (Rotation.from_rotvec(SMALL_RAD * np.eye(3)) * Rotation.from_rotvec(large)).as_rotvec() - large
         np.testing.assert_allclose(moved.T / SMALL_RAD, _of_further_turn(np.array(large)), atol=10.0 * SMALL_RAD)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("accelerometer", "gyro", "named"),
+    [
+        (RIGHT_FORWARD_UP, RIGHT_FORWARD_UP, [(EXCHANGED, "x"), (SIGN, "z")] * 2),
+        (X_WITH_Y, np.eye(3), [(EXCHANGED, "x")]),
+    ],
+)
+def test_axes_are_wrong_where_the_start_would_be_turned_by_right_angles(tmp_path, accelerometer, gyro, named) -> None:
+    """A start is stated to a part of a degree: it is not upside down, and another order of the axes fits as well."""
+    made("navigation", "climb, cruise, landing", 3).save(tmp_path / "flight")
+    read = form.read(tmp_path / "flight")
+    imu = replace(read.imu, accelerometer=read.imu.accelerometer @ accelerometer.T, gyro=read.imu.gyro @ gyro.T)
+    found, _ = wrong_descriptions(replace(read, imu=imu))
+    assert [(one.effect.name, one.effect.axis) for one in found] == named
