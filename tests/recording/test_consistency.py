@@ -252,6 +252,20 @@ def test_a_height_in_another_unit_is_told_by_the_velocity_down(unit, noise_m):
         assert f"the height is in {unit} and was read as m" in found.seen
 
 
+@pytest.mark.parametrize("unit", HEIGHT_UNITS)
+def test_a_noisy_height_in_another_unit_is_told_by_a_slow_climb(unit):
+    """h = 1000 + 200 sin(2 pi t / 1000), of 1.3 m/s at most, with 2.5 m of noise in each fix."""
+    rng, turn = np.random.default_rng(4), 2.0 * np.pi / 1000.0
+    time_s = np.arange(1500.0)
+    down = -200.0 * turn * np.cos(turn * time_s)
+    velocity = np.column_stack([np.full((1500, 2), 20.0), down]) + 0.05 * rng.standard_normal((1500, 3))
+    height_m = 1000.0 + 200.0 * np.sin(turn * time_s) + 2.5 * rng.standard_normal(1500)
+    place = np.zeros(1500)
+    fixes = Fixes(time_s, place, place, height_m / HEIGHT_UNITS[unit], velocity, np.ones(1500, dtype=bool))
+    found = check_height(fixes, "gps")
+    assert found is None if unit == "m" else found.value == unit and found.log_odds > BEYOND_DOUBT
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_heights_of_a_level_way_tell_no_unit(seed):
     """Noise and a slow wander of metres over velocities of centimetres: no factor is that of a unit."""

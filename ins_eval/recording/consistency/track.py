@@ -30,6 +30,8 @@ SPEEDS = SPEED_UNITS | {f"m/s read as {name}": 1.0 / size for name, size in SPEE
 WAY = 0.05  # of the way, that scale errors and filters of a receiver may take from the agreement
 HEIGHT_UNITS = {"m": 1.0, "feet": 0.3048, "cm": 1e-2, "mm": 1e-3}
 HEIGHT_FLOOR_M = 2.0
+# over which heights are differenced as well: a height is noisier than a place, a climb slow; by reasoning
+CLIMB_INTERVAL_S = 30.0
 JUDGED_MPS = 2.0  # slower, the way does not tell the time
 SMALLEST_JUMP_S, LONGEST_JUMP_S = 0.05, 60.0
 STAMP_S = 1e-6  # to which stamps are read
@@ -197,21 +199,25 @@ def _signed(matrix: np.ndarray) -> str:
 def check_height(fixes: Fixes, table: str) -> Finding | None:
     """The unit of the heights that the velocities down, integrated, prefer; their sign is judged with the way."""
     use = fixes.valid & np.isfinite(fixes.height_m) & np.isfinite(fixes.velocity_n[:, 2])
-    pairs = pairs_of(fixes.time_s[use]) if use.sum() > FEWEST else None
-    if pairs is None:
-        return None
-    risen = fixes.height_m[use][pairs[1]] - fixes.height_m[use][pairs[0]]
-    climbed = -travelled(fixes.time_s[use], fixes.velocity_n[use], pairs)[:, 2]
-    log = _height_scores(risen, climbed, 1.0 / np.array(list(HEIGHT_UNITS.values())), POSITION_FLOOR_M)
-    best = np.unravel_index(np.argmax(log), log.shape)
-    log_odds = float(log[best] - log[0, 0])
-    if log_odds < LIKELY or best[1] == 0:
+    time_s, height_m, velocity_n = fixes.time_s[use], fixes.height_m[use], fixes.velocity_n[use]
+    found = []
+    for interval_s in (INTERVAL_S, CLIMB_INTERVAL_S):
+        pairs = pairs_of(time_s, interval_s) if use.sum() > FEWEST else None
+        if pairs is None:
+            continue
+        risen = height_m[pairs[1]] - height_m[pairs[0]]
+        climbed = -travelled(time_s, velocity_n, pairs)[:, 2]
+        log = _height_scores(risen, climbed, 1.0 / np.array(list(HEIGHT_UNITS.values())), POSITION_FLOOR_M)
+        best = np.unravel_index(np.argmax(log), log.shape)
+        found.append((float(log[best] - log[0, 0]), int(best[1]), interval_s, _size(risen), _size(climbed)))
+    log_odds, unit, interval_s, risen_m, climbed_m = max(found, default=(0.0, 0, 0.0, 0.0, 0.0))
+    if log_odds < LIKELY or unit == 0:
         return None
     seen = (
-        f"{table}: heights contradict velocities: they change by {_size(risen):.4g} m in {INTERVAL_S:g} s and the "
-        f"velocities down make {_size(climbed):.4g} m, root mean square, expected the same"
+        f"{table}: heights contradict velocities: they change by {risen_m:.4g} m in {interval_s:g} s and the "
+        f"velocities down make {climbed_m:.4g} m, root mean square, expected the same"
     )
-    return another_height(seen, list(HEIGHT_UNITS)[best[1]], log_odds)
+    return another_height(seen, list(HEIGHT_UNITS)[unit], log_odds)
 
 
 def _size(values: np.ndarray) -> float:
@@ -348,9 +354,9 @@ def _uneven(time_s: np.ndarray, untold: np.ndarray, table: str) -> Finding | Non
     return Finding(f"{table}.clock", seen, "see whether later stamps are as much too late", UNEVEN_ODDS)
 
 
-def pairs_of(time_s: np.ndarray):
-    """Rows (first, last) about `INTERVAL_S` apart without a gap between, thinned to `MOST_ROWS`."""
-    first, last = rows_apart(time_s, INTERVAL_S, overlap=4)
+def pairs_of(time_s: np.ndarray, interval_s: float = INTERVAL_S):
+    """Rows (first, last) about `interval_s` apart without a gap between, thinned to `MOST_ROWS`."""
+    first, last = rows_apart(time_s, interval_s, overlap=4)
     if len(first) < FEWEST:
         return None
     keep = np.unique(np.linspace(0, len(first) - 1, min(len(first), MOST_ROWS)).astype(int))
