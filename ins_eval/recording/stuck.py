@@ -1,4 +1,4 @@
-"""Channels of the IMU that hold one value for longer than chance makes, or are at a limit of their converter."""
+"""Channels of the IMU that hold one value for longer than chance makes, are at a limit of their converter, or spike."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ STUCK_S = 1.0  # shorter, a channel may rest; by reasoning, as are the next
 COARSE_STUCK_S = 30.0  # of a channel whose neighbours are mostly equal: smooth motion alone holds a count for seconds
 CHANCE_RUN_FACTOR = 5.0  # of the longest run of equal values that chance makes, beyond which it is not chance
 TURNING = 0.3  # of the samples of what measures are turning points: 2 / 3 of white noise, few of a motion without noise
+# a sample stands alone that is SPIKE times as far from its neighbours as all but one in a hundred are, where they agree
+# to SHARE of that: a shock rings for more than one; by reasoning
+USUAL, SPIKE, SHARE = 0.99, 10.0, 0.1
 PILE_UP = 10  # times the next value, and that often at least, before the largest value counts as a limit; by reasoning
 
 
@@ -69,6 +72,21 @@ def saturated(values: np.ndarray) -> dict[str, int]:
         if len(np.unique(counts)) > PILE_UP:
             found[which] = piled
     return found
+
+
+def spikes(values: np.ndarray) -> np.ndarray:
+    """Rows of a channel (n,) that stand alone: what motion, and its noise, make reaches over more than one sample.
+
+    With d_k = x_k - (x_(k-1) + x_(k+1)) / 2 a fault a in one sample alone makes d = -a / 2, a, -a / 2.
+    """
+    apart = values[1:-1] - 0.5 * (values[:-2] + values[2:])
+    size = np.abs(apart)
+    if size.size * (1.0 - USUAL) < 1.0 or not size.any():
+        return np.zeros(0, dtype=int)
+    usual = max(float(np.quantile(size, USUAL)), float(size[size > 0.0].min()))  # of few counts most are 0
+    rows = 1 + np.flatnonzero(size[1:-1] > SPIKE * usual)
+    beside = np.maximum(np.abs(apart[rows - 1] + 0.5 * apart[rows]), np.abs(apart[rows + 1] + 0.5 * apart[rows]))
+    return 1 + rows[beside < SHARE * size[rows]]
 
 
 def unmeasured(recording: Recording) -> dict[str, float]:

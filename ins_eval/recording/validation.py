@@ -22,7 +22,7 @@ from ins_eval.recording.consistency.rest import (
     turns_as_the_earth,
 )
 from ins_eval.recording.stamps import LONGEST_STEP, gaps
-from ins_eval.recording.stuck import held, saturated
+from ins_eval.recording.stuck import held, saturated, spikes
 from ins_eval.units import DEG, DEG_PER_H
 
 GRAVITY_TOLERANCE = 0.03  # of gravity: what the accelerometers of a navigator may be off by; by reasoning
@@ -264,7 +264,7 @@ def _guess(factor: float, step_s: float, sensor: str) -> str:
 
 
 def _suspicions(recording: Recording, step_s: float) -> list[str]:
-    """One sentence on stamps that are late, and for each channel that seems stuck or saturated."""
+    """One sentence on stamps that are late, and for each channel that seems stuck or saturated, or spikes."""
     imu, notes = recording.imu, []
     if recording.start.latitude_rad == recording.start.longitude_rad == 0.0:
         notes.append(
@@ -277,7 +277,7 @@ def _suspicions(recording: Recording, step_s: float) -> list[str]:
             f"as much less, first after {imu.time_s[np.argmax(late)]:.6g} s: jitter, none is missing."
         )
     for name, values in zip(CHANNELS, (*imu.gyro.T, *imu.accelerometer.T), strict=True):
-        notes += _stuck(name, values, recording) + _saturated(name, values)
+        notes += _stuck(name, values, recording) + _saturated(name, values) + _spikes(name, values, imu.time_s)
     return notes
 
 
@@ -297,4 +297,16 @@ def _saturated(name: str, values: np.ndarray) -> list[str]:
     return [
         f"{consistency.WARNING}the {name} channel is at its {which} value in {piled} samples: saturated?"
         for which, piled in saturated(values).items()
+    ]
+
+
+def _spikes(name: str, values: np.ndarray, time_s: np.ndarray) -> list[str]:
+    rows = spikes(values)
+    if not rows.size:
+        return []
+    count = "a sample" if rows.size == 1 else f"{rows.size} samples"
+    stand = "stands" if rows.size == 1 else "stand"
+    return [
+        f"{consistency.WARNING}{count} of the {name} channel {stand} far from both neighbours, which agree, first "
+        f"at {time_s[rows[0]]:.6g} s: a fault, or a shock? What it says is taken as motion."
     ]

@@ -11,7 +11,7 @@ from ins_eval.errors import DataRefused
 from ins_eval.readers.psins_text import read_imu_text
 from ins_eval.recording import Fixes, Imu, Recording, Start
 from ins_eval.recording.belief import Belief, GyroBelief
-from ins_eval.recording.stuck import unmeasured
+from ins_eval.recording.stuck import spikes, unmeasured
 from ins_eval.recording.validation import validate
 from tests.ideal import ideal
 
@@ -239,6 +239,20 @@ def test_stuck_dead_and_saturated_channels_are_noted_not_refused():
         "The accelerometer y channel holds one value throughout: dead, or an ideal simulation.",
     )
     assert validate(recording).notes == recording.notes
+
+
+def test_a_sample_that_stands_alone_is_noted_and_a_shock_is_not():
+    """A shock rings for some samples; counts that are mostly 0, and a tail of Student's, hold single ones as well."""
+    rng = np.random.default_rng(5)
+    gyro, accelerometer = parked().imu.gyro.copy(), parked().imu.accelerometer.copy()
+    gyro[[700, 1200], 2] += [1e-3, -2e-3]
+    accelerometer[900:906, 0] += 0.1 * np.sin(np.arange(6.0))
+    recording = validate(with_imu(parked(), gyro=gyro, accelerometer=accelerometer))
+    (note,) = recording.notes[1:]
+    assert note.startswith("Warning: 2 samples of the gyro z channel stand far from both neighbours, which agree, ")
+    assert "first at 7.01 s: a fault, or a shock?" in note
+    for quiet in (1.0 * (rng.random(SAMPLES) < 5e-4), rng.standard_t(5.0, SAMPLES), np.zeros(SAMPLES), np.zeros(1)):
+        assert not spikes(quiet).size
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 1.0])
