@@ -44,8 +44,9 @@ COMPOSED = {
 }
 # of what is felt, on any axis: consumer MEMS are sold with 1 to 3 % uncalibrated, and nothing that is sold has 10 %
 COARSEST_PPM = 1e4
-# nor do zero offsets of consumer MEMS exceed 0.25 g and 20 deg/s (data sheets of ADXL345 and MPU-6050)
-LARGEST_OF = {"ppm": 1e5, "urad": 1e5, "ug/g^2": 1e5, "ug/g^3": 1e5, "ug": 2.5e5, "deg/h": 7.2e4}
+# nor do zero offsets of consumer MEMS exceed 0.25 g and 20 deg/s (data sheets of ADXL345 and MPU-6050); nor are
+# they more crooked than 2 % of a full scale of 2 g: 10 mg/g^2, and 20 mg/g^3 about the best straight line, by reasoning
+LARGEST_OF = {"ppm": 1e5, "urad": 1e5, "ug/g^2": 2e4, "ug/g^3": 2e4, "ug": 2.5e5, "deg/h": 7.2e4}
 HARDLY = 0.01  # of a sum of squares, a tenth in size: by reasoning
 CLOCKS = ("time_offset", "clock_step")
 LARGEST = 400.0  # usual sizes that no instrument of its grade exceeds: consumer sheets over those of navigation grade
@@ -200,14 +201,20 @@ def sized(
         return effect.unit, lag.SPREAD * float(parameters["lag_s"]), 1.0 / lag.SPREAD
     if effect.name == composed.NAME:
         target, *_ = composed.parse_form(str(parameters["form"]))
-        spread = float(np.std(of_parts[0].slow(time_s)))
-        return f"{target.unit} per unit of {parameters['driver']}", target.size / max(spread, 1e-12), 0.0
+        spread = max(float(np.std(of_parts[0].slow(time_s))), 1e-12)
+        size = coarseness(target.sensor, target.multiplier != "1", given) * target.size
+        return f"{target.unit} per unit of {parameters['driver']}", size / spread, 0.0
     coarse = 1.0
     if effect.enters in SENSORS:
-        coarse = max(1.0, given.bias_sigma[effect.enters] / VOCABULARY[f"{effect.enters}.bias"].nominal)
-        if effect.multipliers != ("1",) and effect.unit.startswith((*PROPORTIONAL, "ug")):
-            coarse = min(coarse, COARSEST_PPM / VOCABULARY[f"{effect.enters}.scale"].nominal)
+        of_input = effect.multipliers != ("1",) and effect.unit.startswith((*PROPORTIONAL, "ug"))
+        coarse = coarseness(effect.enters, of_input, given)
     return effect.unit, coarse * effect.nominal, effect.centre / effect.nominal
+
+
+def coarseness(sensor: str, of_input: bool, given: Conditions) -> float:
+    """How many times larger than usual the errors of a unit with its stated bias are, or in proportion to its input."""
+    coarse = max(1.0, given.bias_sigma[sensor] / VOCABULARY[f"{sensor}.bias"].nominal)
+    return min(coarse, COARSEST_PPM / VOCABULARY[f"{sensor}.scale"].nominal) if of_input else coarse
 
 
 def _member(

@@ -8,8 +8,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ins_eval.error_model.library import HARDLY, Candidate
+from ins_eval.effects import composed
+from ins_eval.effects.parts import conditions, parts
+from ins_eval.effects.vocabulary import VOCABULARY
+from ins_eval.error_model.library import HARDLY, Candidate, sized
 from ins_eval.estimation.case import prepare
+from ins_eval.recording import Imu, Recording, Start
+from ins_eval.recording.belief import AccelerometerBelief, Belief, GyroBelief
+
+NEAR = 0.65  # of a usual size: those of a column are 0.4 to 1 of a constant's
 
 MOVES_MPS = 1.0
 LATER_S = 600.0  # by then as much of the flight is behind that a jump is another thing
@@ -47,3 +54,17 @@ def test_what_changes_in_flight_repeats_nothing(candidates) -> None:
     for name in ("accelerometer.scale", "accelerometer.bias", "gyro.scale", "gyro.bias_drift"):
         assert not any(one.repeats for one in of(candidates, name, "z"))
     assert not any(one.repeats for one in of(candidates, "accelerometer.bias_step", "z"))
+
+
+@pytest.mark.parametrize("target", ["gyro bias", "gyro scale", "accelerometer bias", "accelerometer scale"])
+def test_what_follows_a_column_has_the_usual_size_of_its_grade(target: str) -> None:
+    """Over the spread of the column about as large as a constant error of its target."""
+    belief = Belief(gyro=GyroBelief(bias_sigma_deg_per_h=100.0), accelerometer=AccelerometerBelief(bias_sigma_ug=3e3))
+    time_s, supply_v = np.arange(1.0, 8.0), np.linspace(4.9, 5.2, 7)
+    imu = Imu(time_s, np.zeros((7, 3)), np.zeros((7, 3)), "increment", further={"supply_v": supply_v})
+    given = conditions(Recording("r", "drive", Start(0.0, 0.6, 0.1, 0.0), imu, belief=belief))
+    which = {"driver": "supply_v", "form": composed.form(target, "change", "supply_v")}
+    of_parts = parts(VOCABULARY[composed.NAME], "z", which, given)
+    _, nominal, _ = sized(VOCABULARY[composed.NAME], which, of_parts, time_s, given)
+    _, alone, _ = sized(VOCABULARY[target.replace(" ", ".")], {}, [], time_s, given)
+    assert nominal * np.std(supply_v) == pytest.approx(alone, rel=NEAR)
