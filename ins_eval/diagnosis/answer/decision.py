@@ -237,7 +237,9 @@ def _insufficient(findings: Findings, surest: Suspect | None, place: tuple[Misma
     described = outdone(findings, policy) or only_described(findings, surest, policy)
     better = outgained(findings, lead)
     if harms or described or better:
-        place = place or ((instead.mismatch,) if better and instead.mismatch else shown)
+        unlike_any = better and instead.mismatch is not None and instead.gain > 0.0
+        surest_first = tuple(sorted(shown, key=lambda one: -one.significance_sigma))
+        place = place or ((instead.mismatch,) if unlike_any else surest_first)
         if surest is not None and surest.follows and described:  # held against the effects as another law would be
             sigma = float(np.sqrt(2.0 * (surest.gain + policy.alone)))
             place = (replace(place[0], significance_sigma=sigma),)

@@ -106,7 +106,10 @@ class _Windows:
 def _unnamed(
     windows: _Windows, least: Callable[[str], float] | None, rng: np.random.Generator, policy: Policy
 ) -> UnnamedDisturbance:
-    """What changes slowly with time; a mismatch of a channel must bring `least` nats, None: any is shown."""
+    """What changes slowly with time; a mismatch of a channel must bring `least` nats, None: any is shown.
+
+    It is as significant as its most remarkable interval, or as its form, whichever is more so.
+    """
     case, r = windows.case, windows.r
     trials = locate.significance(windows.reduced, windows.edges_s.size - 1, rng)
     # a channel is one more family, and costs what an effect costs
@@ -121,8 +124,14 @@ def _unnamed(
     sigma = trials.sigma(interval.t2)
     sure = trials.probability(interval.t2) <= policy.largest_probability(interval.channel.name)
     if least is None or (sure and enough) or gain > least(windows.over[best.channel].name):
+        sigma = max(sigma, _deviate(gain))
         return UnnamedDisturbance(located(case, r, interval, sigma), gain, sigma, interval)
     return UnnamedDisturbance(None, gain, sigma)
+
+
+def _deviate(gain: float) -> float:
+    """Sigmas of nats that are gained beyond their cost."""
+    return float(np.sqrt(2.0 * max(gain, 0.0)))
 
 
 def _curved(windows: _Windows, columns: Sequence[Column], point: np.ndarray, enough: float) -> list[UnnamedDisturbance]:
@@ -140,7 +149,7 @@ def _curved(windows: _Windows, columns: Sequence[Column], point: np.ndarray, eno
     forms = open_forms(_put_back(whitened, len(case.nuisances), point), len(curves))
     best = max(forms, key=lambda one: one.log_bayes_factor)
     gain = best.log_bayes_factor - linearisation.space.cost
-    sigma = float(np.sqrt(2.0 * max(gain, 0.0)))
+    sigma = _deviate(gain)
     channel = list(curves)[best.channel]
     follows = CURVE if gain > enough else ""
     return [
