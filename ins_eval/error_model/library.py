@@ -16,7 +16,7 @@ import numpy as np
 from ins_eval.effects import composed, lag
 from ins_eval.effects.description import FAMILY
 from ins_eval.effects.effect import AXES, Effect
-from ins_eval.effects.parts import SENSORS, EffectPart, conditions, parts, possible
+from ins_eval.effects.parts import SENSORS, TEMPERATURE_COLUMN, EffectPart, conditions, parts, possible
 from ins_eval.effects.slow import slow_factor
 from ins_eval.effects.start import ROTATIONS
 from ins_eval.effects.vocabulary import VOCABULARY
@@ -42,6 +42,7 @@ COMPOSED = {
     "lag": (150.0, 600.0, 2400.0, 9600.0),
     "branch": (0.03, 0.1, 0.3),
 }
+UNNAMED = {"change": ("gyro scale",)}  # laws of the temperature that an instrument has and the vocabulary does not
 # of what is felt, on any axis: consumer MEMS are sold with 1 to 3 % uncalibrated, and nothing that is sold has 10 %
 COARSEST_PPM = 1e4
 # nor do zero offsets of consumer MEMS exceed 0.25 g and 20 deg/s (data sheets of ADXL345 and MPU-6050); nor are
@@ -153,17 +154,21 @@ def member(
 def composed_candidates(
     believed: Believed, model: ErrorModel, seen: SmoothedTemperature | None, slow: SlowFactor
 ) -> list[Candidate]:
-    """What could be composed of the further columns that were recorded: every target, axis and shape of each."""
+    """What could be composed of the columns that were recorded: every target, axis and shape of each further one.
+
+    Of the temperature what has no name (`UNNAMED`).
+    """
     given = conditions(believed.recording, believed.folder, seen)
     found = []
-    for driver, values in believed.recording.imu.further.items():
+    for driver, values in given.columns.items():
         spread = float(np.ptp(values))
         if not spread > 0.0:
             continue
         for shape, arguments in COMPOSED.items():
             scale = spread if shape == "branch" else 1.0
+            targets = UNNAMED.get(shape, ()) if driver == TEMPERATURE_COLUMN else composed.TARGETS
             for argument in arguments:
-                for target in composed.TARGETS:
+                for target in targets:
                     form = composed.form(target, shape, driver, None if argument is None else scale * argument)
                     which = {"driver": driver, "form": form}
                     found += [
