@@ -30,6 +30,7 @@ BIAS_SIGMAS = 5.0  # of the believed gyro bias
 LARGEST_BIAS_RADPS = 20.0 * DEG  # of any gyro in use: the tolerance of the coarsest data sheet (MPU-6050)
 LARGEST_BIAS_G = 0.25  # of any accelerometer in use: likewise (z of ADXL350)
 LARGEST_TILT_DEG = 45.0  # between gravity as measured and as the start has it
+MOVING_MPS, MOVING_SHARE = 3.0, 0.1  # of who drives, and of the fixes; receivers at rest err by less; by reasoning
 LARGEST_RATE_RADPS = BY_UNIT["radps"][1]
 LARGEST_SPECIFIC_FORCE_MPS2 = BY_UNIT["mps2"][1]
 LARGEST_PULSE_COUNT = 1e9
@@ -189,8 +190,11 @@ def _check_fixes(fixes: Fixes, where: str) -> None:
 
 
 def _check_rest(recording: Recording, where: str, judged: bool) -> None:
-    """At rest the accelerometers show gravity upwards and the gyros about Earth rate."""
+    """At rest the accelerometers show gravity upwards, the gyros about Earth rate, and no table that it drives."""
     start = recording.start
+    for table in ("gps", "reference"):
+        if (fixes := getattr(recording, table)) is not None:
+            _check_stands(recording, fixes, f"{where}, {table}")
     imu, duration_s = at_rest(recording)
     force_b = imu.accelerometer.sum(axis=0) / duration_s
     size = float(np.linalg.norm(force_b))
@@ -204,6 +208,17 @@ def _check_rest(recording: Recording, where: str, judged: bool) -> None:
             )
     _check_direction([one.accelerometer.sum(axis=0) for one, _ in rests(recording)], start.attitude_rad, where)
     _check_rate_at_rest(recording, imu.gyro.sum(axis=0) / duration_s, force_b, where, judged)
+
+
+def _check_stands(recording: Recording, fixes: Fixes, where: str) -> None:
+    speed = np.linalg.norm(fixes.velocity_n[fixes.valid, :2], axis=1)
+    speed = speed[np.isfinite(speed)]
+    usual = float(np.quantile(speed, 1.0 - MOVING_SHARE)) if speed.size else 0.0
+    if usual > MOVING_MPS:
+        raise DataRefused(
+            f"{where}: it moves faster than {usual:.3g} m/s in {100.0 * MOVING_SHARE:.0f} % of the fixes, expected "
+            f"rest, as of kind '{recording.kind}'; state the kind 'drive' or 'flight'"
+        )
 
 
 def _check_rate_at_rest(

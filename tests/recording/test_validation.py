@@ -62,6 +62,18 @@ def test_a_recording_in_motion_is_not_measured_against_rest():
     assert validate(moving).notes == ("from a test",)
 
 
+def test_what_is_said_to_rest_and_drives_is_refused():
+    """A noise of 0.5 m/s is no motion."""
+    m = 100
+    noise = 0.5 * np.random.default_rng(7).standard_normal((m, 3))
+    still = Fixes(
+        np.linspace(1.0, 20.0, m), *(np.full(m, one) for one in (LATITUDE_RAD, 0.0, 0.0)), noise, np.ones(m, bool)
+    )
+    validate(replace(parked(), gps=still))
+    drives = replace(still, velocity_n=noise + np.where(np.arange(m) > 70, 12.0, 0.0)[:, None] * [1.0, 0.0, 0.0])
+    assert "expected rest, as of kind 'static'" in refusal(replace(parked(), gps=drives))
+
+
 def test_a_gap_is_refused_with_place_and_length():
     time_s = parked().imu.time_s.copy()
     time_s[1200:] += 0.05
