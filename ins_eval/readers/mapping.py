@@ -172,4 +172,10 @@ class MappingFile(Strict):
         missing = [name for name in ("time", "gyro", "accelerometer") if getattr(self, name) is None]
         if missing and (len(missing) < 3 or self.solution is None):
             raise ValueError(f"'{missing[0]}' is missing, expected the columns of the imu, or a [solution] alone")
+        named = [column for triad in (self.gyro, self.accelerometer) if triad is not None for column in triad.columns]
+        twice = [column for k, column in enumerate(named) if column in named[:k]]
+        if twice:
+            raise ValueError(
+                f"column '{twice[0]}' stands for two axes of gyro and accelerometer, expected six; name each once"
+            )
         return self

@@ -407,6 +407,7 @@ def test_a_fix_is_named_by_its_line_in_the_file(tmp_path, motion):
 def test_bad_mappings_are_refused(tmp_path, motion):
     bad = {
         "there is no column 'gx' in my.csv": mapping().replace('"wx"', '"gx"'),
+        "column 'wx' stands for two axes": mapping().replace('"wy"', '"wx"'),
         "did you mean 'wx'": mapping().replace('"wx"', '"wxx"'),
         "'deg/sec' is not known; did you mean 'deg/s'": mapping(gyro="deg/sec"),
         "left-handed": mapping(axes="FRU"),
