@@ -95,6 +95,14 @@ def test_models_from_memory_are_those_of_the_files(flight, result):
     assert own.to_frame().loc["mine"].to_numpy() == pytest.approx(result.to_frame().loc["hysteresis"].to_numpy())
 
 
+def test_what_is_no_recording_and_pieces_that_are_none_are_refused(flight):
+    with pytest.raises(UsageError, match="evaluate takes a recording, not 'flight'; give it"):
+        ie.evaluate("flight")
+    for every_s in (-3.0, 0.0, np.nan):
+        with pytest.raises(UsageError, match="expected at least 1; give another --restart-every"):
+            ie.evaluate(flight.recording, restart_every_s=every_s)
+
+
 @pytest.mark.parametrize("given", ["believed", np.zeros((4, 3))], ids=["text", "increments"])
 def test_compensations_that_are_no_names_are_refused(flight, given):
     with pytest.raises(UsageError, match="compensations are a list of names"):

@@ -27,7 +27,7 @@ from ins_eval.bandwidth import FastMotion, fast_motion
 from ins_eval.believed import belief_rows, believed, recorded_velocity
 from ins_eval.compensation import CompensationModel
 from ins_eval.earth import EARTH_RATE, gravity
-from ins_eval.errors import DataRefused
+from ins_eval.errors import DataRefused, UsageError
 from ins_eval.grade import Grade, measure_grade
 from ins_eval.imu import Mission
 from ins_eval.initialization import (
@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SHORTEST_NAVIGATION_S = 10.0
+SHORTEST_PIECE_S = 1.0  # that is navigated from a fix of its own: one fix of most receivers; by reasoning
 RESTART_EVERY_S = 30.0  # of what is lost by then
 MOST_ROWS = 500_000  # of a solution that is kept beside its errors: 2.8 h at 200 Hz whole
 POLAR_M = 0.01  # a hundred times what navigation leaves in the same time at 34 degrees and 10 Hz
@@ -213,6 +214,11 @@ def evaluate_recording(
 
     Raises: DataRefused, UsageError.
     """
+    if restart_every_s is not None and not SHORTEST_PIECE_S <= restart_every_s < np.inf:
+        raise UsageError(
+            f"{recording.name}: pieces of {restart_every_s:g} s, expected at least {SHORTEST_PIECE_S:g}; give another "
+            "--restart-every"
+        )
     recording = believed(recording)
     arms = arms_of(recording, compensations, models or {})
     evaluations, pieces, notes, stand, fast = {}, {}, [], None, None

@@ -21,6 +21,7 @@ from ins_eval.recording import ChamberReadings, Fixes, Recording, form
 from ins_eval.recording.belief import AxisBelief, Belief
 from ins_eval.recording.form.names import AIR
 from ins_eval.tables import parse
+from ins_eval.trajectory import MAX_RATE_HZ, MIN_RATE_HZ
 
 ALL_UNITS = "all"
 RAMPS_C_PER_MIN = (0.01, 10.0)  # slower takes weeks, faster is over before its rate can be read
@@ -56,7 +57,9 @@ def simulate(
     recording believes of itself is simple compensation. Raises: UsageError.
     """
     world = World(Plan(profile=profile, population=population, seed=seed))
-    rate_hz = rate_hz or (SHOWN_RATE_HZ if kind == "flight" else OVEN_RATE_HZ)
+    rate_hz = (SHOWN_RATE_HZ if kind == "flight" else OVEN_RATE_HZ) if rate_hz is None else rate_hz
+    if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
+        raise UsageError(f"a rate of {rate_hz:g} Hz, expected {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}; give another --rate")
     mission = Mission(load(profile), rate_hz)
     if kind == "oven":
         mission = mission.in_oven(rate_hz)

@@ -29,6 +29,8 @@ def evaluate(
 
     Where only the solution of an INS was recorded: see `analysis.solution.evaluate_solution`.
     """
+    if not isinstance(recording, Recording):
+        raise UsageError(f"evaluate takes a recording, not {recording!r:.60}; give it ins_eval.read(FOLDER)")
     if isinstance(compensations, str) or not all(isinstance(name, str) for name in compensations):
         raise UsageError(
             f"{recording.name}: compensations are a list of names, such as ['believed']; models of your own go into "

@@ -79,6 +79,13 @@ def test_profile_that_stands_still_is_no_flight(output: Path, refused) -> None:
     assert not output.exists()
 
 
+@pytest.mark.parametrize("rate", ["-3", "0", "1e9", "nan"])
+def test_a_rate_that_no_trajectory_is_sampled_at(output: Path, refused, rate: str) -> None:
+    sentence = refused(["simulate", "flight", "--rate", rate, "--output", str(output), "--quiet"], 2)
+    assert "expected 1 to 400" in sentence
+    assert not output.exists()
+
+
 @pytest.mark.parametrize("stand_s", [0.0, 3.0])
 def test_flight_without_time_to_align(short_profile: Path, tmp_path: Path, refused, stand_s: float) -> None:
     hasty = tmp_path / "hasty.toml"
