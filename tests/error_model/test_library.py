@@ -5,6 +5,8 @@ The flight stands, takes off, turns both ways and lands; its fixes tell when it 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,14 @@ def test_what_changes_in_flight_repeats_nothing(candidates) -> None:
     for name in ("accelerometer.scale", "accelerometer.bias", "gyro.scale", "gyro.bias_drift"):
         assert not any(one.repeats for one in of(candidates, name, "z"))
     assert not any(one.repeats for one in of(candidates, "accelerometer.bias_step", "z"))
+
+
+def test_of_the_temperature_a_scale_factor_of_a_gyro_alone_is_composed(flight) -> None:
+    warming = replace(flight.imu, temperature_c=np.linspace(15.0, 55.0, flight.imu.time_s.size))
+    found = [one for one in prepare(replace(flight, imu=warming)).candidates if one.name == composed.NAME]
+    assert [one.axis for one in found] == ["x", "y", "z"]
+    for one in found:
+        assert one.parameters == {"driver": "temperature_c", "form": "gyro scale = value * change(temperature_c)"}
 
 
 @pytest.mark.parametrize("target", ["gyro bias", "gyro scale", "accelerometer bias", "accelerometer scale"])
