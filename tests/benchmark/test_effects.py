@@ -19,6 +19,7 @@ from benchmark.worlds.outside import FORMS, an_outside
 from benchmark.worlds.record import _rotation, feel, measure
 
 RATE = 20.0
+PLAIN_FLIGHTS = (0, 1, 2, 3, 5, 7, 11, 12, 20, 21, 22, 24, 27, 28)  # of seed 6, without a reference
 
 
 @pytest.fixture(scope="module")
@@ -306,10 +307,9 @@ def test_the_oracle_knows_its_noise():
     (4 sigma of their number is 0.25).
     """
     errors = []
-    for index in range(40):
-        made = draw("development", 6, "null", index, RATE).made[0]
-        if made.kind != "flight" or "reference" in made.tables:
-            continue
+    for index in PLAIN_FLIGHTS:
+        made = draw("development", 6, "null", index, 0.5 * RATE).made[0]
+        assert made.kind == "flight" and "reference" not in made.tables
         system, sheet = whitened.Moving(made, made.unit.sheet, made.unit.noise), made.unit.sheet
         data, _, nuisances = system.whitened([])
         spread = np.linalg.inv(nuisances.T @ nuisances + np.eye(9))
@@ -321,8 +321,6 @@ def test_the_oracle_knows_its_noise():
         accel = np.array(drawn["accel_turn_on_ug"]) / sheet["accel_bias_ug"]
         true = np.concatenate((start, np.column_stack((gyro, accel)).ravel()))
         errors.append((estimate - true) / np.sqrt(np.diag(spread)))
-        if len(errors) == 14:
-            break
     assert 0.8 < np.std(errors) < 1.2
 
 

@@ -52,7 +52,7 @@ VERDICTS = {"no mismatch", "explained", "not identifiable", "partly explained", 
 CHANNELS = {f"{sensor}.{axis}" for sensor in ("accelerometer", "gyro") for axis in "xyz"} | {
     "temperature", "gps.position", "gps.velocity", "reference.attitude", "navigation", "clock", "recording"
 }  # fmt: skip
-BURST_DEG_PER_H, BURST_S = 0.3, (1200.0, 2400.0)
+BURST_DEG_PER_H, BURST_S, LASTS_S = 0.3, (600.0, 1200.0), 1800.0
 DRIFT_DEG_PER_H2 = 0.5
 SHARE = 0.15  # by which what data find by themselves may differ from what was put in
 EPOCH_SHARE = 1e-3  # what turning within an epoch takes from a drive
@@ -61,9 +61,9 @@ WORSE = 1.1  # held-out ratio of an effect that does harm
 
 @pytest.fixture(scope="module")
 def parked(ideal_recording, tmp_path_factory):
-    """Folders of an hour at rest: sound, with a gyro x that is off for a while, and with one that drifts."""
+    """Folders of half an hour at rest: sound, with a gyro x that is off for a while, and with one that drifts."""
     whole = ideal_recording("oven")
-    rows = whole.imu.time_s <= 3600.0
+    rows = whole.imu.time_s <= LASTS_S
     imu = replace(
         whole.imu,
         time_s=whole.imu.time_s[rows],

@@ -19,7 +19,7 @@ from ins_eval.estimation.arcs import observed
 from ins_eval.recording import form
 from ins_eval.recording.belief import EffectBelief
 
-RATE_HZ = 20.0
+RATE_HZ = 10.0
 SIZES = 20.0  # of the maker's nominal size, so that rounding to whole pulses does not matter
 LEFT_OVER = 0.02  # of the residual
 FLIGHT = "climb, cruise, landing"
@@ -98,7 +98,7 @@ def test_believing_in_an_effect_takes_it_off(tmp_path, name: str, axis: str | No
     made = measure(rng, felt(), unit(), departures, FLIGHT, "flight", with_reference, ("vibration_rms_g",))
     folder = tmp_path / "flight"
     made.save(folder)
-    recording = form.read(folder)
+    recording = form.read(folder, doubted=True)
     known = {key: value for key, value in further.items() if key not in ("law", "begin")}
     effect = EffectBelief(name=name, axis=axis, value=value, unit=OTHERS[name].unit, **known)
     believing = replace(recording, belief=recording.belief.model_copy(update={"effects": (effect,)}))

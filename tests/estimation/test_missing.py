@@ -15,7 +15,7 @@ from ins_eval.estimation.case import prepare
 from ins_eval.estimation.missing import filled_in
 from ins_eval.recording import form
 
-RATE_HZ, LENGTH_S = 25.0, 700.0
+RATE_HZ, LENGTH_S = 25.0, 450.0
 SAMPLES, LONG = 200_000, 32  # of 1 s, and of the run
 GAPS = ((200.0, 8.0), (330.0, 5.0), (400.0, 8.0))  # in turns of the drive
 STATISTICAL = 0.05

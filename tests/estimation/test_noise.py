@@ -24,7 +24,7 @@ OFF_S, OFF_MPS, EDGE_S = (3950.0, 4440.0), 3.0, 20.0
 WAVE_UG, WAVE_C, COOLED_C = 60.0, 25.0, 20.0
 STICKING_UG, STICKING_G = 400.0, 0.03
 STOOD_S, WALK_AGREES = 1800.0, 0.2
-AWRY_S, AWRY_UG = (4100.0, 4800.0), 1000.0
+AWRY_S, AWRY_UG, AWRY_ENDS_S = (1800.0, 2500.0), 1000.0, 3200.0
 ROUGH_S, SHAKE_MPS2, SHARE, SHARE_AGREES = 200.0, 2.0, 0.5, 0.3
 MEMS_ANGLE_WALK, LOUDER, LOUDNESS_AGREES, EDGE_EPOCHS = 0.3, 3.0, 0.3, 40
 SHORT_EPOCH = 1e-3  # of a walk of phi, that the Earth turns within an epoch
@@ -140,7 +140,8 @@ def test_a_receiver_that_is_off_for_a_time_does_not_pass_for_one_with_slow_error
 
 def test_a_sensor_that_is_off_for_a_time_does_not_pass_for_one_that_wanders(noisy) -> None:
     """With the wander that it feigns a gyro that tilts at one end and tilts back at the other does as well."""
-    imu = noisy.imu
+    noisy = replace(noisy, gps=noisy.gps.rows(noisy.gps.time_s <= AWRY_ENDS_S))
+    imu = noisy.imu.rows(noisy.imu.time_s <= AWRY_ENDS_S)
     rate_hz = 1.0 / float(np.median(np.diff(imu.time_s)))
     inside = (imu.time_s > AWRY_S[0]) & (imu.time_s <= AWRY_S[1])
     force = imu.accelerometer.copy()
