@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 from pathlib import Path
 
 import pytest
@@ -17,9 +19,15 @@ def repository() -> Path:
 
 @pytest.fixture(scope="session")
 def small_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of a flight report made from a few instruments."""
+    """Folder of a flight report made from a few instruments, once for all workers: it is only read."""
     from ins_eval.cli import main
 
-    folder = tmp_path_factory.mktemp("reports") / "flight"
-    assert not main(["flight-report", "--ensemble", "4", "--output", str(folder), "--quiet"])
+    own = tmp_path_factory.getbasetemp()
+    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own  # by the workers of this run
+    folder = shared / "flight-report"
+    with open(shared / "flight-report.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (shared / "flight-report.made").exists():
+            assert not main(["flight-report", "--ensemble", "4", "--output", str(folder), "--quiet"])
+            (shared / "flight-report.made").touch()
     return folder
