@@ -15,6 +15,7 @@ from scipy.stats import beta, chi2
 from benchmark.worlds.earth import from_euler, radii
 from benchmark.worlds.grades import RANGES, a_recording
 from benchmark.worlds.mems import a_journey
+from benchmark.worlds.record import Made
 from ins_eval.analysis.evaluate import evaluate_recording
 from ins_eval.errors import DataRefused
 from ins_eval.initialization import ATTITUDE, GYRO_BIAS, Initialization, find
@@ -255,10 +256,15 @@ def test_an_imu_that_disagrees_with_its_fixes_finds_no_attitude(unseen: Recordin
 
 
 @pytest.fixture(scope="module")
-def drive(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+def driven() -> Made:
     """An industrial unit in a car that states no attitude."""
+    return a_recording(np.random.default_rng(7), "industrial", "drive", RATE_HZ)
+
+
+@pytest.fixture(scope="module")
+def drive(driven: Made, tmp_path_factory: pytest.TempPathFactory) -> Recording:
     folder = tmp_path_factory.mktemp("drive") / "r"
-    a_recording(np.random.default_rng(7), "industrial", "drive", RATE_HZ).save(folder)
+    driven.save(folder)
     return form.read(folder)
 
 
@@ -335,7 +341,7 @@ def test_a_stated_attitude_is_carried_to_a_window_that_begins_later(tmp_path: Pa
     assert abs(np.sin(found.start.attitude_rad[2] - end[2])) < ENOUGH * found.sigmas[ATTITUDE][2]
 
 
-@pytest.mark.parametrize("grade", ["tactical", "consumer"])
+@pytest.mark.parametrize("grade", ["tactical", pytest.param("consumer", marks=pytest.mark.slow)])
 def test_a_path_is_carried_back_to_the_start_of_who_turns_before_it_moves_fast(tmp_path: Path, grade: str) -> None:
     """Nothing is stated; the window that shows the start begins minutes after the aircraft began to taxi."""
     made = a_recording(np.random.default_rng(5), grade, "climb, cruise, landing", RATE_HZ)
@@ -357,18 +363,16 @@ def test_a_path_is_carried_back_to_the_start_of_who_turns_before_it_moves_fast(t
 
 
 @pytest.mark.parametrize(("accelerometer_ug", "gyro_deg_per_h"), [(15000.0, 0.0), (0.0, 3000.0)])
-def test_a_path_is_kept_where_a_bias_jumps(tmp_path: Path, accelerometer_ug: float, gyro_deg_per_h: float) -> None:
+def test_a_path_is_kept_where_a_bias_jumps(
+    driven: Made, drive: Recording, begin: Initialization, accelerometer_ug: float, gyro_deg_per_h: float
+) -> None:
     """Bias z of an industrial unit jumps by three and five turn-on sigmas after the window that showed the start."""
-    made = a_recording(np.random.default_rng(7), "industrial", "drive", RATE_HZ)
-    made.save(tmp_path / "r")
-    recording = form.read(tmp_path / "r")
-    dtheta_b, dv_b = recording.imu.gyro.copy(), recording.imu.accelerometer.copy()
-    found = find(recording, dtheta_b, dv_b)
-    after = recording.imu.time_s > found.window.end_s + JUMPS_AFTER_S
+    dtheta_b, dv_b = drive.imu.gyro.copy(), drive.imu.accelerometer.copy()
+    after = drive.imu.time_s > begin.window.end_s + JUMPS_AFTER_S
     dtheta_b[after, 2] += gyro_deg_per_h * DEG_PER_H / RATE_HZ
     dv_b[after, 2] += accelerometer_ug * UG / RATE_HZ
-    path = track(recording, found, dtheta_b, dv_b)
-    true_n = made.felt.truth.state(path.time_s)[1]
+    path = track(drive, begin, dtheta_b, dv_b)
+    true_n = driven.felt.truth.state(path.time_s)[1]
     assert np.sqrt(((path.velocity_n - true_n) ** 2).mean(axis=0)).max() < KEPT_MPS
 
 

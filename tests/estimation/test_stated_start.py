@@ -47,9 +47,9 @@ def made(grade: str, trajectory: str = "drive", seed: int = 5) -> Made:
         ("navigation", (0.0, 0.0, 0.0)),
         ("navigation", (0.0, 15.0, 20.0)),
         ("industrial", (0.0, 0.0, 0.0)),
-        ("industrial", (-25.0, 0.0, 0.0)),
+        pytest.param("industrial", (-25.0, 0.0, 0.0), marks=pytest.mark.slow),
         ("industrial", (0.0, 0.0, 9.0)),
-        ("industrial", (0.0, 4.0, 0.0)),
+        pytest.param("industrial", (0.0, 4.0, 0.0), marks=pytest.mark.slow),
         *(
             pytest.param(grade, off_deg, marks=pytest.mark.slow)
             for grade in GRADES
