@@ -121,9 +121,9 @@ def test_a_file_is_imported_as_the_command_line_does(tmp_path):
 
 
 def test_instruments_that_fly_are_those_of_the_report(tmp_path):
-    flown = ie.fly("straight", size=4, missions=0, seed=3, members=tmp_path / "members", workers=1, quiet=True)
+    flown = ie.fly("straight", size=2, missions=0, seed=3, members=tmp_path / "members", workers=1, quiet=True)
     frame = flown.to_frame()
-    assert frame.loc["simple"].shape[0] == 4
+    assert frame.loc["simple"].shape[0] == 2
     rms = np.sqrt(np.mean(frame.loc["simple", "velocity_rms_horizontal"] ** 2))
     reported = flown.metrics["ensemble"]["simple"]["velocity_rms_mps"]["horizontal"]["value"]
     assert rms == pytest.approx(reported, rel=1e-12)

@@ -15,7 +15,7 @@ from ins_eval.estimation.case import prepare
 from ins_eval.estimation.evidence import reduce
 from ins_eval.recording import form
 
-SEED, RATE_HZ = 3, 20.0
+SEED, RATE_HZ = 3, 10.0
 MANIFEST = {"made": [{"set": "development", "seed": SEED, "rate_hz": RATE_HZ}]}
 ALIKE = 0.98  # correlation: the maker's window has edges of 10 s, and its recording begins at any time of day
 SIZE = 0.02

@@ -14,7 +14,7 @@ from ins_eval.estimation.clock_starts import clock_beliefs
 from ins_eval.recording import Fixes, Imu, Recording, Start
 
 RATE_HZ, FINE, FIX_HZ = 50.0, 10, 5.0
-STANDS_S, TAKES_OFF_S = 60.0, 4.0
+STANDS_S, TAKES_OFF_S, LASTS_S = 60.0, 4.0, 110.0
 LATITUDE, LONGITUDE, HEIGHT = 0.7, 0.3, 100.0  # rad, rad, m
 RADIUS_M, GRAVITY = 6.38e6, 9.8016
 SHAKE_MPS2, SCALE = 2.0, 0.03  # of accelerometers beside an engine; of consumer sheets
@@ -92,7 +92,7 @@ def test_fixes_that_are_very_late_are_named_as_such(late_s: float) -> None:
 
     Of clocks that were tried up to 1 s the rest of 1.5 s was an axis of the other sign.
     """
-    case = prepare(believed(flight(150.0, late_s)))
+    case = prepare(believed(flight(LASTS_S, late_s)))
     (beliefs,) = [one for one in clock_beliefs(case) if len(one) == 1]
     assert beliefs[0].value == pytest.approx(late_s, abs=0.03)
     clocks = named(judge([case]))
@@ -104,7 +104,7 @@ def test_fixes_that_are_very_late_are_named_as_such(late_s: float) -> None:
 def test_a_receiver_whose_positions_are_younger_than_its_velocities_is_late_by_its_velocities() -> None:
     """One delay for both lay between them: 0.168 +- 0.003 s."""
     late_s = 0.2
-    case = prepare(believed(flight(150.0, late_s, older_s=-0.08, fix=SMOOTH)))
+    case = prepare(believed(flight(LASTS_S, late_s, older_s=-0.08, fix=SMOOTH)))
     clocks = named(judge([case]))
     assert set(clocks) == {"gps.time_offset"}
     value, sigma = clocks["gps.time_offset"]
