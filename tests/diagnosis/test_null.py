@@ -76,10 +76,12 @@ def test_a_wave_of_one_sensor_is_no_wander_of_all(flight, wave_ug: float) -> Non
         assert found.interval.channel.name == "accelerometer.z"
 
 
-@pytest.mark.parametrize(("axis", "felt"), [("z", False), ("x", False), ("x", True)])
+@pytest.mark.parametrize(
+    ("axis", "felt"), [pytest.param("z", False, marks=pytest.mark.slow), ("x", False), ("x", True)]
+)
 def test_a_wave_of_a_parked_unit_is_its_own_unless_its_gyros_feel_it(recording_at_rest, axis: str, felt: bool) -> None:
     """Within windows it fits none of them; a stand that leans to and fro by so much shows in x and in the gyro of y."""
-    parked = recording_at_rest(2.0 * PARKED_S, 6, np.zeros_like)
+    parked = recording_at_rest(PARKED_S, 6, np.zeros_like)
     imu = parked.imu
     force, rate, interval_s = imu.accelerometer.copy(), imu.gyro.copy(), np.diff(imu.time_s, prepend=0.0)
     phase = 2.0 * np.pi * imu.time_s / PERIOD_S

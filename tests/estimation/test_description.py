@@ -145,7 +145,9 @@ def test_a_sound_recording_has_none(tmp_path, grade: str, trajectory: str) -> No
     assert said(spoilt(tmp_path / "sound", grade, trajectory=trajectory)) == []
 
 
-@pytest.mark.parametrize(("late_s", "velocities"), [(18.0, True), (-37.0, True), (90.0, False)])
+@pytest.mark.parametrize(
+    ("late_s", "velocities"), [(18.0, True), pytest.param(-37.0, True, marks=pytest.mark.slow), (90.0, False)]
+)
 def test_stamps_of_another_clock_are_late_and_nothing_else_is_wrong(tmp_path, late_s: float, velocities: bool) -> None:
     """UTC taken for GPS time, and the like: whole seconds beyond what a receiver is late by."""
     one = made("industrial", "drive")

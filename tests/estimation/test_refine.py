@@ -53,6 +53,7 @@ def estimate(found: Point) -> tuple[float, float]:
     return nominal * float(here.projection[0] / here.normal[0, 0]), nominal / float(np.sqrt(here.normal[0, 0]))
 
 
+@pytest.mark.slow
 def test_a_small_jump_at_rest_is_found_between_the_instants_that_are_tried(recording_at_rest) -> None:
     """A minute beside its instant it fits worse than nothing, so that no instant of the grid is promising."""
     recording = recording_at_rest(3600.0, 2, lambda t: SMALL_UG * (t > BETWEEN_S))
@@ -106,7 +107,7 @@ def creep_ug(t: np.ndarray) -> np.ndarray:
 
 def test_a_large_effect_is_no_curve_without_a_name(recording_at_rest) -> None:
     """Nothing of it is left over, so a curve over temperature, which holds it as well, only has more to pay."""
-    recording = recording_at_rest(3600.0, 1, lambda t: LARGE * (temperature(t) - 22.0), temperature)
+    recording = recording_at_rest(1800.0, 1, lambda t: LARGE * (temperature(t) - 22.0), temperature)
     (effect,) = judge([prepare(recording)]).effects
     candidate = effect.hypothesis.candidate
     assert (candidate.name.rpartition("_")[2], candidate.axis) == ("temperature", "z")  # at 1 g of bias and scale alike

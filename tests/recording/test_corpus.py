@@ -102,7 +102,7 @@ SEEN = [
     ("csv-attitude", "car", "gyro deg/s"),
     ("csv-attitude", "van", "clock jump"),
     ("form", "car", "temperature outlier"),
-    ("form", "aeroplane", "velocity outlier"),
+    pytest.param("form", "aeroplane", "velocity outlier", marks=pytest.mark.slow),
     ("csv", "van", "latitude outlier"),
     ("form", "car", "baro"),
     ("form", "car", "lever arm"),
@@ -110,14 +110,16 @@ SEEN = [
     # and logs
     ("ulog", "van", "gyros swapped"),
     ("novatel", "car", "sign of gyro z"),
-    ("nmea", "car", "course in rad"),
+    pytest.param("nmea", "car", "course in rad", marks=pytest.mark.slow),
     ("rosbag", "car", "stuck force"),
     ("mat", "van", "baro in feet"),
 ]
 BY_NAME = {quirk.name: quirk for quirk in corpus.QUIRKS}
 
 
-@pytest.mark.parametrize(("writer", "motion", "name"), SEEN, ids=[": ".join(row) for row in SEEN])
+@pytest.mark.parametrize(
+    ("writer", "motion", "name"), SEEN, ids=[": ".join(getattr(row, "values", row)) for row in SEEN]
+)
 def test_what_was_seen_is_right_or_refused_with_its_remedy(writer, motion, name, tmp_path):
     what, said = outcome(corpus.File(motion, writer, (BY_NAME[name],)), tmp_path / "file")
     assert what == RIGHT, said

@@ -95,7 +95,10 @@ def test_what_is_beyond_doubt_is_refused_again(world, name):
         assert found.factor == pytest.approx(DEG)
 
 
-@pytest.mark.parametrize("mounted", MOUNTED, ids=equations)
+@pytest.mark.parametrize(
+    "mounted",
+    [pytest.param(one, id=equations(one), marks=() if k == 1 else pytest.mark.slow) for k, one in enumerate(MOUNTED)],
+)
 def test_a_box_that_is_mounted_as_its_start_states_is_as_it_should_be(world, mounted):
     """On its side, upside down or to the left of a car; without the attitude the same axes are refused."""
     recording = world["consumer", "drive", 0]
