@@ -143,7 +143,10 @@ def _most_probable(readings: _Readings, begin_c: np.ndarray) -> _Course:
                 while (rough := best.rough * ROUGHER**rougher) >= SMOOTHEST:
                     if (sigma_c := best.sigma_c * NOISIER**noisier) < SHARPEST * readings.step_c:
                         break
-                    other = _course(readings, best.course_c, rough, sigma_c)
+                    try:
+                        other = _course(readings, best.course_c, rough, sigma_c)
+                    except np.linalg.LinAlgError:  # a line to the last digit: smoother than double precision tells
+                        break
                     if other.evidence <= best.evidence + ENOUGH:
                         break
                     best, moved = other, True

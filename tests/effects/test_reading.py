@@ -15,6 +15,7 @@ AT_S = TIME_S[60:-60:60]
 DRAWS = 12
 # of the errors two standard deviations hold 95 %; neighbours are hardly independent, and S and sigma are fitted
 TOO_FEW, TOO_MANY_SIGMA = 0.9, 1.4
+LINE_C = 1e-3  # to which a line of readings is itself
 
 
 def read(temperature_c: np.ndarray, step_c: float, noise_c: float, rng) -> np.ndarray:
@@ -67,6 +68,14 @@ def test_exact_and_short_readings_stay_as_they_are() -> None:
     assert np.array_equal(told(TIME_S, still).at(AT_S), np.full(AT_S.size, 21.0))
     assert told(TIME_S[:3], short).information is None
     np.testing.assert_allclose(told(TIME_S[:3], short).at(TIME_S[:3]), short)
+
+
+@pytest.mark.parametrize("length_s", [600, 1200, 3600])
+@pytest.mark.parametrize("ends_c", [20.01, 55.0])
+def test_a_line_to_the_last_digit_is_that_line(length_s: int, ends_c: float) -> None:
+    time_s = np.arange(0.02, length_s, 0.02)
+    line = np.linspace(15.0, ends_c, time_s.size)
+    np.testing.assert_allclose(told(time_s, line).at(time_s), line, atol=LINE_C)
 
 
 def test_readings_that_come_seldom_or_not_at_all_for_a_while() -> None:
