@@ -22,6 +22,12 @@ LONGEST_PREAMBLE = 1000  # lines before the table, that are looked through: by r
 COMMENTS = (b"#", b"%", b"//")
 STAMP = re.compile(rb"\d{1,4}[:/.-]\d{1,2}[:/.-]\d")  # the beginning of a date or a time of day
 MISSING = {b"", b"-", b"na", b"n/a", b"nan", b"null", b"none"}
+# units as loggers write them, and as a mapping does
+SPELLINGS = dict.fromkeys(("dps", "°/s", "degrees/s", "deg/sec"), "deg/s") | dict.fromkeys(
+    ("°/h", "dph", "deg/hr"), "deg/h"
+)
+SPELLINGS |= dict.fromkeys(("m/s2", "m/s²", "m/s/s"), "m/s^2") | {"mg": "milli-g", "radps": "rad/s", "rad/sec": "rad/s"}
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 IN_BRACKETS = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")  # the unit at the end of a name
 TIME_OF_DAY = r"^\s*([01]?\d|2[0-3]):([0-5]\d):([0-5]\d|60)([.,]\d+)?\s*$"
 DAY_AND_MONTH = r"^\s*(\d{1,2})([./-])(\d{1,2})[./-]\d{2,4}(?!\d)"  # or month and day: the year comes last
@@ -35,6 +41,8 @@ class DelimitedTable:
     def __init__(self, path: Path, header: bool = True):
         self.path = path
         raw = content(path, EXPECTED).removeprefix(b"\xef\xbb\xbf")
+        if raw.startswith(UTF_16):
+            raise DataRefused(f"{path}: is text in UTF-16, expected UTF-8; save it in that encoding")
         self.cut = not raw.endswith((b"\n", b"\r"))
         self.notes = (CUT_NOTE.format(path.name),) if self.cut else ()
         before, raw = _without_comments(raw, header)
@@ -70,9 +78,12 @@ class DelimitedTable:
         self.data.columns = [
             str(name).strip().lstrip("#% ") if header else str(k) for k, name in enumerate(self.data.columns, start=1)
         ]
-        self.units = {name: said[1] for name in self.names() if (said := IN_BRACKETS.search(name))}
-        texts = [field.decode("utf-8", "replace") for line in units for field in _fields(line, separator)]
-        self.units |= dict(zip(self.names(), texts, strict=False))
+        named = {name: said[1] for name in self.names() if (said := IN_BRACKETS.search(name))}
+        texts = [
+            field.decode("utf-8", "replace").strip("()[] ") for line in units for field in _fields(line, separator)
+        ]
+        named |= dict(zip(self.names(), texts, strict=False))
+        self.units = {name: SPELLINGS.get(text.lower(), text) for name, text in named.items()}
         if self.cut:
             self.data = self.data.iloc[:-1]
         if self.data.empty:

@@ -280,6 +280,20 @@ def test_a_unit_that_the_table_states_otherwise_is_refused(tmp_path, motion):
     assert tomllib.loads(template_of(tmp_path, rows))["gyro"]["unit"] == "deg/s"
 
 
+@pytest.mark.parametrize("spelled", ["(deg/s)", "[deg/s]", "dps", "°/s", "deg/sec"])
+def test_a_unit_is_held_against_the_mapping_however_a_logger_spells_it(tmp_path, motion, spelled):
+    rows = table(motion, gyro=1.0 / DEG).replace("\n", f"\n{UNITS.replace('rad/s', spelled)}", 1)
+    with pytest.raises(UsageError, match="gyro.unit is rad/s, but my.csv states deg/s with the name of column 'wx'"):
+        read_back(tmp_path, rows, mapping())
+    assert_is(read_back(tmp_path, rows, mapping("deg/s")), motion)
+
+
+def test_text_in_utf_16_is_said_to_be_that(tmp_path, motion):
+    (tmp_path / "my.csv").write_bytes(table(motion).encode("utf-16"))
+    with pytest.raises(DataRefused, match="is text in UTF-16, expected UTF-8"):
+        DelimitedTable(tmp_path / "my.csv")
+
+
 def test_rows_without_a_time_count_as_missing(tmp_path, motion):
     since_1970 = SimpleNamespace(**{**vars(motion), "time_s": motion.time_s + 1.7e9})
     lines = table(since_1970).split("\n")
