@@ -319,9 +319,9 @@ def _spikes(name: str, values: np.ndarray, time_s: np.ndarray) -> list[str]:
     rows = spikes(values)
     if not rows.size:
         return []
-    count = "a sample" if rows.size == 1 else f"{rows.size} samples"
-    stand = "stands" if rows.size == 1 else "stand"
+    one = rows.size == 1
+    seen = f"a sample of the {name} channel stands" if one else f"{rows.size} samples of the {name} channel stand"
     return [
-        f"{consistency.WARNING}{count} of the {name} channel {stand} far from both neighbours, which agree, first "
-        f"at {time_s[rows[0]]:.6g} s: a fault, or a shock? What it says is taken as motion."
+        f"{consistency.WARNING}{seen} far from both neighbours, which agree, first at {time_s[rows[0]]:.6g} s: "
+        f"{'a fault, or a shock? What it says' if one else 'faults, or shocks? What they say'} is taken as motion."
     ]

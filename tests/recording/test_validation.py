@@ -262,7 +262,7 @@ def test_a_sample_that_stands_alone_is_noted_and_a_shock_is_not():
     recording = validate(with_imu(parked(), gyro=gyro, accelerometer=accelerometer))
     (note,) = recording.notes[1:]
     assert note.startswith("Warning: 2 samples of the gyro z channel stand far from both neighbours, which agree, ")
-    assert "first at 7.01 s: a fault, or a shock?" in note
+    assert "first at 7.01 s: faults, or shocks?" in note
     for quiet in (1.0 * (rng.random(SAMPLES) < 5e-4), rng.standard_t(5.0, SAMPLES), np.zeros(SAMPLES), np.zeros(1)):
         assert not spikes(quiet).size
 
