@@ -83,7 +83,7 @@ def spikes(values: np.ndarray) -> np.ndarray:
     size = np.abs(apart)
     if size.size * (1.0 - USUAL) < 1.0 or not size.any():
         return np.zeros(0, dtype=int)
-    usual = max(float(np.quantile(size, USUAL)), float(size[size > 0.0].min()))  # of few counts most are 0
+    usual = np.quantile(size, USUAL, method="higher") or size[size > 0.0].min()  # of few counts most are 0
     rows = 1 + np.flatnonzero(size[1:-1] > SPIKE * usual)
     beside = np.maximum(np.abs(apart[rows - 1] + 0.5 * apart[rows]), np.abs(apart[rows + 1] + 0.5 * apart[rows]))
     return 1 + rows[beside < SHARE * size[rows]]

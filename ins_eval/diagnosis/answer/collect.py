@@ -31,7 +31,7 @@ from ins_eval.diagnosis.unnamed.disturbance import (
     surest_of,
     within_grade,
 )
-from ins_eval.diagnosis.unnamed.mismatch import Mismatch, located
+from ins_eval.diagnosis.unnamed.mismatch import Mismatch, deviate, located
 from ins_eval.diagnosis.unnamed.one_sensor import one_sensor
 from ins_eval.diagnosis.unnamed.where import where
 from ins_eval.effects.parts import SENSORS
@@ -308,7 +308,7 @@ def _shown(linearisation: Linearisation, k: int) -> Mismatch:
         begin_s=begin_s,
         end_s=end_s,
         where=where(case.model, case.temperature, begin_s, end_s),
-        significance_sigma=float(np.sqrt(2.0 * max(0.0, gain - linearisation.space.cost))),
+        significance_sigma=deviate(gain - linearisation.space.cost),
     )
 
 

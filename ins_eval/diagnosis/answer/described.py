@@ -16,7 +16,7 @@ from ins_eval.diagnosis.answer.verdict import (
     Diagnosis,
     FoundEffect,
 )
-from ins_eval.diagnosis.unnamed.mismatch import Mismatch
+from ins_eval.diagnosis.unnamed.mismatch import Mismatch, deviate
 from ins_eval.effects.vocabulary import VOCABULARY
 from ins_eval.error_model.columns import Column
 from ins_eval.error_model.library import Candidate, channel_of
@@ -42,7 +42,7 @@ def with_descriptions(found: Diagnosis, wrong: Sequence[Sequence[WrongDescriptio
             named[_key(effect)] = _joined(named.get(_key(effect)), effect)
             channel = channel_of(one.effect.name, one.effect.axis, {})
             begin_s = one.effect.at_s or float(nodes_s[0])
-            sigma = float(np.sqrt(2.0 * max(one.log_odds, 0.0)))
+            sigma = deviate(one.log_odds)
             places.append(Mismatch(r, channel, "", begin_s, float(nodes_s[-1]), one.seen, sigma))
     effects = tuple(_whole(one, named.pop(_key(one), None)) for one in found.effects)
     return replace(

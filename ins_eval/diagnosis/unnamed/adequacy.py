@@ -16,7 +16,7 @@ import numpy as np
 
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.disturbance import of_windows, restless, within_statement
-from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance, located
+from ins_eval.diagnosis.unnamed.mismatch import UnnamedDisturbance, deviate, located
 from ins_eval.diagnosis.unnamed.open_form import open_forms, over_temperature
 from ins_eval.effects.parts import SENSORS
 from ins_eval.estimation.blocks import EACH
@@ -124,14 +124,9 @@ def _unnamed(
     sigma = trials.sigma(interval.t2)
     sure = trials.probability(interval.t2) <= policy.largest_probability(interval.channel.name)
     if least is None or (sure and enough) or gain > least(windows.over[best.channel].name):
-        sigma = max(sigma, _deviate(gain))
+        sigma = max(sigma, deviate(gain))
         return UnnamedDisturbance(located(case, r, interval, sigma), gain, sigma, interval)
     return UnnamedDisturbance(None, gain, sigma)
-
-
-def _deviate(gain: float) -> float:
-    """Sigmas of nats that are gained beyond their cost."""
-    return float(np.sqrt(2.0 * max(gain, 0.0)))
 
 
 def _curved(windows: _Windows, columns: Sequence[Column], point: np.ndarray, enough: float) -> list[UnnamedDisturbance]:
@@ -149,7 +144,7 @@ def _curved(windows: _Windows, columns: Sequence[Column], point: np.ndarray, eno
     forms = open_forms(_put_back(whitened, len(case.nuisances), point), len(curves))
     best = max(forms, key=lambda one: one.log_bayes_factor)
     gain = best.log_bayes_factor - linearisation.space.cost
-    sigma = _deviate(gain)
+    sigma = deviate(gain)
     channel = list(curves)[best.channel]
     follows = CURVE if gain > enough else ""
     return [

@@ -30,6 +30,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ins_eval.diagnosis.unnamed import locate
 from ins_eval.diagnosis.unnamed.disturbance import Suspect, with_quiet_sensors
+from ins_eval.diagnosis.unnamed.mismatch import deviate
 from ins_eval.error_model.drives import source, strength
 from ins_eval.estimation.evidence import SCALES, Gained, log_evidence_of, mixture, reduce
 from ins_eval.recording import PARKED
@@ -100,8 +101,7 @@ def dependence(case: Case, r: int, base: Fitted, policy: Policy) -> Suspect | No
     found = locate.scan(left, [best.channel], edges_s)
     if not found:
         return None
-    sigma = float(np.sqrt(2.0 * max(gained, 0.0)))
-    return Suspect(r, found[0], gained, 0.0 if gained > 0.0 else 1.0, sigma, fitted, best.driver)
+    return Suspect(r, found[0], gained, 0.0 if gained > 0.0 else 1.0, deviate(gained), fitted, best.driver)
 
 
 def _gain(a: np.ndarray, b: np.ndarray) -> Gained:

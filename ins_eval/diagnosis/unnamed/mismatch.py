@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from ins_eval.diagnosis.unnamed.where import where
 
 if TYPE_CHECKING:
@@ -47,6 +49,11 @@ class UnnamedDisturbance:
     significance_sigma: float
     interval: Interval | None = None
     wander: Wander | None = None
+
+
+def deviate(nats: float) -> float:
+    """Sigmas of nats that are gained beyond their cost."""
+    return float(np.sqrt(2.0 * max(nats, 0.0)))
 
 
 def located(case: Case, r: int, interval: Interval, sigma: float, follows: str = "") -> Mismatch:

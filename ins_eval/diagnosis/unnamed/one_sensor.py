@@ -20,6 +20,7 @@ from ins_eval.diagnosis.unnamed.disturbance import (
     windows_of,
     with_quiet_sensors,
 )
+from ins_eval.diagnosis.unnamed.mismatch import deviate
 from ins_eval.diagnosis.unnamed.open_form import open_forms, roots
 from ins_eval.effects.effect import AXES
 from ins_eval.effects.parts import SENSORS
@@ -140,4 +141,4 @@ def _at(case: Case, noise_point: np.ndarray) -> Fitted:
 def _suspect(r: int, interval: Interval, gained: float, fitted: Fitted, sensors: int, policy: Policy) -> Suspect:
     """The suspect that gained so many nats, less what the choice of one of the `sensors` costs."""
     gain = gained - float(np.log(sensors / policy.odds)) - policy.alone
-    return Suspect(r, interval, gain, 0.0 if gain > 0.0 else 1.0, float(np.sqrt(2.0 * max(gain, 0.0))), fitted)
+    return Suspect(r, interval, gain, 0.0 if gain > 0.0 else 1.0, deviate(gain), fitted)
